@@ -70,7 +70,7 @@ def fit(
     """Fit the dynamic model, Eq. (26), to the recordings `files` of one rig together.
 
     validate: recording that the fit does not use, on which the model is judged.
-    method: estimator (`ident fit --help`), with its `settings` by name.
+    method: estimator (`ident fit --help`), with its `settings` by name (`ident methods`).
     effects: added to the base model, each as NAME, on all joints, or as NAME:1,3.
     without: effects of the base model to leave out, which every real machine of this kind has (`rod_inertia`).
     bare: leave out all of them, as in the paper.

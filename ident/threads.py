@@ -28,13 +28,14 @@ def in_threads(function: Callable[..., _T], *items: Iterable[Any]) -> list[_T]:
     return list(_pool().map(lambda values: function(*values), arguments))
 
 
+def compute_alone() -> None:
+    """Let the calling thread compute all that it is asked for, because other processes use the other processors."""
+    _worker.busy = True
+
+
 @cache
 def _pool() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(os.cpu_count(), initializer=_mark)
-
-
-def _mark() -> None:
-    _worker.busy = True
+    return ThreadPoolExecutor(os.cpu_count(), initializer=compute_alone)
 
 
 os.register_at_fork(after_in_child=_pool.cache_clear)  # threads do not survive a fork

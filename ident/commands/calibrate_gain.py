@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ident import plugins
-from recordings.command_line import NameChoice, check_readable, refuse_existing, say_next
+from ident.command_options import PREPROCESS
+from recordings.command_line import check_readable, refuse_existing, say_next
 
 if TYPE_CHECKING:
     from ident.identification.torque_calibration import Calibration
@@ -27,13 +27,7 @@ FILE = click.Path(path_type=Path)
 @click.option(
     "--payload", type=float, required=True, metavar="KG", help="Mass that only the second recording carries."
 )
-@click.option(
-    "--preprocess",
-    type=NameChoice(plugins.names("ident.data.preprocessing")),
-    default="parallel",
-    show_default=True,
-    help="As in fit.",
-)
+@PREPROCESS
 @click.option("-o", "--out", type=FILE, metavar="FILE", help="Also write the [torque] section to this file.")
 @click.option("--force", is_flag=True, help="Replace an existing file.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead.")

@@ -4,7 +4,9 @@ from pathlib import Path
 
 import click
 
-from recordings.command_line import check_readable, refuse_existing, say_next
+from ident.command_options import EFFECT_FILES
+from ident.model_name import model_stem
+from recordings.command_line import check_readable, refuse_existing, repeated, say_next
 
 FILE = click.Path(path_type=Path)
 
@@ -12,14 +14,7 @@ FILE = click.Path(path_type=Path)
 @click.command(epilog="Example: ident compare fig5a.model.json fig5b.mcap")
 @click.argument("model_path", metavar="MODEL", type=FILE)
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=FILE)
-@click.option(
-    "--effect-file",
-    "effect_files",
-    multiple=True,
-    type=FILE,
-    metavar="PY",
-    help="Python file with an effect of your own. It is executed.",
-)
+@EFFECT_FILES
 @click.option(
     "--report",
     type=FILE,
@@ -48,7 +43,7 @@ def command(
     import ident
     from ident.output.console import residuals as console_table
 
-    model_name = model_path.stem.removesuffix(".model")
+    model_name = model_stem(model_path.name)
     report = report or (None if as_json else files[0].with_suffix(f".{model_name}.compare.html"))
     inputs = (model_path, *files, *effect_files)
     check_readable(model_path, *files)
@@ -67,7 +62,7 @@ def command(
         console_table.show(result, Console())
     if report:
         click.echo(f"report: {report}", err=True)
-    options = [word for path in effect_files for word in ("--effect-file", path)]
+    options = repeated("--effect-file", effect_files)
     if result.within_noise and result.test and result.test.diagnosed:
         say_next("ident", "report", model_path, *files, *options)
     else:

@@ -8,6 +8,7 @@ from typing import Literal
 import click
 
 from ident import plugins
+from ident.command_options import EFFECT_FILES
 from recordings.command_line import FiniteRange, refuse_existing
 from recordings.errors import BadInput
 
@@ -81,14 +82,7 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, pairs: Pairs) -> Pair
     metavar="FILE",
     help="Use the rig of this recording, and separate A from B by both motions together. May be repeated.",
 )
-@click.option(
-    "--effect-file",
-    "effect_files",
-    type=FILE,
-    multiple=True,
-    metavar="FILE",
-    help="Python file with an effect of your own. It is executed.",
-)
+@EFFECT_FILES
 @click.option("--period", type=FiniteRange(min=0.5, max=60), default=5.0, show_default=True, metavar="S")
 @click.option(
     "--harmonics",

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ident import plugins
-from recordings.command_line import FiniteRange, NameChoice, check_readable, refuse_existing, say_next
+from ident.command_options import CUTOFF, EFFECT_FILES, PREPROCESS
+from recordings.command_line import check_readable, refuse_existing, repeated, say_next
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
@@ -31,27 +31,9 @@ FILE = click.Path(path_type=Path)
     help="Validate on this recording of another motion: no fit uses it, but it chooses the effects. May be repeated.",
 )
 @click.option("--model", "model_path", type=FILE, metavar="MODEL", help="Start from the effects of this model.")
-@click.option(
-    "--effect-file",
-    "effect_files",
-    multiple=True,
-    type=FILE,
-    metavar="PY",
-    help="Python file with an effect of your own. It is executed.",
-)
-@click.option(
-    "--preprocess",
-    type=NameChoice(plugins.names("ident.data.preprocessing")),
-    default="parallel",
-    show_default=True,
-    help="As in fit.",
-)
-@click.option(
-    "--cutoff",
-    type=FiniteRange(0.1),
-    metavar="HZ",
-    help="Cut-off of the low-pass (-3 dB).  [default: from the spectra]",
-)
+@EFFECT_FILES
+@PREPROCESS
+@CUTOFF
 @click.option(
     "--only",
     multiple=True,
@@ -153,8 +135,7 @@ def command(
     for label, written_path in (("model", out), ("report", report)):
         if written_path:
             click.echo(f"{label}: {written_path}", err=True)
-    recorded = [*files, *(word for path in validate for word in ("--validate", path))]
-    recorded += [word for path in effect_files for word in ("--effect-file", path)]
+    recorded = [*files, *repeated("--validate", validate), *repeated("--effect-file", effect_files)]
     _say_what_is_next(result.document, recorded, start_files, out)
 
 
@@ -167,8 +148,7 @@ def _say_what_is_next(
     elif out:
         say_next("ident", "report", out, *recorded)
     elif document.findings and document.verdict == "missing-effect":
-        model = [word for path in start for word in ("--model", path)]
-        say_next("ident", "diagnose", *recorded, *model, "--apply", "--force")
+        say_next("ident", "diagnose", *recorded, *repeated("--model", start), "--apply", "--force")
     elif document.verdict == "unknown-structure" and not document.stand_in:
         say_next("ident", "diagnose", *recorded, "--stand-in", "learned.py", "--force")
     elif document.verdict == "undetermined":

@@ -7,26 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ident.command_options import EFFECT_FILES
 from recordings.command_line import say_next
 
 if TYPE_CHECKING:
     from ident.dynamics.effects.base import Effect, Quantity
-
-FILE = click.Path(path_type=Path)
 
 
 @click.command(
     short_help="List the physical effects of the library, or explain one.", epilog="Example: ident effects stribeck"
 )
 @click.argument("name", required=False)
-@click.option(
-    "--effect-file",
-    "effect_files",
-    multiple=True,
-    type=FILE,
-    metavar="PY",
-    help="Python file with an effect of your own. It is executed.",
-)
+@EFFECT_FILES
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead.")
 def command(name: str | None, effect_files: tuple[Path, ...], as_json: bool) -> None:
     """List the physical effects of the library, or explain the effect NAME."""

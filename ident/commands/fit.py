@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from ident import plugins
-from recordings.command_line import FiniteRange, NameChoice, check_readable, refuse_existing, say_next
+from ident.command_options import CUTOFF, EFFECT_FILES
+from ident.model_name import model_stem
+from recordings.command_line import NameChoice, check_readable, refuse_existing, repeated, say_next
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
@@ -38,11 +40,13 @@ FILE = click.Path(path_type=Path)
     "regressor; savgol: Savitzky-Golay; fourier: one Fourier series of all cycles; cycle_average: of the mean cycle."
     "  [default: parallel]",
 )
+@CUTOFF
 @click.option(
-    "--cutoff",
-    type=FiniteRange(0.1),
-    metavar="HZ",
-    help="Cut-off of the low-pass (-3 dB).  [default: from the spectra]",
+    "--set",
+    "settings",
+    metavar="NAME=VALUE",
+    multiple=True,
+    help="Change a setting of the method (see ident methods), such as particles=100. May be repeated.",
 )
 @click.option(
     "--neighbourhood",
@@ -72,14 +76,7 @@ FILE = click.Path(path_type=Path)
     multiple=True,
     help="Leave out an effect of the base model, which every real machine has: rod_inertia. May be repeated.",
 )
-@click.option(
-    "--effect-file",
-    "effect_files",
-    multiple=True,
-    type=FILE,
-    metavar="PY",
-    help="Python file with an effect of your own. It is executed.",
-)
+@EFFECT_FILES
 @click.option("--physical", is_flag=True, help="Allow only friction that opposes motion.")
 @click.option(
     "--intervals",
@@ -102,6 +99,7 @@ def command(
     method: str,
     preprocess: str | None,
     cutoff: float | None,
+    settings: tuple[str, ...],
     neighbourhood: str | None,
     iterations: int | None,
     paper: bool,
@@ -127,17 +125,15 @@ def command(
         _check_beside_paper(preprocess=other_preprocess, cutoff=cutoff, iterations=iterations, without=without)
     preprocess = preprocess or ("central" if paper else "parallel")
     out = out or files[0].with_suffix(".model.json")
-    plots = plots or out.with_name(out.name.removesuffix(".json").removesuffix(".model")).with_suffix(".plots")
+    plots = plots or out.with_name(model_stem(out.name)).with_suffix(".plots")
     inputs = [*files, *([validate] if validate else [])]
     check_readable(*inputs)
     refuse_existing(out, plots, force=force, read=inputs)
 
     import ident
-    from ident.estimation import estimators
     from recordings.progress import progress_bar
 
-    tolerance = 0.0 if paper and estimators.has_setting(method, "tolerance") else None
-    given = {"neighbourhood": neighbourhood, "iterations": iterations, "tolerance": tolerance}
+    given = _settings(method, settings, paper, {"neighbourhood": neighbourhood, "iterations": iterations})
     with progress_bar("reading") as show:
         model = ident.fit(
             files,
@@ -152,24 +148,44 @@ def command(
             physical=physical,
             intervals=intervals,
             seed=seed,
-            settings={name: value for name, value in given.items() if value is not None},
+            settings=given,
             progress=lambda done, total, *_: show("fitting", done, total),
         )
     assert model.identification is not None
     _write(model, model.identification, out, plots)
     _show(model, as_json, details)
     click.echo(f"model: {out}\npictures: {plots}", err=True)
-    options = [*(["--validate", validate] if validate else []), *_repeated("--effect-file", effect_files)]
+    options = [*(["--validate", validate] if validate else []), *repeated("--effect-file", effect_files)]
     say_next("ident", "diagnose", *files, *options, "--apply", "-o", _better(out))
+
+
+def _settings(method: str, texts: tuple[str, ...], paper: bool, options: Mapping[str, object]) -> dict[str, object]:
+    """Settings of the `method` by name: from --set, from `options` of their own, and those of the `paper`."""
+    from ident.estimation import estimators
+    from ident.estimation.settings import parse
+
+    given: dict[str, object] = dict(parse(texts))
+    for name, value in options.items():
+        if value is not None:
+            if name in given:
+                raise BadInput(f"--{name} cannot be combined with --set {name}={given[name]}; leave one out")
+            given[name] = value
+    if paper:
+        for name in ("iterations", "tolerance"):
+            if name in given:
+                raise BadInput(
+                    f"--set {name} cannot be combined with --paper, which sets it; '{given[name]}' found; leave out "
+                    "one of them"
+                )
+        if estimators.has_setting(method, "tolerance"):
+            given["tolerance"] = 0.0
+    estimators.settings(method, given)
+    return given
 
 
 def _better(model: Path) -> Path:
     """A name beside the `model` file for the model that a diagnosis makes of it."""
-    return model.with_name(f"{model.name.removesuffix('.json').removesuffix('.model')}.better.model.json")
-
-
-def _repeated(option: str, values: Sequence[object]) -> list[object]:
-    return [word for value in values for word in (option, value)]
+    return model.with_name(f"{model_stem(model.name)}.better.model.json")
 
 
 def _check_beside_paper(**given: object) -> None:

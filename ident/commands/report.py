@@ -4,7 +4,8 @@ from pathlib import Path
 
 import click
 
-from recordings.command_line import check_readable, refuse_existing, say_next
+from ident.command_options import EFFECT_FILES
+from recordings.command_line import check_readable, refuse_existing, repeated, say_next
 from recordings.errors import BadInput
 
 FILE = click.Path(path_type=Path)
@@ -27,21 +28,23 @@ FILE = click.Path(path_type=Path)
     help="A recording that the fit did not use. May be repeated.",
 )
 @click.option(
-    "--diagnose/--no-diagnose", default=True, show_default=True, help="Find the physical effects that are missing."
-)
-@click.option(
-    "--effect-file",
-    "effect_files",
+    "--response",
+    "responses",
     multiple=True,
     type=FILE,
-    metavar="PY",
-    help="Python file with an effect of your own. It is executed.",
+    metavar="FILE",
+    help="A recording of `daq response`: its Bode plot tells a delay from elasticity. May be repeated.",
 )
+@click.option(
+    "--diagnose/--no-diagnose", default=True, show_default=True, help="Find the physical effects that are missing."
+)
+@EFFECT_FILES
 @click.option("--force", is_flag=True, help="Replace an existing report.")
 def command(
     files: tuple[Path, ...],
     out: Path | None,
     held_out: tuple[Path, ...],
+    responses: tuple[Path, ...],
     diagnose: bool,
     effect_files: tuple[Path, ...],
     force: bool,
@@ -53,7 +56,7 @@ def command(
     """
     models, recordings = _split_by_suffix(files)
     out = out or recordings[0].with_suffix(".report.html")
-    inputs = (*models, *recordings, *held_out)
+    inputs = (*models, *recordings, *held_out, *responses)
     _check_not_repeated(inputs)
     check_readable(*inputs)
     if out.is_dir():
@@ -68,15 +71,16 @@ def command(
 
     with progress_bar("reading") as progress:
         gathered = contents.gather(
-            contents.ReportRequest(models, recordings, held_out, effect_files, diagnose), progress
+            contents.ReportRequest(models, recordings, held_out, effect_files, diagnose, responses=responses),
+            progress,
         )
         progress("drawing")
         page.write(gathered, out)
     if gathered.diagnosis:
         show_conclusion(gathered.diagnosis.document, Console())
     click.echo(f"report: {out}", err=True)
-    recorded = [*recordings, *(word for path in held_out for word in ("--validate", path))]
-    options = [word for path in effect_files for word in ("--effect-file", path)]
+    recorded = [*recordings, *repeated("--validate", held_out)]
+    options = repeated("--effect-file", effect_files)
     if any(analysis.within_noise for analysis in gathered.primary_analyses.values()):
         say_next("ident", "workbench", *recordings[:1], *held_out[:1])
     else:

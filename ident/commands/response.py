@@ -9,7 +9,7 @@ import click
 
 if TYPE_CHECKING:
     from ident.data.frequency_response import FrequencyResponse
-    from ident.estimation.axis_model import AxisModel
+    from ident.estimation.axis_response import AxisResponse
 
 FILE = click.Path(path_type=Path)
 
@@ -30,48 +30,29 @@ def command(file: Path, out: Path | None, plot: Path | None, force: bool, as_jso
     """
     import json
 
-    from ident.data.frequency_response import frequency_response
-    from ident.estimation.axis_model import fit_axis
-    from recordings.command_line import refuse_existing
-    from recordings.reader import read
+    from ident.estimation.axis_response import axis_response
+    from recordings.command_line import refuse_existing, say_next
 
     refuse_existing(out, plot, force=force, read=(file,))
-    measured = frequency_response(read(file))
-    model = fit_axis(measured)
+    response = axis_response(file)
     if out is not None:
-        out.write_text(_table(measured), encoding="utf-8")
+        out.write_text(_table(response.measured), encoding="utf-8")
     if plot is not None:
         from ident.output.figures.bode import bode
 
-        bode(measured, model).write_html(plot)
-    click.echo(json.dumps(_document(measured, model), indent=1) if as_json else _sentences(measured, model))
+        bode(response.measured, response.model).write_html(plot)
+    click.echo(json.dumps(response.as_json(), indent=1) if as_json else _sentences(response))
+    say_next(*_next(response))
 
 
-def _document(measured: FrequencyResponse, model: AxisModel) -> dict[str, object]:
-    return {
-        "schema": 1,
-        "joint": measured.joint,
-        "rate": measured.rate,
-        "bandwidth_hz": _bandwidth(measured),
-        "inertia": model.inertia,
-        "viscous": model.viscous,
-        "delay": model.delay,
-        "antiresonance_hz": model.antiresonance,
-        "resonance_hz": model.resonance,
-        "lines": model.lines,
-        "highest_hz": model.highest,
-        "misfit": model.misfit,
-    }
+def _next(response: AxisResponse) -> tuple[str, ...]:
+    if response.model.resonance is not None:
+        return "ident", "effects", "joint_elasticity"
+    return ("ident", "effects", "actuation_delay") if response.is_delayed else ("daq", "record", "--traj", "fig5a")
 
 
-def _bandwidth(measured: FrequencyResponse) -> float | None:
-    """Lowest frequency at which the position follows with less than 1/sqrt(2) of the command [Hz]."""
-    below = measured.frequency[abs(measured.loop) < 0.5**0.5]
-    return float(below[0]) if len(below) else None
-
-
-def _sentences(measured: FrequencyResponse, model: AxisModel) -> str:
-    bandwidth = _bandwidth(measured)
+def _sentences(response: AxisResponse) -> str:
+    measured, model, bandwidth = response.measured, response.model, response.bandwidth
     lines = [
         f"joint {measured.joint}: {model.lines} lines above noise and friction, up to {model.highest:.4g} Hz",
         f"position loop: -3 dB at {bandwidth:.3g} Hz"
@@ -79,11 +60,10 @@ def _sentences(measured: FrequencyResponse, model: AxisModel) -> str:
         else "position loop: no -3 dB below the highest line",
         f"inertia {model.inertia:.3g} kg m^2, delay {1000 * model.delay:.2f} ms",
     ]
-    if model.resonance is None:
-        lines.append("no resonance: the axis is rigid in this range")
-    else:
-        lines.append(f"elastic: antiresonance at {model.antiresonance:.3g} Hz, resonance at {model.resonance:.3g} Hz")
+    if model.resonance is not None:
+        lines.append(f"antiresonance at {model.antiresonance:.3g} Hz, resonance at {model.resonance:.3g} Hz")
     lines.append(f"the model deviates from the response by {model.misfit:.0%} (RMS)")
+    lines.append(response.conclusion)
     return "\n".join(lines)
 
 

@@ -4,6 +4,9 @@ from pathlib import Path
 
 import click
 
+from ident.command_options import EFFECT_FILES
+from recordings.errors import BadInput
+
 FILE = click.Path(path_type=Path)
 
 
@@ -14,21 +17,27 @@ FILE = click.Path(path_type=Path)
 @click.argument("places", metavar="[FOLDER | FILE...]", nargs=-1, type=FILE)
 @click.option("--port", type=click.IntRange(1, 65535), help="[default: any that is free]")
 @click.option("--no-browser", is_flag=True, help="Only print the address.")
-@click.option(
-    "--effect-file",
-    "effect_files",
-    multiple=True,
-    type=FILE,
-    metavar="PY",
-    help="Python file with an effect of your own. It is executed.",
-)
-def command(places: tuple[Path, ...], port: int | None, no_browser: bool, effect_files: tuple[Path, ...]) -> None:
+@EFFECT_FILES
+@click.option("--store", type=FILE, metavar="DIR", help="Show the fleet whose results are in this folder, too.")
+def command(
+    places: tuple[Path, ...],
+    port: int | None,
+    no_browser: bool,
+    effect_files: tuple[Path, ...],
+    store: Path | None,
+) -> None:
     """Open a page in the browser to record, fit, compare and find the effects that the model lacks.
 
     FOLDER holds the recordings; results are written there. Of two FILEs the first is fitted, the second validates.
     The page can access only this folder, and only this machine's user can open it.
     """
+    from ident.fleet.walk import is_store
     from ident.workbench.app import serve
     from ident.workbench.session import open_session
 
-    serve(open_session(places, effect_files), port, not no_browser)
+    if places and is_store(places[0]):
+        raise BadInput(
+            f"{places[0]}: a folder of recordings expected, a store of `ident fleet` found; say, "
+            f"ident workbench --store {places[0]}"
+        )
+    serve(open_session(places, effect_files, store), port, not no_browser)

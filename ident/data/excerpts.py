@@ -25,6 +25,8 @@ class Excerpt:
     recording: Recording
     start: float
     """Start time on the clock of the whole recording [s]."""
+    end: float | None = None
+    """End of the whole recording on that clock [s]; None: this is the whole."""
 
 
 def excerpts(recording: Recording) -> list[Excerpt]:
@@ -52,4 +54,4 @@ def _cut(recording: Recording, start: float, end: float) -> Excerpt:
     selected = (recording.time >= start) & (recording.time <= end)
     cut = slicing.along_time(recording, selected)
     start = float(cut.time[0])
-    return Excerpt(replace(cut, time=cut.time - start), start)
+    return Excerpt(replace(cut, time=cut.time - start), start, float(recording.time[-1]))

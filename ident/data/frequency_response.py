@@ -45,6 +45,11 @@ class FrequencyResponse:
     """(n,) coherence of position and torque with the command."""
     motion_deviation: Floats
     """(n,) relative standard deviation of `motion`."""
+    others: Complex
+    """(n, dof - 1) position of each other joint over that of this one: their drives do not hold them ideally."""
+    torque_age: float = 0.0
+    """By how much the reported torque is older than the position of the same sample [s], where the recording says
+    so."""
 
 
 def frequency_response(recording: Recording) -> FrequencyResponse:
@@ -59,13 +64,14 @@ def frequency_response(recording: Recording) -> FrequencyResponse:
     joint = _moving_joint(recording, command)
     drive = drive_signal(recording)
     torque = drive if holds_torque(recording) else torque_from_voltage(drive, recording.rig.torque)
-    signals = (command[..., joint], recording.position[rows][..., joint], torque[rows][..., joint])
+    position = recording.position[rows]
+    signals = (command[..., joint], position[..., joint], torque[rows][..., joint])
     for name, signal in zip(("command", "position", "torque"), signals, strict=True):
         if not np.isfinite(signal).all():
             raise BadInput(
                 f"{recording.path}: every sample of joint {joint + 1} expected, the {name} has gaps; record anew"
             )
-    spectra = [2 * np.fft.rfft(signal.mean(axis=0)) / signal.shape[1] for signal in signals]
+    spectra = [_spectrum(signal) for signal in signals]
     frequency = np.arange(len(spectra[0])) * recording.run.rate / rows.shape[1]
     excited = _excited(recording, frequency, spectra[0])
     levels = [_level_between(spectrum, excited) for spectrum in spectra[1:]]
@@ -80,7 +86,25 @@ def frequency_response(recording: Recording) -> FrequencyResponse:
         loop_coherence=1 / (1 + noise[0] ** 2),
         motion_coherence=1 / (1 + noise[0] ** 2 + noise[1] ** 2),
         motion_deviation=np.hypot(*noise),
+        others=_others(recording, position, joint)[excited] / Y[:, None],
+        torque_age=recording.run.torque_age or 0.0,
     )
+
+
+def _spectrum(signal: Floats) -> Complex:
+    """Amplitudes of the mean repetition; `signal`: (cycles, samples, ...)."""
+    amplitudes: Complex = 2 * np.fft.rfft(signal.mean(axis=0), axis=0) / signal.shape[1]
+    return amplitudes
+
+
+def _others(recording: Recording, position: Floats, joint: int) -> Complex:
+    """Spectra (bins, dof - 1) of the other joints; `position`: (cycles, samples, dof)."""
+    others = np.delete(position, joint, axis=2)
+    if not np.isfinite(others).all():
+        raise BadInput(
+            f"{recording.path}: every sample of the joints that hold expected, their position has gaps; record anew"
+        )
+    return _spectrum(others)
 
 
 def _rows(recording: Recording) -> NDArray[np.intp]:

@@ -13,7 +13,7 @@ from ident.data.preprocessing import Preprocessed
 from ident.data.samples import Samples, drive_signal, sample
 from ident.dynamics import mechanisms
 from ident.dynamics.mechanism_motion import MechanismMotion
-from ident.dynamics.mechanisms import Mechanism
+from ident.dynamics.mechanisms import Mechanism, RigidMechanism
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import ModelStructure
 from recordings.errors import BadInput
@@ -36,7 +36,7 @@ class PreparedRecording:
     recording: Recording
     method: str
     """Preprocessing."""
-    mechanism: Mechanism
+    mechanism: RigidMechanism
     """Of the rig, or the form of it that is identified."""
     samples: Samples
     preprocessed: Preprocessed
@@ -46,6 +46,8 @@ class PreparedRecording:
     """(m, dof) measured torque [N m]; NaN where a row is not usable."""
     start: float = 0.0
     """Start on the time axis of effects [s]; not 0 for an excerpt of a longer recording."""
+    end: float | None = None
+    """End of that longer recording on the same axis [s]; None: this is no excerpt."""
 
     @cached_property
     def as_recorded(self) -> MechanismMotion:
@@ -162,9 +164,14 @@ def _steps(signal: Floats) -> Floats:
 
 
 def prepare(
-    recording: Recording, method: str, cutoff: float | None, start: float = 0.0, form: str | None = None
+    recording: Recording,
+    method: str,
+    cutoff: float | None,
+    start: float = 0.0,
+    end: float | None = None,
+    form: str | None = None,
 ) -> PreparedRecording:
-    """Preprocess `recording`, which begins at `start` [s], by `method`.
+    """Preprocess `recording`, which begins at `start` [s] of a longer one that ends at `end` [s], by `method`.
 
     Only the repeated motion is used, if the recording has one. Approach and stop serve as run-in of the filters.
 
@@ -182,7 +189,7 @@ def prepare(
         torque = _usable_torque(recording, samples, preprocessed, regressor)
     except BadInput as error:
         raise BadInput(f"{recording.path.name}: {error}") from None
-    return PreparedRecording(recording, method, mechanism, samples, preprocessed, regressor, torque, start)
+    return PreparedRecording(recording, method, mechanism, samples, preprocessed, regressor, torque, start, end)
 
 
 def prepare_all(

@@ -33,7 +33,8 @@ def drive_errors(prepared: PreparedRecording, torque: Floats) -> list[tuple[Floa
     """Simulate what the resolution of the drives' signal does to the torque: DRIVE_DRAWS pairs of (m, dof) [N m].
 
     Both errors of a pair belong to the same motion, so that the mean of their product contains only what repeats with
-    the motion. They are conditioned as the torque, and 0 for a joint whose noise exceeds the steps.
+    the motion. They are conditioned as the torque, and 0 for a joint whose noise exceeds the steps; if that of all
+    joints does, there are no pairs.
 
     torque: (n, dof) torque of a model [N m], before it is conditioned.
     """
@@ -42,8 +43,7 @@ def drive_errors(prepared: PreparedRecording, torque: Floats) -> list[tuple[Floa
     noise = _noise(prepared.samples.drive[prepared.preprocessed.instants] - signal, step)
     coarse = (step > 0) & (noise < _DITHER * step)
     if not coarse.any():
-        nothing = np.zeros_like(prepared.torque)
-        return [(nothing, nothing)] * DRIVE_DRAWS
+        return []
     step, rng, pairs = np.where(coarse, step, 1.0), np.random.default_rng(_SEED), []
     for _ in range(DRIVE_DRAWS):
         shifted = signal + rng.uniform(-0.5, 0.5, len(step)) * step

@@ -6,6 +6,7 @@ import numpy as np
 
 from ident.dynamics.torque_map import torque_from_voltage, torque_per_volt
 from recordings.errors import BadInput
+from recordings.interpolation import interpolate_columns
 from recordings.recording import Bools, Floats, Ints, Recording
 from recordings.schemas import POSITION_DELAY, VOLTAGE_DELAY
 
@@ -82,7 +83,7 @@ def sample(recording: Recording) -> Samples:
         slope=slope,
         repeat=repeat,
         phase=phase,
-        temperature=np.stack([_slow(recording.time, x, instants) for x in recording.temperature.T], axis=1),
+        temperature=interpolate_columns(instants, recording.time, recording.temperature),
         selected=repeat >= 0 if (repeat >= 0).any() else _in_motion(position),
     )
 
@@ -215,15 +216,6 @@ def _interpolate(time: Floats, signal: Floats, grid: Floats, longest: float) -> 
     outside = (grid < instants[0]) | (grid > instants[-1])
     values = CubicSpline(instants, signal[known])(grid)
     return np.where(gap | outside, np.nan, values)
-
-
-def _slow(time: Floats, signal: Floats, grid: Floats) -> Floats:
-    """Interpolate the slow `signal` (n,), which may be sampled seldom, linearly at the instants `grid` [s].
-
-    It is held before its first and after its last sample; NaN where there is none.
-    """
-    known = np.isfinite(signal)
-    return np.interp(grid, time[known], signal[known]) if known.any() else np.full(len(grid), np.nan)
 
 
 def _cycles(recording: Recording, index: Ints, rate: float) -> tuple[Ints, Floats]:

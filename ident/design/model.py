@@ -7,7 +7,7 @@ import numpy as np
 
 from ident.dynamics import mechanisms
 from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.base import Additive, Effect
+from ident.dynamics.effects.base import Additive
 from ident.dynamics.effects.library import load, names
 from ident.dynamics.inverse_dynamics import InverseDynamics
 from ident.dynamics.mechanisms import Parameter
@@ -19,8 +19,6 @@ from recordings.rig import Rig
 from trajectories.checks import nominal_parameters
 from trajectories.kinematics import Unreachable
 
-_DEFAULT_SHAPE = 40.0
-"""Value of a shape without initial guesses, such as a number of periods per turn."""
 _REDUCTION = 0.25
 """Factor of a distortion with which the mechanism does not close, for the next attempt."""
 _MIN_SIZE = 1e-3
@@ -64,7 +62,7 @@ class DesignModel:
             Unreachable: the mechanism does not close in this motion.
         """
         size = term.instances * len(term.local_parameters)
-        values = np.concatenate([self.values, np.zeros(size), _middle_shapes(term.effect)])
+        values = np.concatenate([self.values, np.zeros(size), term.effect.typical_shapes])
         extended = InverseDynamics(self.structure.with_term(term), values)
         if isinstance(term.effect, Additive):
             return extended.columns(self._inputs(extended, motion))[:, :, -size:]
@@ -117,19 +115,13 @@ def with_effects(rig: Rig, effects: Sequence[str]) -> DesignModel:
     known = _nominal_parameters(rig)
     values = np.array([known.get(entry.name, 0.0) for entry in structure.parameters])
     for index, term in enumerate(terms):
-        values[structure.parameter_mask(index) & ~structure.linear] = _middle_shapes(term.effect)
+        values[structure.parameter_mask(index) & ~structure.linear] = term.effect.typical_shapes
     return DesignModel(structure, values)
 
 
 def mandatory_effects(rig: Rig) -> list[str]:
     """Names of the effects that every model of this mechanism includes."""
     return [name for name in names() if (effect := load(name)).mandatory and rig.mechanism in effect.mechanisms]
-
-
-def _middle_shapes(effect: Effect) -> Floats:
-    """(s,) middle one of the initial guesses of each shape parameter of the `effect`."""
-    guesses = [shape.initial_guesses or (_DEFAULT_SHAPE,) for shape in effect.shapes]
-    return np.array([values[len(values) // 2] for values in guesses], float)
 
 
 def _nominal_parameters(rig: Rig) -> dict[str, float]:

@@ -12,6 +12,7 @@ from ident.diagnosis.steps import Exclusion, Extensions, FittedModel
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure, Term
 from ident.estimation.nonlinear_fit import Solution
+from ident.estimation.shape_parameters import suggestions
 from ident.threads import in_threads
 from recordings.recording import Floats
 
@@ -28,6 +29,8 @@ _MIN_REALISED = 0.95
 
 _EffectKey = tuple[tuple[str, tuple[int, ...]], ...]
 """The effects of a model, each with its joints."""
+Screening = tuple[list[Candidate], Mapping[str, Exclusion], Mapping[str, float]]
+"""Candidates, excluded effects, and the relative reductions of the loss: see `CandidateSearch.screen`."""
 
 
 class CandidateSearch:
@@ -36,22 +39,25 @@ class CandidateSearch:
     def __init__(self, split: SplitData, library: Mapping[str, Effect]) -> None:
         self._split, self._library = split, library
         self._extensions: dict[_EffectKey, Extensions] = {}
-        self._screened: dict[_EffectKey, list[Candidate]] = {}
-        """The screened candidates of each model in `_extensions`."""
+        self._screened: dict[_EffectKey, Screening] = {}
 
     def extensions(self, model: FittedModel) -> Extensions:
         """All extensions of `model` by one effect."""
         key = effect_key(model)
         if key not in self._extensions:
-            self._extensions[key] = self._search(model, "")
+            self._extensions[key] = self._refined(model, self._screening(model))
         return self._extensions[key]
+
+    def promised_loss(self, model: FittedModel) -> float:
+        """Smallest loss that screening promises for an extension of `model`; infinite where nothing extends it."""
+        return min((candidate.loss for candidate in self._screening(model)[0]), default=np.inf)
 
     def alternatives(self, name: str, reduced: FittedModel) -> list[FittedModel]:
         """Extensions of `reduced`, a model without the effect `name`, by another effect."""
         extensions = self._extensions.get(effect_key(reduced))
         return [
             extension
-            for extension in (extensions or self._search(reduced, name)).models
+            for extension in (extensions or self._refined(reduced, self.screen(reduced, name))).models
             if extension.terms[-1].name != name
         ]
 
@@ -76,7 +82,7 @@ class CandidateSearch:
     def skipped_extensions(self, model: FittedModel) -> list[FittedModel]:
         """Extensions of `model` that `extensions` did not refine because others promised more; the best first."""
         refined = {extension.terms[-1] for extension in self.extensions(model).models}
-        significant = self._significant(model, self._screened[effect_key(model)])
+        significant = self._significant(model, self._screening(model)[0])
         skipped = [
             candidate for candidate in significant if all(candidate.term.name != term.name for term in refined)
         ][:MAX_REFINED]
@@ -103,12 +109,24 @@ class CandidateSearch:
     def without_instances(self, model: FittedModel, index: int, kept: Sequence[bool]) -> FittedModel:
         """Keep the effect number `index` of `model` only on the joints that are `kept`, and refit."""
         structure, x = model.solution.structure, model.solution.x
-        term, local = model.terms[index], structure.local_values(index, x)
+        term, entries = model.terms[index], structure.instance_entries(index)
         joints = tuple(joint for joint, keep in zip(term.joints, kept, strict=True) if keep)
         terms = list(structure.terms)
         terms[index] = replace(term, joints=joints)
-        entries = np.flatnonzero(structure.parameter_mask(index))[: local.size].reshape(local.shape)
         return self.fit(replace(structure, terms=tuple(terms)), np.delete(x, entries[~np.array(kept)].ravel()))
+
+    def on_other_joints(self, model: FittedModel, index: int) -> FittedModel | None:
+        """The effect number `index` of `model` on all the other joints instead, if these are fewer; refitted."""
+        structure, x, term = model.solution.structure, model.solution.x, model.terms[index]
+        others = tuple(joint for joint in term.effect.possible_joints(structure.rig) if joint not in term.joints)
+        if not 0 < len(others) < len(term.joints):
+            return None
+        local, terms = structure.local_values(index, x), list(structure.terms)
+        terms[index] = replace(term, joints=others)
+        entries = np.flatnonzero(structure.parameter_mask(index))[: local.size]
+        opposite = np.tile(-local.mean(axis=0), len(others))
+        start = np.insert(np.delete(x, entries), entries[0], opposite)
+        return self.fit(replace(structure, terms=tuple(terms)), start)
 
     def joint_extensions(self, model: FittedModel, joints: Sequence[int]) -> list[FittedModel]:
         """Models in which one effect of `model` acts on one more of the `joints` (from 0), or on all of them."""
@@ -128,19 +146,27 @@ class CandidateSearch:
         joints = tuple(sorted((*term.joints, *added)))
         by_joint = dict(zip(term.joints, local, strict=True))
         values = np.stack([by_joint.get(joint, local.mean(axis=0)) for joint in joints])
-        extended = narrow.without_term(index).with_term(replace(term, joints=joints))
-        return self.fit(
-            extended,
-            np.concatenate([x[~narrow.parameter_mask(index)], values.ravel(), narrow.shape_values(index, x)]),
-        )
+        wider = replace(term, joints=joints)
+        shapes = narrow.shape_values(index, x)
+        if term.effect.local_shapes:
+            predictors = [self._split.predictors[i] for i in self._split.train_indices]
+            suggested = suggestions(term.effect, predictors, model.solution, model.solution.residuals)
+            shapes = wider.shape_guesses(suggested)[0]
+        extended = narrow.without_term(index).with_term(wider)
+        return self.fit(extended, np.concatenate([x[~narrow.parameter_mask(index)], values.ravel(), shapes]))
 
-    def _search(self, model: FittedModel, skip: str) -> Extensions:
-        candidates, excluded, loss_reductions = self.screen(model, skip)
-        if not skip:
-            self._screened[effect_key(model)] = candidates
+    def _refined(self, model: FittedModel, screening: Screening) -> Extensions:
+        candidates, excluded, loss_reductions = screening
         return Extensions(
             tuple(self._fit_nonlinear(model, self._significant(model, candidates))), excluded, loss_reductions
         )
+
+    def _screening(self, model: FittedModel) -> Screening:
+        """The screening of the whole library for `model`, done once."""
+        key = effect_key(model)
+        if key not in self._screened:
+            self._screened[key] = self.screen(model)
+        return self._screened[key]
 
     def _significant(self, model: FittedModel, candidates: Sequence[Candidate]) -> list[Candidate]:
         return [
@@ -149,20 +175,17 @@ class CandidateSearch:
             if self.is_significant(model.solution.loss, candidate.loss, candidate.parameter_count)
         ]
 
-    def screen(
-        self, model: FittedModel, skip: str = ""
-    ) -> tuple[list[Candidate], Mapping[str, Exclusion], Mapping[str, float]]:
+    def screen(self, model: FittedModel, skip: str = "") -> Screening:
         """Screen the library for effects that could be added to `model`.
 
         Returns the candidates, the most promising first; the excluded effects with the reason; and the relative
         reduction of the loss that each candidate promises.
         """
         present = {term.name for term in model.terms}
-        covered = {name for term in model.terms for name in term.effect.contains}
         library = {
             name: effect
             for name, effect in self._library.items()
-            if (name not in present or effect.repeated) and name not in covered and name != skip
+            if (name not in present or effect.repeated) and name != skip
         }
         candidates, excluded = Screener(self._split, model.solution).screen(library)
         before = model.solution.loss
@@ -185,7 +208,8 @@ class CandidateSearch:
         return sorted(models, key=lambda refined: refined.solution.loss)
 
     def _best_fit(self, model: FittedModel, candidate: Candidate) -> FittedModel:
-        return FittedModel(self._split, min(self._fits(model, candidate), key=lambda solution: solution.loss))
+        best, before = min(self._fits(model, candidate), key=lambda solution: solution.loss), model.solution.loss
+        return FittedModel(self._split, self._split.escape_local_minima(best) if best.loss < before else best)
 
     def _fits(self, model: FittedModel, candidate: Candidate) -> Iterator[Solution]:
         """Fit `model` with the `candidate` from one initial guess after the other.
@@ -217,11 +241,12 @@ class CandidateSearch:
         if term.effect.whole_robot or len(term.joints) == 1 or len(possible) in (0, len(term.joints)):
             return model
         structure, index = model.solution.structure, len(model.terms) - 1
-        instances = [i for i, joint in enumerate(term.joints) if joint in possible]
-        values = structure.local_values(index, model.solution.x)[instances].ravel()
-        shapes = structure.shape_values(index, model.solution.x)
+        impossible = [joint not in possible for joint in term.joints]
+        kept = np.ones(len(model.solution.x), bool)
+        kept[structure.instance_entries(index)[impossible]] = False
+        values = model.solution.x[structure.parameter_mask(index) & kept]
         reduced = before.solution.structure.with_term(replace(term, joints=tuple(possible)))
-        return self.fit(reduced, np.concatenate([before.solution.x, values, shapes]))
+        return self.fit(reduced, np.concatenate([before.solution.x, values]))
 
 
 def _is_further_line(model: FittedModel, candidate: Candidate) -> bool:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from ident.diagnosis.candidate_search import CandidateSearch
 from ident.diagnosis.physical_limits import (
     implausibility,
+    implausible_shape,
     is_only_large,
     resolved_instances,
     simpler_effect,
@@ -32,7 +33,9 @@ class Claims:
         evidence.
         """
         plausible = [
-            candidate for candidate in candidates if self._is_accepted(candidate, implausibility(candidate, before))
+            candidate
+            for candidate in candidates
+            if self._is_accepted(candidate.terms[-1].name, implausibility(candidate, before))
         ]
         least = min((candidate.solution.loss for candidate in plausible), default=before.solution.loss)
         return plausible + [
@@ -43,7 +46,11 @@ class Claims:
 
     def is_resolved(self, model: FittedModel) -> bool:
         """Whether the data determine the strength of the last effect of `model`."""
-        return self._is_accepted(model, unresolved(model))
+        return self._is_accepted(model.terms[-1].name, unresolved(model))
+
+    def keeps_shape(self, model: FittedModel, index: int) -> bool:
+        """Whether the shape of the effect `index` of `model` can still be true, beside the effects that are left."""
+        return self._is_accepted(model.terms[index].name, implausible_shape(model, index))
 
     def simplified(self, model: FittedModel) -> FittedModel:
         """`model`, or one with the simpler effect that its last one does not differ from."""
@@ -60,7 +67,18 @@ class Claims:
                 model = self._search.without_instances(model, index, kept)
         return model
 
-    def _is_accepted(self, model: FittedModel, reason: str | None) -> bool:
+    def on_fewest_joints(self, model: FittedModel) -> FittedModel:
+        """`model` with effects that only differ between joints on the fewest joints that explain as much."""
+        for index, term in enumerate(model.terms):
+            other = self._search.on_other_joints(model, index) if term.effect.differential else None
+            if other is None:
+                continue
+            parameters = len(model.solution.x) - len(other.solution.x)
+            if not self._search.is_significant(other.solution.loss, model.solution.loss, parameters):
+                model = other
+        return model
+
+    def _is_accepted(self, name: str, reason: str | None) -> bool:
         if reason:
-            self.refused[model.terms[-1].name] = reason
+            self.refused[name] = reason
         return reason is None

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording
-from ident.diagnosis.parameter_intervals import parameter_uncertainty, with_gain
+from ident.diagnosis.parameter_intervals import with_gain
 from ident.diagnosis.residual_test import residual_test
 from ident.diagnosis.steps import FittedModel
 from ident.diagnosis.unexplained_residual import UnexplainedResidual
@@ -36,7 +36,7 @@ def model_file(model: FittedModel, unexplained: UnexplainedResidual, diagnosed: 
     fit = _fit(model, regressions)
     relative, linear = is_relative(prepared.recording), structure.linear
     assessment, single = assess(regressions, fit, structure, METHOD, Sensitivity(None, ()), relative)
-    uncertainty = parameter_uncertainty(split, solution)
+    uncertainty = model.uncertainty
     file = model_of(
         regressions,
         structure,

@@ -14,7 +14,7 @@ from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.data.samples import sample
 from ident.diagnosis.confirmation import is_structure
-from ident.diagnosis.misspecification_check import remove_imitations
+from ident.diagnosis.misspecification_check import remove_imitations, remove_pieces
 from ident.diagnosis.nonparametric_fit import NonparametricFit, fit_curves
 from ident.diagnosis.observability import Observability, observability
 from ident.diagnosis.ripple import Ripple, below_low_pass, find_ripple
@@ -140,15 +140,23 @@ def diagnose(
     if reduced is not split:
         split, selector = reduced, Selector(reduced, effects.observable, progress)
         selection = _select(selector, start, options)
+    known = split.without_extrapolated_rows(selection.model.extrapolated)
+    if known is not split:
+        other = Selector(known, effects.observable, progress)
+        again = _select(other, start, options)
+        if selection.model.curve_joints <= again.model.curve_joints:  # otherwise, nothing was extrapolated
+            split, selector, selection = known, other, again
+    selection = selection if options.only else remove_pieces(selector, selection)
     progress("analysing the unexplained residual")
     unexplained = estimate_unexplained(selection.model)
     learned = None
     if unexplained.significant:
-        selection = selection if options.only else remove_imitations(selector, selection)
-        learned = fit_curves(selection.model)
-        dependences = learned.dependences if learned and learned.supported else None
+        if not options.only:
+            selection, learned = remove_imitations(selector, selection)
+        learned = learned or fit_curves(selection.model)
+        dependences = learned.described if learned and learned.supported else None
         if not selection.model.noise_floor.known:
-            dependences = learned.dependences if learned and is_structure(learned.improvement) else ()
+            dependences = learned.described if learned and is_structure(learned.improvement) else ()
         unexplained = estimate_unexplained(selection.model, dependences)
     selection = with_vibrations(selection)
     progress("searching ripple above the low-pass")
@@ -202,7 +210,10 @@ def _prepare_recordings(
     excerpt_lists = [excerpts(recording) for recording in recordings]
     hz = options.cutoff or (None if options.preprocessing == "central" else _choose_cutoff(recordings))
     prepared = [
-        in_threads(lambda excerpt: prepare(excerpt.recording, options.preprocessing, hz, excerpt.start), excerpt_list)
+        in_threads(
+            lambda excerpt: prepare(excerpt.recording, options.preprocessing, hz, excerpt.start, excerpt.end),
+            excerpt_list,
+        )
         for excerpt_list in excerpt_lists
     ]
     kept = sum(len(excerpt.recording.time) for excerpt_list in excerpt_lists for excerpt in excerpt_list)

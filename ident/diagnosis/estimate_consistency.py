@@ -10,7 +10,7 @@ import numpy as np
 from ident.data.prepared_recording import MIN_ROWS_PER_PARAMETER
 from ident.diagnosis.confirmation import MIN_T
 from ident.diagnosis.document import ParameterValue, StepEntry
-from ident.diagnosis.parameter_intervals import parameter_uncertainty, standard_errors
+from ident.diagnosis.parameter_intervals import standard_errors
 from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.steps import FittedModel
 from recordings.recording import Floats
@@ -31,14 +31,26 @@ def consistency_warnings(model: FittedModel, steps: Sequence[StepEntry]) -> Iter
 
 def _between_effects(model: FittedModel) -> Iterator[str]:
     """Coefficients of two effects that the motion hardly distinguishes."""
+    parameters = model.solution.structure.parameters
+    for i, j, correlation in indistinguishable(model):
+        yield (
+            f"{parameters[i].name} and {parameters[j].name} are known only together: this motion hardly "
+            f"distinguishes them (their errors correlate by {correlation:+.2f}), so one of the two may be all there "
+            "is."
+        )
+
+
+def indistinguishable(model: FittedModel) -> list[tuple[int, int, float]]:
+    """Pairs of coefficients of two effects, as entries of the parameters, with the correlation of their errors."""
     entries = [(i, entry) for i, entry in enumerate(model.solution.structure.parameters) if _is_strength(model, i)]
-    correlation = parameter_uncertainty(model.split, model.solution).correlation if len(entries) > 1 else np.zeros(0)
-    for (i, first), (j, second) in combinations(entries, 2):
-        if first.term != second.term and np.abs(correlation[i, j]) > MAX_CORRELATION:
-            yield (
-                f"{first.name} and {second.name} are known only together: this motion hardly distinguishes them "
-                f"(their errors correlate by {correlation[i, j]:+.2f}), so one of the two may be all there is."
-            )
+    if len(entries) < 2:
+        return []
+    correlation = model.uncertainty.correlation
+    return [
+        (i, j, float(correlation[i, j]))
+        for (i, first), (j, second) in combinations(entries, 2)
+        if first.term != second.term and np.abs(correlation[i, j]) > MAX_CORRELATION
+    ]
 
 
 def _is_strength(model: FittedModel, entry: int) -> bool:

@@ -13,12 +13,11 @@ from ident.diagnosis.improvement import BLOCK_SECONDS
 from ident.diagnosis.noise_floor import NoiseFloor
 from ident.diagnosis.split_data import SplitData, rms
 from ident.diagnosis.steps import FittedModel
-from recordings.recording import Bools, Floats
+from ident.diagnosis.training_range import outside_of_range, training_range
+from recordings.recording import Bools
 
 _MIN_FAILURE = 1.25
 """A joint fails if its error exceeds the noise floor by this factor: the floor is not known more accurately."""
-_MARGIN = 0.02
-"""Share of the training range by which it may be exceeded."""
 _MIN_BLAMED_SHARE = 0.7
 """Share of the excess error that must lie outside of the range to be explained by it."""
 _MIN_DENSITY_RATIO = 3.0
@@ -76,25 +75,20 @@ def _ranges(split: SplitData) -> Iterator[TrainingRange]:
         ("speed", [data.motion.velocity for data in split.recordings]),
         ("position", [data.motion.position for data in split.recordings]),
     ):
+        low, high = training_range(series, split.train)
+        outside = outside_of_range(series, low, high)
         for joint, (effort, angle) in enumerate(zip(rig.effort_units, rig.position_units, strict=True)):
             unit = {"torque": effort, "speed": f"{angle}/s"}.get(name, angle)
-            values = [signal[:, joint] for signal in series]
-            train = np.concatenate([values[i][split.train[i][:, joint]] for i in split.train_indices])
-            if len(train):  # the joint moves at some time
-                yield _range(split, values, train, joint, f"{name} of joint {joint + 1}", unit)
-
-
-def _range(
-    split: SplitData, values: Sequence[Floats], train: Floats, joint: int, name: str, unit: str
-) -> TrainingRange:
-    low, high = float(np.nanmin(train)), float(np.nanmax(train))
-    margin = _MARGIN * (high - low)
-    outside = tuple(
-        _dilated((signal < low - margin) | (signal > high + margin), data.rate * _FILTER_SPREAD / data.bandwidth)
-        for signal, data in zip(values, split.recordings, strict=True)
-    )
-    text = f"the {name} is outside of the {low:.3g} to {high:.3g} {unit} of the training data"
-    return TrainingRange(joint, text, outside)
+            limits = f"{low[joint]:.3g} to {high[joint]:.3g} {unit}"
+            if np.isfinite(low[joint]):  # the joint moves at some time
+                yield TrainingRange(
+                    joint,
+                    f"the {name} of joint {joint + 1} is outside of the {limits} of the training data",
+                    tuple(
+                        _dilated(rows[:, joint], data.rate * _FILTER_SPREAD / data.bandwidth)
+                        for rows, data in zip(outside, split.recordings, strict=True)
+                    ),
+                )
 
 
 def _dilated(rows: Bools, distance: float) -> Bools:

@@ -163,6 +163,8 @@ def _drive_mean_square(solution: Solution, predictor: TorquePredictor) -> Floats
     prepared = predictor.prepared
     torque = predictor.unfiltered(solution.structure, solution.x)
     products = [first * second for first, second in drive_errors(prepared, torque)]
+    if not products:
+        return np.zeros(prepared.torque.shape[1])
     together: Floats = np.nanmean(np.where(prepared.usable, products, np.nan), axis=(0, 1))
     return np.maximum(together, 0.0)
 

@@ -10,9 +10,9 @@ from ident.diagnosis.confirmation import is_supported
 from ident.diagnosis.improvement import Improvement, measure_improvement
 from ident.diagnosis.normal_equations import NormalEquations
 from ident.diagnosis.residual_dependence import ResidualDependence
-from ident.diagnosis.split_data import SplitData
+from ident.diagnosis.split_data import SplitData, rms
 from ident.diagnosis.steps import FittedModel
-from ident.diagnosis.unexplained_residual import estimate_unexplained
+from ident.diagnosis.unexplained_residual import MIN_JOINT_RATIO, estimate_unexplained
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.learned_curve import LearnedCurve, hat_functions, learned_effect
 from ident.dynamics.structure import Term
@@ -44,6 +44,33 @@ class NonparametricFit:
     def supported(self) -> bool:
         """Whether the test rows support the curves."""
         return is_supported(self.improvement)
+
+    @property
+    def described(self) -> tuple[ResidualDependence, ...]:
+        """The dependences that are stated: without those of minor joints."""
+        return tuple(dependence for dependence in self.dependences if not dependence.minor)
+
+    def with_explained_of(self, final: FittedModel) -> "NonparametricFit":
+        """The same fit; its dependences state the share of the residual of the `final` model that it explains."""
+        test = final.split.test
+        before, after = (rms(model.residuals, test) for model in (final, self.model))
+        explained = 1 - (after / np.maximum(before, _TINY)) ** 2
+        dependences = [replace(each, explained=float(explained[each.joint])) for each in self.dependences]
+        return replace(self, dependences=tuple(dependences))
+
+    def within_knots(self) -> list[Bools]:
+        """(m,) rows of each recording in which the variable of every curve is in the range of its knots."""
+        split, rows = self.model.split, []
+        for recording, computed in zip(split.recordings, self.model.computed, strict=True):
+            inside = np.ones(len(recording.time), bool)
+            for curve in self.curves:
+                signal = recording.time
+                if curve.variable != "time":
+                    signals = computed if curve.variable == "load" else getattr(recording.motion, curve.variable)
+                    signal = signals[:, curve.variable_joint - 1]
+                inside &= (curve.knots[0] <= signal) & (signal <= curve.knots[-1])
+            rows.append(inside)
+        return rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,13 +120,13 @@ def fit_curves(final: FittedModel) -> NonparametricFit | None:
     One joint is added at a time: first those that change with time, then the one with the largest unexplained
     residual. The residuals of the other joints are meaningful only after that.
     """
-    split = final.split
     used: list[ResidualDependence] = []
-    curves: list[LearnedCurve] = []
-    model = final
+    fit: NonparametricFit | None = None
+    largest = 0.0
     for _ in range(final.residuals[0].shape[1]):
-        unexplained = estimate_unexplained(model)
-        share = unexplained.rms / split.torque_rms
+        unexplained = estimate_unexplained(fit.model if fit else final)
+        share = unexplained.rms / final.split.torque_rms
+        largest = max(largest, float(share.max()))
         candidates = [
             dependence
             for dependence in unexplained.dependences
@@ -107,15 +134,20 @@ def fit_curves(final: FittedModel) -> NonparametricFit | None:
         ]
         if not candidates:
             break
-        used.append(max(candidates, key=lambda dependence: ("time" in dependence.variables, share[dependence.joint])))
-        curves = _fit_values(
-            split, final.solution, [curve for dependence in used for curve in _empty_curves(dependence)]
-        )
-        model = _fit_with_curves(final, curves)
-    if not curves:
-        return None
-    improvement = measure_improvement(split, final.residuals, model.residuals, final.noise_floor.rms)
-    return NonparametricFit(tuple(curves), tuple(used), model, improvement)
+        best = max(candidates, key=lambda dependence: ("time" in dependence.variables, share[dependence.joint]))
+        is_minor = "time" not in best.variables and bool(share[best.joint] < MIN_JOINT_RATIO * largest)
+        used.append(replace(best, minor=is_minor))
+        fit = fit_curves_over(final, used)
+    return fit
+
+
+def fit_curves_over(final: FittedModel, dependences: Sequence[ResidualDependence]) -> NonparametricFit:
+    """Fit curves over the variables of the `dependences` to the residual of the `final` model."""
+    empty = [curve for dependence in dependences for curve in _empty_curves(dependence)]
+    curves = _fit_values(final.split, final.solution, empty)
+    model = _fit_with_curves(final, curves)
+    improvement = measure_improvement(final.split, final.residuals, model.residuals, final.noise_floor.rms)
+    return NonparametricFit(tuple(curves), tuple(dependences), model, improvement)
 
 
 def _fit_with_curves(final: FittedModel, curves: Sequence[LearnedCurve]) -> FittedModel:

@@ -1,10 +1,11 @@
 """Confidence intervals of the parameters of a model."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from ident.data.quantization import drive_errors
+from ident.data.quantization import DRIVE_DRAWS, drive_errors
 from ident.diagnosis.split_data import SplitData
 from ident.estimation.nonlinear_fit import Solution
 from ident.uncertainty import covariance
@@ -19,15 +20,15 @@ _MIN_INDEPENDENT_SHARE = 1e-7
 
 
 def confidence_intervals(split: SplitData, solution: Solution, gain_uncertainty: float) -> Floats:
-    """(K, 2) 95 % intervals, including noise and quantization; NaN for parameters that are not identifiable.
+    """(K, 2) 95 % intervals, including noise and propagated errors; NaN for parameters that are not identifiable.
 
     gain_uncertainty: relative uncertainty of the torque gain; it applies to parameters that are proportional to the
     torque.
     """
     linear = solution.structure.linear
     gain = np.where(linear, gain_uncertainty * np.abs(solution.x), 0.0)
-    noise, quantization = parameter_uncertainty(split, solution), QuantizationErrors(split, solution)
-    width = np.sqrt(noise.half_width() ** 2 + _NORMAL**2 * (quantization.variance() + gain**2))
+    noise, propagated = parameter_uncertainty(split, solution), PropagatedErrors(split, solution)
+    width = np.sqrt(noise.half_width() ** 2 + _NORMAL**2 * (propagated.variance() + gain**2))
     return np.stack([solution.x - width, solution.x + width], axis=1)
 
 
@@ -39,18 +40,19 @@ def with_gain(intervals: Floats, solution: Solution, gain_uncertainty: float) ->
 
 
 def standard_errors(split: SplitData, solution: Solution) -> Floats:
-    """(K,) standard errors of the parameters of `solution`, due to noise and quantization; NaN: not identifiable."""
+    """(K,) standard errors of the parameters of `solution`, due to noise and propagated errors; NaN: not
+    identifiable."""
     noise = parameter_uncertainty(split, solution).std
-    errors: Floats = np.sqrt(noise**2 + QuantizationErrors(split, solution).variance())
+    errors: Floats = np.sqrt(noise**2 + PropagatedErrors(split, solution).variance())
     return errors
 
 
-class QuantizationErrors:
-    """Propagates quantization errors to the parameters of `solution` by linearized least squares.
+class PropagatedErrors:
+    """Propagates quantization errors, and what effects idealize, to the parameters of `solution`.
 
     They repeat with the motion, so the residual's noise does not show them. Errors that would leave a larger residual
     than the measured one are scaled down: random encoder errors would excite a lightly damped elastic joint more than
-    the real ones.
+    the real ones. Propagation is by linearized least squares.
     """
 
     def __init__(self, split: SplitData, solution: Solution) -> None:
@@ -61,8 +63,20 @@ class QuantizationErrors:
         self._residual = float(np.linalg.norm(residual))
 
     def variance(self) -> Floats:
-        """(K,) variance due to the steps of all signals; 0 where not identifiable."""
-        return self.encoder_variance() + self.drive_variance()
+        """(K,) variance due to the steps of all signals and to effects; 0 where not identifiable."""
+        return self.encoder_variance() + self.drive_variance() + self.effect_variance()
+
+    def effect_variance(self) -> Floats:
+        """(K,) variance due to what effects idealize (their perturbed reports); 0 where not identifiable."""
+        structure, x = self._solution.structure, self._solution.x
+        predictors = [self._split.predictors[i] for i in self._split.train_indices]
+        variance = np.zeros(len(x))
+        for index, _, effect in structure.signals:
+            if effect.perturbed_report is not None:
+                perturbed = structure.with_effect(index, replace(effect, report=effect.perturbed_report))
+                errors = [each.torque(perturbed, x) - each.torque(structure, x) for each in predictors]
+                variance += self._shift(errors) ** 2
+        return variance
 
     def encoder_variance(self) -> Floats:
         """(K,) variance due to the steps of the encoders; 0 where not identifiable."""
@@ -83,10 +97,14 @@ class QuantizationErrors:
         """(K,) variance due to the steps of the drives' signal, as far as they repeat; 0 where not identifiable."""
         structure, x = self._solution.structure, self._solution.x
         predictors = [self._split.predictors[i] for i in self._split.train_indices]
-        draws = zip(*(drive_errors(each.prepared, each.unfiltered(structure, x)) for each in predictors), strict=True)
+        errors = [drive_errors(each.prepared, each.unfiltered(structure, x)) for each in predictors]
+        if not any(errors):
+            return np.zeros(len(x))
+        nothing = [(np.zeros_like(each.prepared.torque),) * 2 for each in predictors]
+        drawn = [pairs or [none] * DRIVE_DRAWS for pairs, none in zip(errors, nothing, strict=True)]
         products = []
-        for pairs in draws:
-            first, second = zip(*pairs, strict=True)
+        for of_recordings in zip(*drawn, strict=True):
+            first, second = zip(*of_recordings, strict=True)
             products.append(self._shift(first) * self._shift(second))
         variance: Floats = np.maximum(np.mean(products, axis=0), 0.0)
         return variance

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ident.diagnosis.confirmation import MIN_T
-from ident.diagnosis.parameter_intervals import parameter_uncertainty, standard_errors
+from ident.diagnosis.parameter_intervals import standard_errors
 from ident.diagnosis.steps import FittedModel
 from ident.dynamics.structure import Term
 from ident.dynamics.torque_map import voltage_from_torque
@@ -30,29 +30,35 @@ _LEVEL = 0.95
 
 def within_limits(model: FittedModel) -> list[bool]:
     """For each instance of the last term, whether its local parameters are possible, and no larger than plausible."""
+    return plausible_instances(model.terms[-1], _local_values(model))
+
+
+def plausible_instances(term: Term, local: Floats) -> list[bool]:
+    """For each instance of `term`, whether its parameters `local` (instances, c) are possible and plausibly small."""
+    sizes = np.linalg.norm(local, axis=1)
     return [
-        possible and size <= _max_amplitude(model)
-        for possible, size in zip(_possible(model), _amplitudes(model), strict=True)
+        possible and bool(size <= _max_amplitude(term))
+        for possible, size in zip(_possible(term, local), sizes, strict=True)
     ]
 
 
-def _possible(model: FittedModel) -> list[bool]:
-    """For each instance of the last term, whether its local parameters are within their physical limits."""
+def _possible(term: Term, local: Floats) -> list[bool]:
+    """For each instance of `term`, whether its parameters `local` (instances, c) are within their physical limits."""
     lower, upper = (
-        np.array([getattr(quantity, side) for quantity in model.terms[-1].local_parameters])
-        for side in ("lower", "upper")
+        np.array([getattr(quantity, side) for quantity in term.local_parameters]) for side in ("lower", "upper")
     )
-    return [bool(((lower <= row) & (row <= upper)).all()) for row in _local_values(model)]
+    return [bool(((lower <= row) & (row <= upper)).all()) for row in local]
 
 
-def _amplitudes(model: FittedModel) -> list[float]:
-    """Amplitude of each instance of the last term."""
-    return [float(np.linalg.norm(row)) for row in _local_values(model)]
+def _amplitudes(model: FittedModel, index: int) -> list[float]:
+    """Amplitude of each instance of the term `index`."""
+    local = model.solution.structure.local_values(index % len(model.terms), model.solution.x)
+    return [float(np.linalg.norm(row)) for row in local]
 
 
-def _max_amplitude(model: FittedModel) -> float:
-    """Largest plausible amplitude of the last term."""
-    limit = model.terms[-1].effect.max_amplitude
+def _max_amplitude(term: Term) -> float:
+    """Largest plausible amplitude of `term`."""
+    limit = term.effect.max_amplitude
     return np.inf if limit is None else limit
 
 
@@ -68,15 +74,28 @@ def implausibility(model: FittedModel, before: FittedModel) -> str | None:
 
 def _reasons(model: FittedModel, before: FittedModel) -> Iterator[str]:
     """Reasons against the values of the last term."""
-    if not all(_possible(model)):
+    if not all(_possible(model.terms[-1], _local_values(model))):
         yield "it would need a size or a sign that is not possible"
     flipped = flipped_parameter(model, before) or _earlier_effect_impossible(model, before)
     if flipped:
         yield f"{flipped} would get a value that is not possible"
-    if _shape_at_limit(model):
-        yield "the search for its shape ended at the end of the plausible range"
-    yield from _shapes_beyond_the_data(model)
+    yield from _reasons_of_shape(model, len(model.terms) - 1)
     yield from _excessive_amplitude(model)
+
+
+def implausible_shape(model: FittedModel, index: int) -> str | None:
+    """The first reason why the shape of the term `index` of `model` cannot be true; or None.
+
+    A shape was plausible when its effect was added, but may be so no longer once another effect is gone.
+    """
+    return next(_reasons_of_shape(model, index), None)
+
+
+def _reasons_of_shape(model: FittedModel, index: int) -> Iterator[str]:
+    """Reasons against the shape of the term `index`."""
+    if _shape_at_limit(model, index):
+        yield "the search for its shape ended at the end of the plausible range"
+    yield from _shapes_beyond_the_data(model, index)
 
 
 def is_only_large(model: FittedModel, before: FittedModel) -> bool:
@@ -87,8 +106,8 @@ def is_only_large(model: FittedModel, before: FittedModel) -> bool:
 
 def _excessive_amplitude(model: FittedModel) -> Iterator[str]:
     """The reason against a last term that is larger than hardware usually has."""
-    if (size := max(_amplitudes(model))) > _max_amplitude(model):
-        yield f"it would need an amplitude of {size:.3g}; at most {_max_amplitude(model):.3g} is plausible"
+    if (size := max(_amplitudes(model, -1))) > (limit := _max_amplitude(model.terms[-1])):
+        yield f"it would need an amplitude of {size:.3g}; at most {limit:.3g} is plausible"
 
 
 def _local_values(model: FittedModel) -> Floats:
@@ -107,7 +126,7 @@ def flipped_parameter(model: FittedModel, before: FittedModel) -> str | None:
     now, then = (fitted.solution.x[: len(parameters)] for fitted in (model, before))
     flipped = positive & (then >= 0) & (now < -_SIGN_TOLERANCE * np.abs(then))
     if flipped.any():
-        error = parameter_uncertainty(model.split, model.solution).std[: len(parameters)]
+        error = model.uncertainty.std[: len(parameters)]
         flipped &= ~(now > -MIN_T * error)  # refused where the error is not known
         flipped &= _torque_sizes(model)[: len(parameters)] > _MINOR_SHARE * _term_torque(model)
     return parameters[int(np.argmax(flipped))].name if flipped.any() else None
@@ -117,7 +136,7 @@ def sign_warnings(model: FittedModel) -> Iterator[str]:
     """Parameters of the mechanism that are surely negative and cannot be."""
     solution = model.solution
     parameters = solution.structure.mechanism.parameters
-    error = parameter_uncertainty(model.split, solution).std[: len(parameters)]
+    error = model.uncertainty.std[: len(parameters)]
     values = solution.x[: len(parameters)]
     names = [
         f"{parameter.name} = {value:.3g} {parameter.unit}"
@@ -134,9 +153,7 @@ def sign_warnings(model: FittedModel) -> Iterator[str]:
 def size_warnings(model: FittedModel) -> Iterator[str]:
     """Effects of `model` that are larger than hardware usually has."""
     for index, term in enumerate(model.terms):
-        limit, local = term.effect.max_amplitude, model.solution.structure.local_values(index, model.solution.x)
-        size = float(np.linalg.norm(local, axis=1).max(initial=0.0))
-        if limit is not None and size > limit:
+        if (size := max(_amplitudes(model, index))) > (limit := _max_amplitude(term)):
             yield (
                 f"{term.name} of {size:.3g} is larger than hardware usually has ({limit:.3g}), but nothing else "
                 "comes near what it explains. Look at the part itself before it is compensated."
@@ -172,18 +189,18 @@ def _earlier_effect_impossible(model: FittedModel, before: FittedModel) -> str |
     return None
 
 
-def _shape_at_limit(model: FittedModel) -> bool:
-    """Whether an identifiable shape parameter stopped at a limit of its range that is not physical."""
-    term, index = model.terms[-1], len(model.terms) - 1
-    shapes = zip(term.effect.shapes, model.solution.structure.shape_values(index, model.solution.x), strict=True)
-    first = len(model.solution.x) - len(term.effect.shapes)
+def _shape_at_limit(model: FittedModel, index: int) -> bool:
+    """Whether an identifiable shape of the term `index` stopped at a limit of its range that is not physical."""
+    quantities, structure = model.terms[index].shapes, model.solution.structure
+    values = structure.shape_values(index, model.solution.x)
+    entries = np.flatnonzero(structure.parameter_mask(index))[-len(values) :].tolist() if len(values) else []
     return any(
         (
             (shape.implausible_bound == "upper" and value >= shape.upper)
             or (shape.implausible_bound == "lower" and value <= shape.lower)
         )
         and _is_identifiable(model, entry, shape.upper - shape.lower)
-        for entry, (shape, value) in enumerate(shapes, start=first)
+        for entry, shape, value in zip(entries, quantities, values, strict=True)
     )
 
 
@@ -194,17 +211,17 @@ def _is_identifiable(model: FittedModel, entry: int, span: float) -> bool:
     return changed > MIN_SHAPE_EFFECT * model.solution.loss
 
 
-def _shapes_beyond_the_data(model: FittedModel) -> Iterator[str]:
+def _shapes_beyond_the_data(model: FittedModel, index: int) -> Iterator[str]:
     """Reasons against time constants, limits and waves that the recordings are too short, slow or narrow to show."""
-    term = model.terms[-1]
-    shapes = model.solution.structure.shape_values(len(model.terms) - 1, model.solution.x)
-    for shape, value in zip(term.effect.shapes, shapes, strict=True):
+    term = model.terms[index]
+    shapes = model.solution.structure.shape_values(index, model.solution.x)
+    for shape, value in zip(term.shapes, shapes, strict=True):
         if shape.max_durations is not None and abs(value) > shape.max_durations * (longest := _duration(model)):
             yield f"its {shape.name} of {value:.3g} {shape.unit} is far longer than the recording of {longest:.3g} s"
     for column, quantity in enumerate(term.local_parameters):
-        if quantity.min_use is not None and _largest_use(model, column) < quantity.min_use:
+        if quantity.min_use is not None and _largest_use(model, index, column) < quantity.min_use:
             yield "the level that it would need was never approached"
-    if term.effect.repeated and (wave := _longest_wave(term, shapes)) > (travel := _travel(model)):
+    if term.effect.repeated and (wave := _longest_wave(term, shapes)) > (travel := _travel(model, term)):
         yield f"its period of {wave:.3g} is longer than the travel of {travel:.3g}: a curve over the angle, no ripple"
 
 
@@ -214,26 +231,27 @@ def _duration(model: FittedModel) -> float:
     return max(float(recording.time[-1] - recording.time[0]) for recording in recordings)
 
 
-def _largest_use(model: FittedModel, column: int) -> float:
-    """Largest product of the parameter `column` and the voltage, over the joints and recordings."""
-    split, joints = model.split, list(model.terms[-1].joints)
+def _largest_use(model: FittedModel, index: int, column: int) -> float:
+    """Largest product of the parameter `column` of the term `index` and the voltage, over joints and recordings."""
+    split, joints = model.split, list(model.terms[index].joints)
+    local = model.solution.structure.local_values(index, model.solution.x)
     torque_map = split.recordings[0].recording.rig.torque
     largest = [
         np.nanmax(np.abs(voltage_from_torque(split.recordings[i].torque, torque_map))[:, joints], axis=0)
         for i in split.train_indices
     ]
-    return float((np.max(largest, axis=0) * _local_values(model)[:, column]).max())
+    return float((np.max(largest, axis=0) * local[:, column]).max())
 
 
 def _longest_wave(term: Term, shapes: Floats) -> float:
     """Period of the line of a spectrum over the position [rad or m]; 0 for other effects."""
-    periods = [2 * np.pi / value for shape, value in zip(term.effect.shapes, shapes, strict=True) if value > 0]
+    periods = [2 * np.pi / value for shape, value in zip(term.shapes, shapes, strict=True) if value > 0]
     return max(periods, default=0.0)
 
 
-def _travel(model: FittedModel) -> float:
-    """Travel in the training rows of the joint of the last term that moves farthest [rad or m]."""
-    split, joints = model.split, list(model.terms[-1].joints)
+def _travel(model: FittedModel, term: Term) -> float:
+    """Travel in the training rows of the joint of `term` that moves farthest [rad or m]."""
+    split, joints = model.split, list(term.joints)
     positions = np.concatenate([split.predictors[i].prepared.motion.position[:, joints] for i in split.train_indices])
     return float((np.nanmax(positions, axis=0) - np.nanmin(positions, axis=0)).max())
 
@@ -246,10 +264,10 @@ def unresolved(model: FittedModel) -> str | None:
     """
     if not any(resolved_instances(model, len(model.terms) - 1)):
         return "its strength is zero within its interval"
-    effect = model.terms[-1].effect
-    half_width = parameter_uncertainty(model.split, model.solution).half_width()
-    first = len(model.solution.x) - len(effect.shapes)
-    for entry, shape in enumerate(effect.shapes, start=first):
+    term, effect = model.terms[-1], model.terms[-1].effect
+    half_width = model.uncertainty.half_width()
+    first = len(model.solution.x) - len(term.shapes)
+    for entry, shape in enumerate(term.shapes, start=first):
         if shape.max_durations is not None and abs(model.solution.x[entry]) < half_width[entry]:
             return f"its {shape.name} is zero within its interval"
         if effect.repeated and half_width[entry] > _MAX_LINE_WIDTH * abs(model.solution.x[entry]):
@@ -263,7 +281,7 @@ def unresolved(model: FittedModel) -> str | None:
 
 def resolved_instances(model: FittedModel, index: int) -> list[bool]:
     """For each instance of the term `index`, whether its local parameters together differ from zero."""
-    covariance = parameter_uncertainty(model.split, model.solution).covariance
+    covariance = model.uncertainty.covariance
     local = model.solution.structure.local_values(index, model.solution.x)
     instances = zip(local, _local_entries(model, index), strict=True)
     return [_differs_from_zero(values, covariance[np.ix_(entries, entries)]) for values, entries in instances]

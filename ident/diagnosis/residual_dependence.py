@@ -50,6 +50,9 @@ class ResidualDependence:
     variables: tuple[str, ...]
     explained: float
     """Share of the mean square on test rows."""
+    minor: bool = False
+    """Whether the residual of this joint was small beside that of others when its curves were added: the curves of
+    those may have left it, so it is explained but not described."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -95,7 +95,7 @@ def _excerpts(prediction: Prediction, structure: ModelStructure, x: Floats) -> I
         return
     hz = prepared.cutoff.hz if prepared.cutoff else None
     for part in parts:
-        excerpt = prepare(part.recording, prepared.method, hz, part.start)
+        excerpt = prepare(part.recording, prepared.method, hz, part.start, part.end)
         yield Prediction(excerpt, chunks.torque(excerpt, structure, x))
 
 

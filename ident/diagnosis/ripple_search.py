@@ -7,6 +7,7 @@ frequency. Both compete for every peak. At one constant speed they are the same.
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import chain, islice
 
 import numpy as np
@@ -144,14 +145,15 @@ class _Pursuit:
         """Frequencies [Hz] of significant waves over time, each with all columns with it."""
         signal = self.signal
         for recording in self._recordings:
-            rows = signal.train & (signal.recording == recording)
+            here = signal.recording == recording
+            alone, rows = signal.of_recording(recording), signal.train & here
             time = signal.time[rows]
             cell = 2 * np.pi / max(float(np.ptp(time)), 1e-9)
             grid = wave_numbers(time, 2 * np.pi * signal.highest_frequency, 2 * np.pi * signal.low)
             band = signal.bands[recording]
             harmonics = band.harmonics(grid)  # whatever repeats with the motion has them all
             for peak in highest_peaks(time, rest[rows], grid):
-                omega = signal.refined(signal.time, peak, cell, rest, rows)
+                omega = alone.refined(alone.time, peak, cell, rest[here], rows[here])
                 columns = np.concatenate([self._columns, self._time_columns(omega / (2 * np.pi))], axis=1)
                 reference = harmonics if band.repeats(omega / (2 * np.pi)) else grid
                 if self._is_wave(columns, omega, signal.time, reference, rows):
@@ -172,7 +174,7 @@ class _Pursuit:
             [np.where((signal.recording == r)[:, None], pair, 0.0) for r in self._recordings], axis=1
         )
 
-    @property
+    @cached_property
     def _recordings(self) -> Ints:
         """Those with training rows."""
         return np.unique(self.signal.recording[self.signal.train])

@@ -10,9 +10,15 @@ from ident.data import noise
 from ident.data.cycle_statistics import repeating_share
 from ident.data.prepared_recording import PreparedRecording
 from ident.data.quantization import with_encoder_errors
+from ident.diagnosis.training_range import outside_of_range, training_range
 from ident.dynamics.effects.base import Signal
 from ident.dynamics.structure import ModelStructure
-from ident.estimation.nonlinear_fit import Solution, initial_solution, levenberg_marquardt
+from ident.estimation.nonlinear_fit import (
+    Solution,
+    escape_local_minima,
+    initial_solution,
+    levenberg_marquardt,
+)
 from ident.estimation.predicted_torque import TorquePredictor, cache_size
 from ident.threads import in_threads
 from recordings.errors import BadInput
@@ -55,6 +61,9 @@ class SplitData:
     """Share of the rows that are not used because a joint stands still."""
     insensitive_share: float = 0.0
     """Share of the rows that are not scored because the reported signal hardly depends on the torque."""
+    extrapolated_shares: tuple[float, ...] = ()
+    """Share of the test rows of each joint that are not scored because a curve of the model is not known there; empty
+    if all are."""
     train_all: tuple[Bools, ...] = ()
     """(m, dof) training rows of each recording, with those that are not used because a joint stands still, or not
     scored."""
@@ -73,6 +82,12 @@ class SplitData:
     def scored(self) -> tuple[Bools, ...]:
         """(m, dof) of each recording: training rows and test rows."""
         return tuple(train | test for train, test in zip(self.train, self.test, strict=True))
+
+    @cached_property
+    def outside_of_travel(self) -> tuple[Bools, ...]:
+        """(m, dof) rows of each recording at which a joint is outside of its travel in the training rows."""
+        positions = [recording.motion.position for recording in self.recordings]
+        return outside_of_range(positions, *training_range(positions, self.train))
 
     @cached_property
     def perturbed(self) -> tuple[TorquePredictor, ...]:
@@ -156,6 +171,10 @@ class SplitData:
         """Fit all parameters, starting from those of a `solution`."""
         return levenberg_marquardt(self._train_predictors, solution, self._train_weights)
 
+    def escape_local_minima(self, solution: Solution) -> Solution:
+        """Improve a `solution` that may be a local minimum, if its structure has discontinuous effects."""
+        return escape_local_minima(self._train_predictors, solution, self._train_weights)
+
     @property
     def _train_predictors(self) -> list[TorquePredictor]:
         return [self.predictors[i] for i in self.train_indices]
@@ -195,6 +214,17 @@ class SplitData:
         if share <= MIN_REPORTED_SHARE or min(_count(train).min(), _count(test).min()) < expected:
             return self
         return replace(self, train=train, test=test, insensitive_share=share)
+
+    def without_extrapolated_rows(self, extrapolated: Sequence[Bools]) -> "SplitData":
+        """Exclude test rows at which a model is `extrapolated` (m, dof) from scoring, unless hardly any are left."""
+        test = tuple(rows & ~unknown for rows, unknown in zip(self.test, extrapolated, strict=True))
+        before, after = _count(self.test), _count(test)
+        fewer = after < before
+        if not fewer.any() or after[fewer].min() < self.recordings[0].regressor.shape[2]:
+            return self
+        return replace(
+            self, test=test, extrapolated_shares=tuple(((before - after) / np.maximum(before, 1)).tolist())
+        )
 
     def residuals(self, solution: Solution) -> tuple[Floats, ...]:
         """(m, dof) measured minus computed torque of every recording [N m]."""

@@ -5,13 +5,16 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
+import numpy as np
+
 from ident.diagnosis.improvement import Improvement, measure_improvement
 from ident.diagnosis.noise_floor import NoiseFloor, estimate_noise_floor
-from ident.diagnosis.parameter_intervals import confidence_intervals
+from ident.diagnosis.parameter_intervals import confidence_intervals, parameter_uncertainty
 from ident.diagnosis.split_data import SplitData
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
 from ident.identification.prediction import Prediction
+from ident.uncertainty.covariance import Uncertainty
 from recordings.recording import Bools, Floats
 
 Exclusion = Literal["collinear", "sign"]
@@ -46,10 +49,34 @@ class FittedModel:
         """(m, dof) measured minus computed torque of each recording [N m]."""
         return self.split.residuals(self.solution)
 
+    @property
+    def curve_joints(self) -> frozenset[int]:
+        """Joints (from 0) on which one of its effects is a curve."""
+        return frozenset(joint for term in self.terms if term.effect.curve for joint in term.joints)
+
+    @property
+    def extrapolated(self) -> tuple[Bools, ...]:
+        """(m, dof) rows of each recording at which one of its curves is not known: outside of the training travel."""
+        with_curve = np.isin(np.arange(self.solution.structure.rig.dof), list(self.curve_joints))
+        return tuple(rows & with_curve for rows in self.split.outside_of_travel)
+
+    @cached_property
+    def _judged_residuals(self) -> tuple[Floats, ...]:
+        """The residuals; NaN where the model is extrapolated."""
+        if not self.curve_joints:
+            return self.residuals
+        pairs = zip(self.extrapolated, self.residuals, strict=True)
+        return tuple(np.where(unknown, np.nan, residual) for unknown, residual in pairs)
+
     @cached_property
     def noise_floor(self) -> NoiseFloor:
         """The error that this model would leave if it were right."""
         return estimate_noise_floor(self.split, self.solution, self.residuals)
+
+    @cached_property
+    def uncertainty(self) -> Uncertainty:
+        """Uncertainty of its K parameters due to noise."""
+        return parameter_uncertainty(self.split, self.solution)
 
     @cached_property
     def shape_intervals(self) -> Floats:
@@ -61,10 +88,14 @@ class FittedModel:
     ) -> Improvement:
         """Improvement over the model `before`, on test rows or on `rows` (m, dof) of each recording.
 
+        Rows at which one of both is extrapolated are left out: they tell nothing about the effect.
+
         compared: number of models among which those rows chose this one.
         """
         floor = self.noise_floor.rms
-        return measure_improvement(self.split, before.residuals, self.residuals, floor, rows, compared)
+        return measure_improvement(
+            self.split, before._judged_residuals, self._judged_residuals, floor, rows, compared
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,9 +4,9 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from ident.diagnosis.candidate_search import MIN_SIGNIFICANCE, CandidateSearch, effect_key
-from ident.diagnosis.claims import Claims
-from ident.diagnosis.confirmation import MIN_T, is_decisive, is_supported
+from ident.diagnosis.acceptance import Acceptance
+from ident.diagnosis.candidate_search import CandidateSearch, effect_key
+from ident.diagnosis.confirmation import MIN_T
 from ident.diagnosis.physical_limits import flipped_parameter, is_physical, simpler_effect
 from ident.diagnosis.split_data import SplitData, rms
 from ident.diagnosis.steps import Extensions, Finding, FittedModel, Selection, SelectionStep
@@ -19,20 +19,8 @@ MAX_EFFECTS = 16
 """Maximum number of effects."""
 MAX_ROUNDS = 3
 """Maximum number of times that the selected effects are reviewed."""
-EQUIVALENT_SHARE = 0.04
-"""Candidates whose reductions differ by less than this share are equivalent."""
-MIN_FITTED_SHARE = 0.05
-"""While a large excess error remains, an effect must explain this share of that of the training rows."""
-MIN_ADDED_SHARE = 0.15
-"""An effect is not added if it explains less than this share of a large excess error."""
-LARGE_EXCESS = 3.0
-"""Mean square above the noise floor that counts as large, in units of the squared floor."""
-MAX_ALTERNATIVE_RATIO = 0.5
-"""An alternative selection is better if its excess error is below this share of that of the first one."""
 MAX_FLOOR_RATIO = 1.1
 """Joints with an error above this multiple of the noise floor may need effects of other joints."""
-MIN_TORQUE_SHARE = 0.002
-"""Changes of the residual below this share of the torque are ignored."""
 
 
 class Selector:
@@ -41,9 +29,7 @@ class Selector:
     def __init__(self, split: SplitData, library: Mapping[str, Effect], progress: Callable[[str], None]) -> None:
         self._split, self._library, self._progress = split, library, progress
         self.search = CandidateSearch(split, library)
-        self._claims = Claims(self.search)
-        self._compared: dict[str, int] = {}
-        """Number of models among which the test rows chose each effect; the largest where they did so repeatedly."""
+        self._acceptance = Acceptance(split, self.search)
 
     def select(self, structure: ModelStructure, x: Floats) -> Selection:
         """Select effects step by step, starting from `structure` with the parameters `x` (K,)."""
@@ -51,12 +37,12 @@ class Selector:
         extensions = self.search.extensions(model)
         selection = self._select_from(model, list(steps), extensions)
         final = selection.model
-        extension = self._alternative_start(model, extensions, final) if self._excess(final) > LARGE_EXCESS else None
+        extension = self._alternative_start(model, extensions, final) if self._acceptance.leaves_much(final) else None
         if extension is None:
             return selection
         steps.append(SelectionStep(extension.terms[-1].name, extension, extension.improvement_over(steps[-1].model)))
         alternative = self._select_from(extension, steps, extensions)
-        return alternative if self._is_far_better(alternative.steps[-1].model, final) else selection
+        return alternative if self._acceptance.is_far_better(alternative.steps[-1].model, final) else selection
 
     def _select_from(self, model: FittedModel, steps: list[SelectionStep], first_extensions: Extensions) -> Selection:
         """Continue the selection from `model`, the last of `steps`, until no step improves it."""
@@ -75,7 +61,7 @@ class Selector:
             model = pruned
             steps.append(SelectionStep(better.terms[-1].name, model, model.improvement_over(steps[-1].model)))
         findings = tuple(finding for finding, _ in reviews)
-        return Selection(tuple(steps), findings, first_extensions, extensions, self._claims.refused)
+        return Selection(tuple(steps), findings, first_extensions, extensions, self._acceptance.claims.refused)
 
     def _alternative_start(
         self, model: FittedModel, extensions: Extensions, final: FittedModel
@@ -91,27 +77,13 @@ class Selector:
             if (
                 extension.terms[-1].name in selected
                 or not is_physical(extension, model)
-                or not self._is_promising(model, extension)
+                or not self._acceptance.is_promising(model, extension)
             ):
                 continue
-            second = self._first_confirmed(extension, self.search.extensions(extension).models)
-            if second is not None and self._is_far_better(second, final) and self._is_confirmed(model, second):
+            second = self._acceptance.first_confirmed(extension, self.search.extensions(extension).models)
+            if second is not None and self._is_worth_both(model, final, second):
                 alternatives.append((second.solution.loss, extension))
         return min(alternatives, key=lambda entry: entry[0])[1] if alternatives else None
-
-    def _is_promising(self, model: FittedModel, extension: FittedModel) -> bool:
-        """Whether test rows support `extension`, or it explains so much that it deserves a second effect."""
-        return (
-            self._is_confirmed(model, extension)
-            or extension.solution.loss < MAX_ALTERNATIVE_RATIO * model.solution.loss
-        )
-
-    def _is_far_better(self, model: FittedModel, reference: FittedModel) -> bool:
-        return self._excess(model) < MAX_ALTERNATIVE_RATIO * self._excess(reference)
-
-    def _excess(self, model: FittedModel) -> float:
-        """Mean square of the test residual of `model` above the noise floor, in units of the squared floor."""
-        return model.improvement_over(model).remaining
 
     def start(self, structure: ModelStructure, x: Floats) -> tuple[FittedModel, list[SelectionStep]]:
         """Fit the initial model from `x` (K,) and add the mandatory effects; returns the model and its steps."""
@@ -148,7 +120,7 @@ class Selector:
         findings = tuple(self._review_effect(model, index)[0] for index in range(len(model.terms)))
         extensions = self.search.extensions(model)
         steps = selection.steps[: number + 1]
-        return Selection(steps, findings, selection.first_extensions, extensions, self._claims.refused)
+        return Selection(steps, findings, selection.first_extensions, extensions, self._acceptance.claims.refused)
 
     def _add_effects(self, model: FittedModel, steps: list[SelectionStep]) -> tuple[FittedModel, Extensions]:
         """Add effects until no extension is accepted; returns the model and its remaining extensions."""
@@ -178,7 +150,7 @@ class Selector:
             structure = structure.with_term(Term.on_all_joints(name, effect, structure.rig))
             zeros = np.zeros(len(structure.parameters) - len(model.solution.x))
             extended = self.search.fit(structure, np.concatenate([model.solution.x, zeros]))
-            if self._is_confirmed(model, extended):
+            if self._acceptance.is_confirmed(model, extended):
                 steps.append(SelectionStep(name, extended, extended.improvement_over(model)))
             model = extended
         return model
@@ -187,69 +159,36 @@ class Selector:
         """The next extension. The best one may not be supported before a smaller effect is included."""
         train_rms, floor = rms(model.residuals, self._split.train), model.noise_floor.rms
         # A correct model reaches the noise floor. A lower error means that quantization errors are fitted.
-        if model.noise_floor.known and (self._excess(model) <= 0 or (train_rms <= floor).all()):
+        if model.noise_floor.known and (self._acceptance.excess(model) <= 0 or (train_rms <= floor).all()):
             return None
         largest_rms = np.maximum(train_rms, rms(model.residuals, self._split.test))
         joints = np.flatnonzero(largest_rms > MAX_FLOOR_RATIO * floor)
         candidates = [*candidates, *self.search.joint_extensions(model, joints.tolist())]
-        extension = self._first_confirmed(model, candidates)
-        return extension or (
-            self._first_confirmed(model, self.search.skipped_extensions(model)) if candidates else None
-        )
-
-    def _first_confirmed(self, model: FittedModel, candidates: Sequence[FittedModel]) -> FittedModel | None:
-        """The simplest of the best extensions that is confirmed; if it is not, the next ones are tried."""
-        candidates = self._claims.plausible(candidates, model)
-        count = len(candidates)
-        while candidates:
-            best = self._simplest(model, candidates)
-            chosen = self._accepted(model, best)
-            if chosen is not None and not self._is_minor(model, chosen):
-                name = chosen.terms[-1].name
-                self._compared[name] = max(count, self._compared.get(name, 1))
-                return chosen
-            candidates = [candidate for candidate in candidates if candidate is not best]
-        return None
-
-    def _accepted(self, before: FittedModel, model: FittedModel) -> FittedModel | None:
-        """`model`, or the simpler one that it does not differ from, if it is confirmed and resolved; else None."""
-        simpler = self._claims.simplified(model)
-        return simpler if self._is_confirmed(before, simpler) and self._claims.is_resolved(simpler) else None
-
-    def _simplest(self, model: FittedModel, candidates: Sequence[FittedModel]) -> FittedModel:
-        """The simplest extension equivalent to the best, unless the data clearly prefer another of them."""
-        equivalent = self._equivalent(model.solution.loss, candidates)
-        simplest = min(equivalent, key=lambda candidate: (len(candidate.solution.x), candidate.solution.loss))
-        return next((candidate for candidate in equivalent if self._is_preferred(simplest, candidate)), simplest)
-
-    def _equivalent(self, loss_before: float, candidates: Sequence[FittedModel]) -> list[FittedModel]:
-        """Extensions whose loss exceeds the best one by no more than chance and a small share of the reduction."""
-        best = min(candidate.solution.loss for candidate in candidates)
-        slack = max(EQUIVALENT_SHARE * (loss_before - best), MIN_SIGNIFICANCE * self.search.chance_reduction(best))
-        return [candidate for candidate in candidates if candidate.solution.loss - best <= slack]
-
-    def _is_confirmed(self, before: FittedModel, after: FittedModel) -> bool:
-        """Whether the last effect of `after` improves the model significantly on training rows and test rows."""
-        parameters = len(after.solution.x) - len(before.solution.x)
-        changed = [b - a for b, a in zip(before.residuals, after.residuals, strict=True)]
-        size = rms(changed, [np.isfinite(change) for change in changed])
+        extension = self._acceptance.first_confirmed(model, candidates)
         return (
-            self.search.is_significant(before.solution.loss, after.solution.loss, parameters)
-            and bool((size > MIN_TORQUE_SHARE * self._split.torque_rms).any())
-            and is_supported(after.improvement_over(before))
+            extension
+            or (
+                self._acceptance.first_confirmed(model, self.search.skipped_extensions(model)) if candidates else None
+            )
+            or self._widened(model, joints.tolist())
         )
 
-    def _is_minor(self, before: FittedModel, after: FittedModel) -> bool:
-        """Whether `after` explains a small part of a large excess error, of the test rows or of the training rows.
+    def _widened(self, model: FittedModel, joints: Sequence[int]) -> FittedModel | None:
+        """The best extension after an effect of `model` acts on more of the `joints`, if both leave far less error.
 
-        Many such small effects together can imitate any effect that is not in the library, and so can a curve. An
-        effect that shows on other rows than those that it was fitted to is an extrapolation.
+        On a joint with two effects, neither may show without the other, although other joints have shown one of them.
         """
-        improvement = after.improvement_over(before)
-        fitted = after.improvement_over(before, self._split.train)
-        small = improvement.share < MIN_ADDED_SHARE or fitted.share < MIN_FITTED_SHARE
-        imitates = after.terms[-1].effect.curve and fitted.remaining > LARGE_EXCESS
-        return imitates or (small and improvement.remaining > LARGE_EXCESS)
+        if not self._acceptance.leaves_much(model):
+            return None
+        acceptance = self._acceptance
+        promising = (
+            wider
+            for wider in self.search.joint_extensions(model, joints)
+            if acceptance.may_be_far_better(wider, model)
+        )
+        pairs = (acceptance.first_confirmed(wider, self.search.extensions(wider).models) for wider in promising)
+        better = [pair for pair in pairs if pair is not None and self._is_worth_both(model, model, pair)]
+        return min(better, key=lambda pair: pair.solution.loss, default=None)
 
     def _pruned(self, model: FittedModel) -> FittedModel:
         """Remove effects, and joints of effects, that later ones made unnecessary or impossible; the last first."""
@@ -257,9 +196,17 @@ class Selector:
             if model.terms[index].effect.mandatory:
                 continue
             reduced = self.without_effect(model, index)
-            if flipped_parameter(model, reduced) or not self._is_confirmed(reduced, model):
+            if (
+                not self._acceptance.claims.keeps_shape(model, index)
+                or flipped_parameter(model, reduced)
+                or not self._acceptance.is_confirmed(reduced, model)
+            ):
                 return self._pruned(reduced)
-        return self._claims.without_zero_joints(model)
+        return self._acceptance.claims.on_fewest_joints(self._acceptance.claims.without_zero_joints(model))
+
+    def _is_worth_both(self, model: FittedModel, reference: FittedModel, pair: FittedModel) -> bool:
+        """Whether `pair`, two effects more than `model`, is confirmed and leaves far less than the `reference`."""
+        return self._acceptance.is_far_better(pair, reference) and self._acceptance.is_confirmed(model, pair)
 
     def without_effect(self, model: FittedModel, index: int) -> FittedModel:
         """Refit `model` without its effect number `index`."""
@@ -267,42 +214,29 @@ class Selector:
         keep = ~structure.parameter_mask(index)
         return self.search.fit(structure.without_term(index), model.solution.x[keep])
 
-    def _is_preferred(self, alternative: FittedModel, model: FittedModel) -> bool:
-        """Whether the data prefer `model` to an `alternative` that explains nearly as much.
-
-        Either the test rows are decisive, or all rows are, because the discriminating motion may be in the training
-        rows. In the latter case the improvement must exceed what extra parameters gain by fitting noise.
-        """
-        if is_decisive(model.improvement_over(alternative)):
-            return True
-        parameters = max(len(model.solution.x) - len(alternative.solution.x), 1)
-        if not self.search.is_significant(alternative.solution.loss, model.solution.loss, parameters):
-            return False
-        return is_decisive(model.improvement_over(alternative, self._split.scored))
-
     def _review_effect(self, model: FittedModel, index: int) -> tuple[Finding, FittedModel]:
         """The contribution and the alternatives of the effect `index`; and the best of all these models."""
         reduced = self.without_effect(model, index)
         term = model.terms[index]
-        compared = self._compared.get(term.name, 1)
+        compared = self._acceptance.compared.get(term.name, 1)
         improvement = model.improvement_over(reduced, compared=compared)
         lines = sum(present.name == term.name for present in model.terms)
         if term.effect.mandatory or lines > 1:  # a single line of a spectrum has no alternative
             return Finding(term, improvement, (), reduced.residuals, model.residuals, compared), model
         alternatives = self.search.alternatives(term.name, reduced)
         candidates = [candidate for candidate in alternatives if is_physical(candidate, reduced)]
-        equivalent = self._equivalent(reduced.solution.loss, [model, *candidates])
-        best = self._simplest(reduced, [model, *candidates])
+        equivalent = self._acceptance.equivalent(reduced.solution.loss, [model, *candidates])
+        best = self._acceptance.simplest(reduced, [model, *candidates])
         if best is not model:
-            accepted = self._accepted(reduced, best)
-            best = accepted if accepted is not None and not self._is_minor(reduced, accepted) else model
+            accepted = self._acceptance.accepted(reduced, best)
+            best = accepted if accepted is not None and not self._acceptance.is_minor(reduced, accepted) else model
         if effect_key(best) == effect_key(model):
             best = model
         names = [
             candidate.terms[-1].name
             for candidate in equivalent
             if candidate is not model
-            and not self._is_preferred(candidate, model)
+            and not self._acceptance.is_preferred(candidate, model)
             and not self.search.is_redundant(term.name, model, candidate)
             and simpler_effect(candidate) != term.name
         ]

@@ -24,7 +24,7 @@ _QUANTIZATION_UNCERTAINTY = 0.6
 """Relative uncertainty of the quantization part of the noise floor."""
 _NOISE_UNCERTAINTY = 0.25
 """Relative uncertainty of the noise part of the noise floor."""
-_MIN_JOINT_RATIO = 0.35
+MIN_JOINT_RATIO = 0.35
 """Dependences are searched only for joints with this share of the largest unexplained residual."""
 _MAX_P_VALUE = 1e-3
 """p-value below which a repeating residual is significant."""
@@ -68,7 +68,7 @@ def estimate_unexplained(
     vibrates = np.sqrt([line.mean_square if line else 0.0 for line in floor.lines]) > min_rms
     drifts = np.sqrt([max(trend.mean_square, 0.0) if trend else 0.0 for trend in floor.trends]) > min_rms
     # A missing effect of one joint spreads to the others through shared parameters.
-    worst = (structured / split.torque_rms) >= _MIN_JOINT_RATIO * (structured / split.torque_rms).max()
+    worst = (structured / split.torque_rms) >= MIN_JOINT_RATIO * (structured / split.torque_rms).max()
     joints = [int(joint) for joint in np.flatnonzero((repeats & worst & ~vibrates) | drifts)]
     dependences = find_dependences(split, model.solution, residuals, joints) if known is None else list(known)
     variables = {variable for dependence in dependences for variable in dependence.variables}

@@ -80,6 +80,14 @@ def _excluded_rows(split: SplitData) -> Iterator[str]:
             f"{split.insensitive_share:.1%} of the rows are not scored: the amplifiers are so near their limit, or "
             "in their dead band, that the voltage hardly depends on the torque. A slower motion avoids this."
         )
+    if split.extrapolated_shares:
+        shares = " and ".join(
+            f"{share:.1%} (joint {joint})" for joint, share in enumerate(split.extrapolated_shares, start=1) if share
+        )
+        yield (
+            f"Of the held-out rows, {shares} are not scored: the joint is outside of the travel of the training "
+            "data, where friction that changes along the travel is not known. Train on a motion that goes there, too."
+        )
 
 
 def _assumed_gain(split: SplitData) -> Iterator[str]:

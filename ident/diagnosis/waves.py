@@ -29,7 +29,7 @@ class JointSignal:
     """The residual of one joint in all recordings, end to end, with the angle and the time of each sample."""
 
     def __init__(self, bands: Sequence[HighBand], joint: int) -> None:
-        self.bands = bands
+        self.bands, self._joint = bands, joint
         self.angle = np.concatenate([band.position[:, joint] for band in bands])
         self.time = np.concatenate([band.time for band in bands])
         self.residual = np.concatenate([band.residual[:, joint] for band in bands])
@@ -50,6 +50,10 @@ class JointSignal:
     def low(self) -> float:
         """Lower end of the band [Hz]."""
         return max(band.low for band in self.bands)
+
+    def of_recording(self, index: int) -> "JointSignal":
+        """The signal in one of the recordings, of which some samples are known."""
+        return JointSignal([self.bands[index]], self._joint)
 
     @cached_property
     def blocks(self) -> Ints:

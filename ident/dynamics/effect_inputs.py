@@ -43,6 +43,8 @@ class EffectInputs:
     """Present parameters of the mechanism by name; m_d: mass of uniform rods, 0 without."""
     temperature: Floats
     """(n, dof) of the drives [degC]."""
+    end: float | None = None
+    """Time at which the run ends [s]; None: with these instants."""
 
     @cached_property
     def rigid(self) -> Floats:

@@ -304,15 +304,27 @@ def _in_firm_contact(torque: Floats, previous: Floats, x: Floats, half_gap: Floa
 
 
 def _backlash_torque(  # noqa: C901 - compiled: one loop
-    delta: bool, constants: Floats, q: Floats, v: Floats, a: Floats, half_gap: Floats, dt: float, substeps: int
+    delta: bool,
+    constants: Floats,
+    q: Floats,
+    v: Floats,
+    a: Floats,
+    half_gap: Floats,
+    impact: float,
+    delay: float,
+    dt: float,
+    substeps: int,
 ) -> Floats:
     """`FlexibleJoints.backlash_torque` (n, dof): the mean over each sample, with `substeps` steps per sample.
 
-    An arm is in contact with one side of the gap or moves freely between both. Impacts are inelastic and transfer
-    momentum within one step. Arms start in contact on the side of their load; NaN where the motion is NaN.
+    An arm is in contact with one side of the gap or moves freely between both. Impacts are inelastic. Arms take on
+    their new speed within one step, but the torque of the impact is spread over the time `impact` [s] around the
+    contact (at most one sample), or the `delay` [s] later: if all of it fell into the sample of the contact, it would
+    jump to the next one as the gap grows, and a search over the gap would be stuck between such jumps.
+    Arms start in contact on the side of their load; NaN where the motion is NaN.
     """
     n, dof = q.shape
-    result = np.full((n, dof), np.nan)
+    result, impacts = np.full((n, dof), np.nan), np.zeros((n, dof))
     torque, inertia, workspace = np.zeros(dof), np.zeros((dof, dof)), np.zeros((26, 3))
     mean_torque, rigid_torque, previous = np.zeros(dof), np.zeros(dof), np.zeros(dof)
     matrix, vector = np.zeros((dof, dof)), np.zeros(dof)
@@ -325,7 +337,7 @@ def _backlash_torque(  # noqa: C901 - compiled: one loop
     )
     free, separated = np.zeros(dof, dtype=np.bool_), np.zeros(dof, dtype=np.int64)
     position, speed, acceleration = np.zeros(dof), np.zeros(dof), np.zeros(dof)
-    h, running = dt / substeps, False
+    h, running, spread = dt / substeps, False, min(max(impact, _TINY), dt)
     for k in range(n):
         if not _known(q, v, a, k):
             running = False
@@ -351,9 +363,12 @@ def _backlash_torque(  # noqa: C901 - compiled: one loop
         for substep in range(substeps):
             offset = (substep + 0.5) * h - dt / 2
             for i in range(dof):
-                acceleration[i] = a[k, i]
-                speed[i] = v[k, i] + a[k, i] * offset - w[i]
-                position[i] = q[k, i] + v[k, i] * offset + a[k, i] * offset**2 / 2 - x[i]
+                neighbor = a[min(max(k + (1 if offset > 0 else -1), 0), n - 1), i]
+                jerk = (neighbor - a[k, i]) / dt if offset > 0 else (a[k, i] - neighbor) / dt
+                jerk = jerk if math.isfinite(jerk) else 0.0
+                acceleration[i] = a[k, i] + jerk * offset
+                speed[i] = v[k, i] + a[k, i] * offset + jerk * offset**2 / 2 - w[i]
+                position[i] = q[k, i] + v[k, i] * offset + a[k, i] * offset**2 / 2 + jerk * offset**3 / 6 - x[i]
             _arm_dynamics(delta, constants, position, speed, acceleration, torque, inertia, workspace)
             for i in range(dof):
                 rigid_torque[i] = torque[i]
@@ -373,7 +388,7 @@ def _backlash_torque(  # noqa: C901 - compiled: one loop
             for i in range(dof):
                 mean_torque[i] += torque[i] / substeps
                 previous[i] = torque[i]
-            contact = False
+            contact, contact_time = False, 0.0
             for i in range(dof):
                 rate_jump[i] = 0.0
                 if free[i]:
@@ -385,6 +400,7 @@ def _backlash_torque(  # noqa: C901 - compiled: one loop
                         w[i] += share_to_contact * time * gap_acceleration[i]
                         mean_torque[i] += (1 - share_to_contact) * free_share[i] * rigid_torque[i] / substeps
                         x[i], rate_jump[i], free[i], contact = side, -w[i], False, True
+                        contact_time = offset + h / 2 - (1 - share_to_contact) * time
                     else:
                         x[i] += displacement
                         w[i] += time * gap_acceleration[i]
@@ -394,12 +410,19 @@ def _backlash_torque(  # noqa: C901 - compiled: one loop
                     for m in range(dof):
                         torque[i] -= inertia[i, m] * rate_jump[m]
                 _contact_torque(torque, inertia, free, gap_acceleration, matrix, vector, separated)
-                mean_torque += torque / dt
+                centre = contact_time + delay
+                sample = round(centre / dt)
+                beside = centre - sample * dt
+                share = max((abs(beside) - (dt - spread) / 2) / spread, 0.0)
+                sample += k
+                for weight, target in ((1 - share, sample), (share, sample + (1 if beside > 0 else -1))):
+                    if 0 <= target < n:
+                        impacts[target] += weight * torque / dt
                 w += rate_jump + gap_acceleration
         for i in range(dof):
             result[k, i] = mean_torque[i]
             running = running and not math.isnan(mean_torque[i])
-    return result
+    return result + impacts
 
 
 def _dynamics_along(delta: bool, constants: Floats, q: Floats, v: Floats, a: Floats) -> tuple[Floats, Floats]:
@@ -417,8 +440,10 @@ def _dynamics_along(delta: bool, constants: Floats, q: Floats, v: Floats, a: Flo
     return torques, inertias
 
 
-def _platform_along(constants: Floats, q: Floats, v: Floats, a: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    """Position, velocity and acceleration (n, 3) of a delta's platform, and its Jacobian (n, 3, 3)."""
+def _platform_along(
+    constants: Floats, q: Floats, v: Floats, a: Floats
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Position, velocity and acceleration (n, 3) of a delta's platform, its Jacobian (n, 3, 3), and torque (n, 3)."""
     n = len(q)
     position, velocity, acceleration, jacobian = (
         np.empty((n, 3)),
@@ -426,6 +451,7 @@ def _platform_along(constants: Floats, q: Floats, v: Floats, a: Floats) -> tuple
         np.empty((n, 3)),
         np.empty((n, 3, 3)),
     )
+    torques = np.empty((n, 3))
     torque, inertia, workspace = np.zeros(3), np.zeros((3, 3)), np.zeros((26, 3))
     for k in range(n):
         workspace[:] = np.nan
@@ -433,9 +459,10 @@ def _platform_along(constants: Floats, q: Floats, v: Floats, a: Floats) -> tuple
         for d in range(3):
             position[k, d], velocity[k, d] = workspace[_P, d], workspace[_P_DOT, d]
             acceleration[k, d] = workspace[_P_DDOT, d] - (constants[3] if d == 2 else 0.0)
+            torques[k, d] = torque[d]
             for i in range(3):
                 jacobian[k, d, i] = workspace[_J + i, d]
-    return position, velocity, acceleration, jacobian
+    return position, velocity, acceleration, jacobian, torques
 
 
 _known = compiled(_known)

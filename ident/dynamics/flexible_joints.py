@@ -21,6 +21,8 @@ _RESOLVED = 1.0
 """Largest phase step of a resolved oscillation [rad]."""
 _BACKLASH_STEP = 5e-4
 """Integration step with backlash [s]."""
+_IMPACT = 1e-3
+"""Duration of an impact of teeth [s]."""
 _SCREENING_STEP = 1e-3
 """Integration step of the backlash screening [s]."""
 _DIFFERENCE = 1e-4
@@ -60,13 +62,23 @@ class FlexibleJoints:
         )
         return torque
 
-    def backlash_torque(self, motion: Motion, half_gap: Floats) -> Floats:
-        """Torque (n, dof) [N m] between motors and arms that move by +-`half_gap` (dof,) against them."""
+    def backlash_torque(self, motion: Motion, half_gap: Floats, impact_delay: float = 0.0) -> Floats:
+        """Torque (n, dof) [N m] between motors and arms that move by +-`half_gap` (dof,) against them.
+
+        impact_delay: time from the contact to the middle of the impact [s].
+        """
         from ident.dynamics.flexible_joint_kernels import backlash_torque
 
         substeps = int(np.ceil(1 / (self.rate * _BACKLASH_STEP)))
         torque: Floats = backlash_torque(
-            self.delta, self.constants, *_contiguous(motion), half_gap, 1 / self.rate, substeps
+            self.delta,
+            self.constants,
+            *_contiguous(motion),
+            half_gap,
+            _IMPACT,
+            impact_delay,
+            1 / self.rate,
+            substeps,
         )
         return torque
 

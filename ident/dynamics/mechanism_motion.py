@@ -33,11 +33,13 @@ class MechanismMotion:
         bandwidth: float,
         load_parameters: Floats,
         temperature: Floats | None = None,
+        end: float | None = None,
     ) -> EffectInputs:
         """Inputs of effects.
 
         rate: instants per second [Hz]. time: (n,) [s]. bandwidth: of the analysis [Hz].
         load_parameters: (k or k + 1,) of a model structure. temperature: (n, dof) of the drives [degC].
+        end: time at which the run ends [s]; None: with the last instant.
         """
         known = self.mechanism.parameters
         parameters, m_d = load_parameters[: len(known)], float(load_parameters[len(known) :].sum())
@@ -59,4 +61,5 @@ class MechanismMotion:
             bandwidth,
             {**by_name, "m_d": m_d},
             unknown if temperature is None else temperature,
+            end,
         )

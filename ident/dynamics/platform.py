@@ -24,6 +24,8 @@ class Platform:
     """(n, 3) [m/s^2]."""
     jacobian: Floats
     """(n, 3, 3) platform velocity per joint velocity, Eq. (16); a force F there needs J' F at the joints."""
+    torque_of_rods: Floats
+    """(n, 3) torque that moves and lifts one uniform rod of 1 kg in each limb [N m]."""
 
     @property
     def lift(self) -> Floats:
@@ -49,7 +51,8 @@ def platform(geometry: Geometry, motion: Motion) -> Platform:
     from ident.dynamics.flexible_joint_kernels import platform_along  # numba takes time to load
 
     signals = (motion.position, motion.velocity, motion.acceleration)
-    result = Platform(*platform_along(kernel_constants(geometry), *map(np.ascontiguousarray, signals)))
+    rods_of_one_kg = kernel_constants(geometry, masses=(0.0, 0.0, 1.0))
+    result = Platform(*platform_along(rods_of_one_kg, *map(np.ascontiguousarray, signals)))
     if (np.isnan(result.position).any(axis=1) & np.isfinite(motion.position).all(axis=1)).any():
         kinematics.forward(geometry, motion.position)  # says where it does not close
     return result

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ident.dynamics.motion import Motion, cached_for_motion
-from ident.dynamics.platform import kernel_constants, platform
+from ident.dynamics.motion import Motion
+from ident.dynamics.platform import platform
 from recordings.recording import Floats
 from recordings.rig import Geometry
 from trajectories import kinematics
@@ -12,19 +12,13 @@ GRAVITY = -float(kinematics.GRAVITY[2])
 """[m/s^2], downwards."""
 
 
-@cached_for_motion
 def torque(geometry: Geometry, motion: Motion) -> Floats:
-    """Torque (n, 3) [N m] that moves and lifts one uniform rod of 1 kg in each limb; cached for each `motion`.
+    """Torque (n, 3) [N m] that moves and lifts one uniform rod of 1 kg in each limb.
 
     A rod whose ends accelerate with a_1 (elbow) and a_2 (platform) resists with m (2 a_1 + a_2) / 6 at the elbow and
     m (a_1 + 2 a_2) / 6 at the platform; the same for its weight.
     """
-    from ident.dynamics.flexible_joint_kernels import dynamics_along  # numba takes time to load
-
-    signals = (motion.position, motion.velocity, motion.acceleration)
-    constants = kernel_constants(geometry, masses=(0.0, 0.0, 1.0))
-    torque: Floats = dynamics_along(True, constants, *map(np.ascontiguousarray, signals))[0]
-    return torque
+    return platform(geometry, motion).torque_of_rods
 
 
 def horizontal_gravity_torque(geometry: Geometry, motion: Motion) -> Floats:

@@ -9,62 +9,30 @@ import numpy as np
 
 from ident.dynamics import mechanisms
 from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.base import Additive, Effect, Quantity, Signal, Values
-from ident.dynamics.mechanisms import Mechanism, Parameter
-from recordings.recording import Bools, Floats
+from ident.dynamics.effects.base import Additive, Effect, Quantity, Shapes, Signal, Values
+from ident.dynamics.mechanisms import Parameter, RigidMechanism
+from ident.dynamics.term import Term as Term
+from recordings.recording import Bools, Floats, Ints
 from recordings.rig import Rig
 
-PositionCorrection = Callable[[Floats], Floats]
-"""Computes true positions (n, dof) from measured ones."""
-Report = Callable[[Floats, EffectInputs], Floats]
-"""Computes the reported torque (n, dof) from the true one."""
+Slopes = Callable[[Floats], tuple[Floats, Floats]]
+"""Computes derivatives of a correction (n, dof) at true positions."""
 
 
 @dataclass(frozen=True)
-class Term:
-    """An effect on some joints."""
+class PositionCorrection:
+    """What makes true positions (n, dof) of measured ones, and its derivatives where the effect has them."""
 
-    name: str
-    effect: Effect
-    joints: tuple[int, ...]
-    """From 0; all of them for an effect of the whole robot."""
+    position: Callable[[Floats], Floats]
+    slopes: Slopes | None = None
 
-    @classmethod
-    def on_all_joints(cls, name: str, effect: Effect, rig: Rig) -> "Term":
-        """Return the term of `effect` on all joints of `rig` that can have it."""
-        return cls(name, effect, effect.possible_joints(rig))
+    def __call__(self, measured: Floats) -> Floats:
+        """Return the true positions."""
+        return self.position(measured)
 
-    @property
-    def instances(self) -> int:
-        """Number of sets of local parameters: one per joint, or one for the whole robot."""
-        return 1 if self.effect.whole_robot else len(self.joints)
 
-    @property
-    def local_parameters(self) -> tuple[Quantity, ...]:
-        """Parameters of each instance: coefficients of an additive effect, or parameters of a signal effect."""
-        if isinstance(self.effect, Additive):
-            return self.effect.coefficients
-        return self.effect.parameters if isinstance(self.effect, Signal) else ()
-
-    def by_instance(self, columns: Floats) -> Floats:
-        """Columns (n, dof, instances * c) of all coefficients, from those (n, dof, c) that an additive effect has."""
-        if self.effect.whole_robot:
-            return columns
-        n, dof, c = columns.shape
-        by_joint = np.zeros((n, dof, self.instances, c))
-        for instance, joint in enumerate(self.joints):
-            by_joint[:, joint, instance] = columns[:, joint]
-        return by_joint.reshape(n, dof, -1)
-
-    def torque(self, columns: Floats, coefficients: Floats) -> Floats:
-        """Torque (n, dof) of an additive effect with its `columns` (n, dof, c) and `coefficients` (instances, c)."""
-        if self.effect.whole_robot:
-            torque: Floats = columns @ coefficients[0]
-            return torque
-        torque = np.zeros(columns.shape[:2])
-        for joint, values in zip(self.joints, coefficients, strict=True):
-            torque[:, joint] = columns[:, joint] @ values
-        return torque
+Report = Callable[[Floats, EffectInputs], Floats]
+"""Computes the reported torque (n, dof) from the true one."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +58,7 @@ class ParameterEntry:
 class ModelStructure:
     """A mechanism of `rig` with `terms`."""
 
-    mechanism: Mechanism
+    mechanism: RigidMechanism
     rig: Rig
     terms: tuple[Term, ...] = ()
 
@@ -101,6 +69,11 @@ class ModelStructure:
     def without_term(self, index: int) -> "ModelStructure":
         """Return the structure without the term `index`."""
         return replace(self, terms=self.terms[:index] + self.terms[index + 1 :])
+
+    def with_effect(self, index: int, effect: Effect) -> "ModelStructure":
+        """Return the structure with `effect`, which has the same parameters, in the term `index`."""
+        term = replace(self.terms[index], effect=effect)
+        return replace(self, terms=(*self.terms[:index], term, *self.terms[index + 1 :]))
 
     @cached_property
     def parameters(self) -> tuple[ParameterEntry, ...]:
@@ -147,17 +120,27 @@ class ModelStructure:
             for joint in joints
             for quantity in term.local_parameters
         ]
-        return local + [self._parameter(index, term, quantity, None, False) for quantity in term.effect.shapes]
+        shapes = [
+            self._parameter(index, term, quantity, joint, False)
+            for joint in (term.joints if term.effect.local_shapes else (None,))
+            for quantity in term.effect.shapes
+        ]
+        return local + shapes
+
+    @cached_property
+    def term_names(self) -> tuple[str, ...]:
+        """Names of the terms, those of repeated effects numbered: cogging, cogging#2."""
+        names = [term.name for term in self.terms]
+        repeats = [names[:index].count(name) for index, name in enumerate(names)]
+        return tuple(f"{name}#{count + 1}" if count else name for name, count in zip(names, repeats, strict=True))
 
     def _parameter(
         self, index: int, term: Term, quantity: Quantity, joint: int | None, linear: bool
     ) -> ParameterEntry:
-        repeats = sum(earlier.name == term.name for earlier in self.terms[:index])
-        name = f"{term.name}{f'#{repeats + 1}' if repeats else ''}.{quantity.name}"
-        effort, position = self.rig.effort_units[joint or 0], self.rig.position_units[joint or 0]
+        name = f"{self.term_names[index]}.{quantity.name}"
         return ParameterEntry(
             name if joint is None else f"{name}{joint + 1}",
-            quantity.unit.format(effort=effort, position=position, turn="turn" if position == "rad" else "2π m"),
+            quantity.unit_on(self.rig, joint or 0),
             quantity.meaning if joint is None else f"{quantity.meaning}, joint {joint + 1}",
             quantity.lower,
             quantity.upper,
@@ -197,7 +180,7 @@ class ModelStructure:
 
     @staticmethod
     def _size(term: Term) -> int:
-        return term.instances * len(term.local_parameters) + len(term.effect.shapes)
+        return term.instances * len(term.local_parameters) + len(term.shapes)
 
     def parameter_mask(self, index: int) -> Bools:
         """Mask (K,) of the entries of the term `index`; -1: the mechanism."""
@@ -227,10 +210,29 @@ class ModelStructure:
         """Torque (n, dof, c) per unit of each coefficient of the additive term `index`, on every joint."""
         effect = self.terms[index].effect
         assert isinstance(effect, Additive)
-        shapes = zip(effect.shapes, self.shape_values(index, x).tolist(), strict=True)
-        return effect.columns(inputs, {shape.name: value for shape, value in shapes})
+        return effect.columns(inputs, self.shapes_by_name(index, x))
 
-    def mechanism_of(self, rig: Rig) -> Mechanism:
+    def shapes_by_name(self, index: int, x: Floats) -> Shapes:
+        """Shapes by name of the term `index` in the vector `x` (K,): numbers, or (dof,) where joints have their own.
+
+        Joints without the effect get the shapes of its first joint.
+        """
+        term, values = self.terms[index], self.shape_values(index, x)
+        names = [shape.name for shape in term.effect.shapes]
+        if not term.effect.local_shapes:
+            return dict(zip(names, values.tolist(), strict=True))
+        by_instance = values.reshape(term.instances, -1)
+        by_joint = np.tile(by_instance[0], (self.rig.dof, 1))
+        by_joint[list(term.joints)] = by_instance
+        return dict(zip(names, by_joint.T, strict=True))
+
+    def instance_entries(self, index: int) -> Ints:
+        """(instances, k) entries of the vector that each instance of the term `index` has of its own."""
+        term, entries = self.terms[index], np.arange(len(self.parameters))[self._entries[index]]
+        parts = np.split(entries, [term.instances * len(term.local_parameters)])
+        return np.concatenate([part.reshape(term.instances, -1) for part in parts[: 1 + term.effect.local_shapes]], 1)
+
+    def mechanism_of(self, rig: Rig) -> RigidMechanism:
         """Return the mechanism for a corrected `rig`."""
         return self.mechanism if rig is self.rig else mechanisms.create(rig)
 
@@ -241,7 +243,7 @@ class ModelStructure:
             values = self.signal_values(index, x)
             rig = effect.rig(rig, values) if effect.rig else rig
             if effect.position:
-                corrections.append(_correction(effect.position, rig, values))
+                corrections.append(_correction(effect, rig, values))
         return rig, tuple(corrections)
 
     def reports(self, x: Floats) -> Iterator[tuple[Term, Report]]:
@@ -286,8 +288,13 @@ def _mechanism_entry(parameter: Parameter, *, replaced: bool) -> ParameterEntry:
     )
 
 
-def _correction(position: Callable[[Floats, Rig, Values], Floats], rig: Rig, values: Values) -> PositionCorrection:
-    return lambda measured: position(measured, rig, values)
+def _correction(effect: Signal, rig: Rig, values: Values) -> PositionCorrection:
+    position, slopes = effect.position, effect.position_slopes
+    assert position is not None
+    return PositionCorrection(
+        lambda measured: position(measured, rig, values),
+        None if slopes is None else lambda true: slopes(true, rig, values),
+    )
 
 
 def _report(report: Callable[[Floats, EffectInputs, Values], Floats], values: Values) -> Report:

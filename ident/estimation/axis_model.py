@@ -3,6 +3,10 @@
 Rigid: position / torque = exp(-s d) / (J s^2 + c s + k). Elastic: the same, times (1 + 2 z_a s / w_a + s^2 / w_a^2)
 over (1 + 2 z_r s / w_r + s^2 / w_r^2): the antiresonance w_a, at which the load holds the motor, below the resonance
 w_r of motor against load. A delay turns the phase in proportion to the frequency, a resonance back and forth.
+
+The other motors give way to the torque of the coupling, so that the inertia appears smaller where their drives no
+longer hold them; the phase of that change would be taken for a delay of 0.1 ms. Their measured positions y_j are
+in the model: torque = position / G + sum_j m_j s^2 y_j / (1 + 2 z_a s / w_a + s^2 / w_a^2), as they act on the load.
 """
 
 from collections.abc import Callable, Iterator
@@ -34,7 +38,12 @@ _DELAYS = (0.0, 0.004)
 _RATIO = 1.8
 """Initial guess of resonance over antiresonance."""
 
-_Model = Callable[[Floats, Floats], Complex]
+_COUPLING = 0.3
+"""Inertia of the coupling with another joint over that of the joint, as expected before the measurement; it is below
+1 where both joints have the same inertia."""
+
+_Model = Callable[[Floats, Floats, Complex], Complex]
+"""Position over torque for parameters, angular frequencies (n,) and positions (n, others) of the other joints."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +55,7 @@ class AxisModel:
     viscous: float
     """Friction of the small motion, in N m s/rad."""
     delay: float
-    """From the reported voltage or torque to the motion [s]."""
+    """From the voltage or torque to the motion [s]."""
     antiresonance: float | None
     """[Hz]."""
     resonance: float | None
@@ -58,7 +67,7 @@ class AxisModel:
     misfit: float
     """Root mean square of the relative deviations from the response."""
     response: Callable[[Floats], Complex]
-    """Position over torque at frequencies [Hz]."""
+    """Position over torque at frequencies [Hz], with the other motors at rest."""
 
 
 def fit_axis(measured: FrequencyResponse) -> AxisModel:
@@ -76,38 +85,57 @@ def fit_axis(measured: FrequencyResponse) -> AxisModel:
     omega, G = 2 * np.pi * measured.frequency[used], measured.motion[used]
     weight = 1 / np.maximum(measured.motion_deviation[used], _LEAST_DEVIATION)
     inertia = float(np.median(1 / (np.abs(G) * omega**2)))
-    rigid, rigid_cost = _fit(
-        _rigid, [np.array([np.log(inertia), 0, 0, delay]) for delay in _DELAYS], omega, G, weight
-    )
-    elastic, elastic_cost = _fit(_elastic, list(_initial_guesses(inertia, omega)), omega, G, weight)
+    data = _Data(omega, G, weight, measured.others[used])
+    rigid, rigid_cost = _fit(_rigid, [np.array([np.log(inertia), 0, 0, delay]) for delay in _DELAYS], data)
+    elastic, elastic_cost = _fit(_elastic, list(_initial_guesses(inertia, omega)), data)
     is_elastic = elastic_cost < _FEWER * rigid_cost and _is_resonance(elastic, omega)
     model, parameters = (_elastic, elastic) if is_elastic else (_rigid, rigid)
     antiresonance, resonance = _resonances(elastic) if is_elastic else (None, None)
     return AxisModel(
         inertia=float(np.exp(parameters[0])),
         viscous=float(np.exp(parameters[1])),
-        delay=float(parameters[3]),
+        # The torque of an older step makes the motion appear too early.
+        delay=float(parameters[3]) + measured.torque_age,
         antiresonance=antiresonance,
         resonance=resonance,
         lines=len(omega),
         highest=float(omega[-1] / (2 * np.pi)),
-        misfit=float(np.sqrt(np.mean(np.abs(model(parameters, omega) / G - 1) ** 2))),
-        response=lambda frequency: model(parameters, 2 * np.pi * frequency),
+        misfit=float(np.sqrt(np.mean(np.abs(model(parameters, omega, data.others) / G - 1) ** 2))),
+        response=lambda frequency: model(parameters, 2 * np.pi * frequency, 0j * np.outer(frequency, data.others[0])),
     )
 
 
-def _rigid(p: Floats, omega: Floats) -> Complex:
-    inertia, viscous = np.exp(p[:2])
-    response: Complex = np.exp(-1j * omega * p[3]) / (-inertia * omega**2 + 1j * viscous * omega + p[2])
-    return response
+def _rigid(p: Floats, omega: Floats, others: Complex) -> Complex:
+    return _delayed(p, omega, _rigid_torque(p, omega) + _coupling_torque(p, omega, others))
 
 
-def _elastic(p: Floats, omega: Floats) -> Complex:
+def _elastic(p: Floats, omega: Floats, others: Complex) -> Complex:
     antiresonance = np.exp(p[4])
     zeros = _second_order(omega / antiresonance, np.exp(p[6]))
     poles = _second_order(omega / (antiresonance * (1 + np.exp(p[5]))), np.exp(p[7]))
-    response: Complex = _rigid(p, omega) * zeros / poles
+    return _delayed(p, omega, (_rigid_torque(p, omega) * poles + _coupling_torque(p, omega, others)) / zeros)
+
+
+def _delayed(p: Floats, omega: Floats, torque: Complex) -> Complex:
+    response: Complex = np.exp(-1j * omega * p[3]) / torque
     return response
+
+
+def _rigid_torque(p: Floats, omega: Floats) -> Complex:
+    """Torque over position of a rigid axis, the other motors at rest."""
+    inertia, viscous = np.exp(p[:2])
+    torque: Complex = -inertia * omega**2 + 1j * viscous * omega + p[2]
+    return torque
+
+
+def _coupling_torque(p: Floats, omega: Floats, others: Complex) -> Complex:
+    """Torque of the coupling over the position of the joint; the last parameters are inertias relative to its own."""
+    torque: Complex = -(omega**2) * (others @ _couplings(p, others)) * np.exp(p[0])
+    return torque
+
+
+def _couplings(p: Floats, others: Complex) -> Floats:
+    return p[len(p) - others.shape[1] :]
 
 
 def _second_order(ratio: Floats, damping: float) -> Complex:
@@ -131,16 +159,32 @@ def _initial_guesses(inertia: float, omega: Floats) -> Iterator[Floats]:
         yield np.array([np.log(inertia), 0, 0, delay, np.log(antiresonance), np.log(_RATIO - 1), -3, -3])
 
 
-def _fit(model: _Model, guesses: list[Floats], omega: Floats, G: Complex, weight: Floats) -> tuple[Floats, float]:
+@dataclass(frozen=True, eq=False)
+class _Data:
+    """Lines that the models are fitted to."""
+
+    omega: Floats
+    """(n,) [rad/s]."""
+    motion: Complex
+    """(n,) position over torque."""
+    weight: Floats
+    """(n,) inverse of the relative standard deviation."""
+    others: Complex
+    """(n, dof - 1) position of the other joints over that of this one."""
+
+
+def _fit(model: _Model, guesses: list[Floats], data: _Data) -> tuple[Floats, float]:
     """Least squares of the logarithmic deviations, from several initial guesses; parameters and cost."""
 
     def residuals(p: Floats) -> Floats:
         with np.errstate(all="ignore"):
-            deviation = np.log(model(p, omega) / G)
-        weighted = np.concatenate([deviation.real * weight, deviation.imag * weight])
+            deviation = np.log(model(p, data.omega, data.others) / data.motion)
+        expected = _couplings(p, data.others) / _COUPLING
+        weighted = np.concatenate([deviation.real * data.weight, deviation.imag * data.weight, expected])
         finite: Floats = np.nan_to_num(weighted, nan=1e6, posinf=1e6, neginf=-1e6)
         return finite
 
-    fits = [least_squares(residuals, guess, loss="soft_l1", max_nfev=150) for guess in guesses]
+    uncoupled = np.zeros(data.others.shape[1])
+    fits = [least_squares(residuals, np.append(guess, uncoupled), loss="soft_l1", max_nfev=150) for guess in guesses]
     best = min(fits, key=lambda result: float(result.cost))
     return np.asarray(best.x), float(best.cost)

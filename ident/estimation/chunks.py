@@ -68,4 +68,5 @@ def _chunk(prepared: PreparedRecording, rows: slice, step: int) -> PreparedRecor
         regressor=prepared.regressor[rows],
         torque=prepared.torque[rows],
         start=prepared.start + instants.start / prepared.samples.rate,
+        end=float(prepared.instant_time[-1]) if prepared.end is None else prepared.end,
     )

@@ -13,7 +13,7 @@ from ident.estimation import estimators
 from ident.estimation.problem import Estimate, Problem, Progress
 from ident.estimation.regression import Regression
 from recordings.errors import BadInput
-from recordings.recording import Floats
+from recordings.recording import Floats, Ints
 
 SEARCH_FACTOR = 10.0
 """Limit of a single model term (parameter times column) relative to the torque (both RMS)."""
@@ -65,7 +65,8 @@ def fit(
     regressor, torque = _rows(regressions)
     bounds = search_region(parameters, regressor, torque, physical)
     deviation = _deviation(regressions, regressor, torque) if estimators.weighted(method) else None
-    problem = Problem(regressor, torque, bounds, deviation)
+    instant = _instants(regressions) if estimators.recursive(method) else None
+    problem = Problem(regressor, torque, bounds, deviation, instant)
     estimate = estimators.load(method).estimate(problem, generator, progress, settings)
     if physical:
         _check_physical(parameters, estimate.parameters, bounds, method)
@@ -78,6 +79,17 @@ def _rows(regressions: Sequence[Regression]) -> tuple[Floats, Floats]:
         return regressions[0].rows()  # no copy: the arrays of long recordings are large
     regressors, torques = zip(*(regression.rows() for regression in regressions), strict=True)
     return np.concatenate(regressors), np.concatenate(torques)
+
+
+def _instants(regressions: Sequence[Regression]) -> Ints:
+    """Number (r,) of the instant of each row, counted through all `regressions`."""
+    ends = np.cumsum([len(regression.torque) for regression in regressions])
+    return np.concatenate(
+        [
+            first + np.nonzero(np.isfinite(regression.torque).T)[1]
+            for first, regression in zip([0, *ends[:-1]], regressions, strict=True)
+        ]
+    )
 
 
 def _check_physical(parameters: Sequence[Parameter], values: Floats, bounds: Floats, method: str) -> None:

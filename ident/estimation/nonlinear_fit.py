@@ -20,6 +20,10 @@ _MAX_DAMPING = 1e3
 """Damping above which no further step is tried."""
 _CONVERGED = 1e-4
 """Relative reduction of the weighted sum of squares below which the iteration ends."""
+_MAX_ESCAPES = 4
+"""Most escapes from local minima."""
+_NEIGHBORS = (0.8, 0.9, 0.95, 1.05, 1.1, 1.25)
+"""Multiples of a parameter at which a lower local minimum is looked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +101,56 @@ def levenberg_marquardt(
         if idle_steps > _PATIENCE or (idle_steps and reduction < _CONVERGED):
             break
     return best
+
+
+def escape_local_minima(
+    predictors: Sequence[TorquePredictor], solution: Solution, weights: Sequence[Floats]
+) -> Solution:
+    """Improve a `solution` that may be a local minimum over the searched parameters of discontinuous effects.
+
+    Where the torque is discontinuous (an arm leaves its tooth at one instant, or not at all), small steps of the
+    loss stop the Levenberg-Marquardt method. Each parameter is tried at multiples of its value; the iteration goes on
+    from the best of them, as long as that reduces the loss.
+    """
+    terms = solution.structure.terms
+    searched = np.array(
+        [
+            not entry.linear and entry.term >= 0 and terms[entry.term].effect.discontinuous
+            for entry in solution.structure.parameters
+        ]
+    )
+    for _ in range(_MAX_ESCAPES if searched.any() else 0):
+        start = _best_neighbor(predictors, solution, searched)
+        if start is None:
+            return solution
+        escaped = nonlinear_least_squares(predictors, solution.structure, start, weights)
+        if escaped.loss > solution.loss * (1 - _CONVERGED):
+            return solution
+        solution = escaped
+    return solution
+
+
+def _best_neighbor(predictors: Sequence[TorquePredictor], solution: Solution, searched: Bools) -> Floats | None:
+    """Vector (K,) with one of the `searched` (K,) parameters changed and the least loss; None: none is less."""
+    structure, load_parameters = solution.structure, solution.structure.load_parameters(solution.x)
+    linear_columns = np.linalg.qr(solution.rows()[0][:, structure.linear])[0]
+
+    def loss(x: Floats) -> float:
+        """Sum of squares after the linear parameters are fitted, which hardly change the other columns."""
+        residuals = [each.prepared.torque - each.torque(structure, x, load_parameters) for each in predictors]
+        pairs = zip(solution.weights, residuals, strict=True)
+        rows = np.concatenate([(w * np.nan_to_num(r))[w > 0] for w, r in pairs])
+        return float(rows @ rows - np.sum((linear_columns.T @ rows) ** 2))
+
+    neighbors = []
+    for entry in np.flatnonzero(searched).tolist():
+        for factor in _NEIGHBORS:
+            x = solution.x.copy()
+            x[entry] *= factor
+            neighbors.append(_within(structure, x))
+    losses = in_threads(loss, [solution.x, *neighbors])
+    best = int(np.argmin(losses))
+    return neighbors[best - 1] if losses[best] < losses[0] * (1 - _CONVERGED) else None
 
 
 def _solve_linear(

@@ -1,7 +1,8 @@
 """Particle swarm optimisation of objective (33): the common part of the cyclic and the classical swarm."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.random import Generator
@@ -9,6 +10,7 @@ from numpy.random import Generator
 from ident.estimation.l1_objective import L1Objective
 from ident.estimation.lad_certificate import certify
 from ident.estimation.problem import Estimate, Problem, Progress
+from ident.estimation.settings import Meaning
 from recordings.errors import BadInput
 from recordings.recording import Floats
 
@@ -16,27 +18,39 @@ Leaders = Callable[["Swarm"], Floats]
 """Positions (n, k) that attract the particles besides their personal best positions."""
 
 
+_MOST_PARTICLES = 100_000
+"""Limit of memory."""
+_FAR = 1e6
+"""Widths of the search region beyond which no particle flies, so that a swarm that diverges does not overflow."""
+
+
 @dataclass(frozen=True)
 class Settings:
     """Settings of any swarm. Defaults are those of the paper, except `tolerance`."""
 
-    particles: int = 300
-    """N_p."""
-    iterations: int = 1000
-    inertia: float = 0.72984
-    """c_0."""
-    cognitive: float = 1.49618
-    """c_1."""
-    social: float = 1.49618
-    """c_2."""
-    tolerance: float = 1e-8
-    """Relative excess over the certified minimum at which the search stops; 0: never stop early, as in the paper."""
+    particles: Annotated[int, Meaning("size of the swarm", "N_p")] = 300
+    iterations: Annotated[int, Meaning("largest number of steps")] = 1000
+    inertia: Annotated[float, Meaning("share of its velocity that a particle keeps", "c0")] = 0.72984
+    cognitive: Annotated[float, Meaning("attraction by the best position of the particle itself", "c1")] = 1.49618
+    social: Annotated[float, Meaning("attraction by the best neighbour, or the best of the swarm", "c2")] = 1.49618
+    draws: Annotated[
+        Literal["particle", "dimension"],
+        Meaning("whether r1 and r2 are drawn once for a particle, as printed, or for each of its dimensions"),
+    ] = "particle"
+    tolerance: Annotated[
+        float, Meaning("relative excess over the certified minimum at which the search stops; 0: never, as printed")
+    ] = 1e-8
 
     def __post_init__(self) -> None:
-        if self.particles < 2:
-            raise BadInput(f"at least two particles expected, {self.particles} found; give a larger number")
+        if not 2 <= self.particles <= _MOST_PARTICLES:
+            raise BadInput(f"2 to {_MOST_PARTICLES} particles expected, {self.particles} found; change it")
         if self.iterations < 1:
             raise BadInput(f"at least one iteration expected, {self.iterations} found; give a larger number")
+        if not 0 <= self.inertia <= 1:
+            raise BadInput(f"an inertia from 0 to 1 expected, {self.inertia:g} found; change it")
+        for name in ("cognitive", "social"):
+            if not 0 <= getattr(self, name) <= _FAR:
+                raise BadInput(f"{name}: 0 to {_FAR:g} expected, {getattr(self, name):g} found; change it")
         if not 0 <= self.tolerance < 1:
             raise BadInput(f"a tolerance from 0 to below 1 expected, {self.tolerance:g} found; change it")
 
@@ -54,48 +68,68 @@ class Swarm:
     personal_value: Floats
     """(n,) objective at the personal best positions."""
 
+    @property
+    def best(self) -> Floats:
+        """(k,) best position so far."""
+        best: Floats = self.personal[self.personal_value.argmin()]
+        return best
 
-def search(
-    problem: Problem, generator: Generator, progress: Progress, settings: Settings, leaders: Leaders
-) -> Estimate:
-    """Minimise (33) within the search region of `problem` by a swarm, Eqs. (34)-(35), (A14)-(A15).
 
-    leaders: the topology of the swarm.
+def flight(
+    objective: Callable[[Floats], Floats], bounds: Floats, generator: Generator, settings: Settings, leaders: Leaders
+) -> Iterator[Swarm]:
+    """Yield the swarm as it is initialised, (31), and after each step, Eqs. (34)-(35), (A14)-(A15).
 
-    r1, r2 are one number per particle and step, as printed. Particles start in the region and may leave it, since
-    (34)-(35) do not prevent it. The objective is then evaluated at the nearest point of the region, and that point is
-    stored.
+    objective: values (n,) at positions (n, k). bounds: (k, 2) search region. leaders: the topology of the swarm.
+
+    r1, r2 are one number per particle and step, as printed, unless the settings say otherwise. Particles start in the
+    region and may leave it, since (34)-(35) do not prevent it. The objective is then evaluated at the nearest point
+    of the region, and that point is stored.
     """
-    certificate = certify(problem.regressor, problem.torque, problem.bounds)
-    objective = L1Objective(problem.regressor, problem.torque)
-    lowest, highest = problem.bounds.T
-    shape = (settings.particles, len(lowest))
-
+    lowest, highest = bounds.T
+    margin = _FAR * (highest - lowest)
+    shape = (settings.particles, len(bounds))
+    draws = shape if settings.draws == "dimension" else (settings.particles, 1)
     position = generator.uniform(lowest, highest, shape)
     velocity = np.zeros(shape)
     value = objective(position)
     swarm = Swarm(position, value, position, value)  # (31)
-    history = [value.min()]
-    for step in range(settings.iterations):
-        r1, r2 = generator.random((2, settings.particles, 1))
+    yield swarm
+    for _ in range(settings.iterations):
+        r1, r2 = generator.random((2, *draws))
         velocity = (
             settings.inertia * velocity
             + settings.cognitive * r1 * (swarm.personal - position)
             + settings.social * r2 * (leaders(swarm) - position)
         )  # (34)
-        position = position + velocity  # (35)
+        position = np.clip(position + velocity, lowest - margin, highest + margin)  # (35)
         _update(swarm, np.clip(position, lowest, highest), objective)
-        history.append(swarm.personal_value.min())
+        yield swarm
+
+
+def search(
+    problem: Problem, generator: Generator, progress: Progress, settings: Settings, leaders: Leaders
+) -> Estimate:
+    """Minimise (33) within the search region of `problem` by a swarm with the topology `leaders`."""
+    certificate = certify(problem.regressor, problem.torque, problem.bounds)
+    objective = L1Objective(problem.regressor, problem.torque)
+    even = np.ptp(problem.bounds, axis=1) / np.sqrt(12.0)
+    history: list[float] = []
+    spread: list[float] = []
+    for step, swarm in enumerate(flight(objective, problem.bounds, generator, settings, leaders)):
+        history.append(float(swarm.personal_value.min()))
+        spread.append(float(np.mean(swarm.current.std(axis=0) / even)))
         excess = certificate.excess(history[-1])
-        progress(step + 1, settings.iterations, excess)
-        if settings.tolerance and excess <= settings.tolerance:
-            break
-    best = int(swarm.personal_value.argmin())
+        if step:
+            progress(step, settings.iterations, excess)
+            if settings.tolerance and excess <= settings.tolerance:
+                break
     return Estimate(
-        swarm.personal[best],
-        float(history[-1]),
+        swarm.best,
+        history[-1],
         np.array(history),
         certificate,
+        np.array(spread),
         diagnostics={"iterations": len(history) - 1},
     )
 

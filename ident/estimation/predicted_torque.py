@@ -133,8 +133,9 @@ class TorquePredictor:
 
     def _term_columns(self, structure: ModelStructure, index: int, x: Floats, load_parameters: Floats) -> _Columns:
         """(n, dof, c) columns of the additive term `index`; cached for all loads if they do not depend on them."""
-        effect, shapes = structure.terms[index].effect, structure.shape_values(index, x).tobytes()
+        effect = structure.terms[index].effect
         assert isinstance(effect, Additive)
+        shapes = np.array([*structure.shapes_by_name(index, x).values()]).tobytes()
         # The function, not the name: curves that are learned one after the other have the same name.
         key = ("columns", effect.columns, shapes, self.corrected_motion(structure, x))
         key_with_load = (*key, load_parameters.tobytes())
@@ -155,7 +156,12 @@ class TorquePredictor:
         return self._cache.get(
             ("effect inputs", corrected, load.tobytes()),
             lambda: corrected.effect_inputs(
-                prepared.samples.rate, prepared.instant_time, prepared.bandwidth, load, prepared.temperature
+                prepared.samples.rate,
+                prepared.instant_time,
+                prepared.bandwidth,
+                load,
+                prepared.temperature,
+                prepared.end,
             ),
         )
 
@@ -240,7 +246,7 @@ class TorquePredictor:
             upper, lower = (self._report(structure, x, load_parameters, true + side * step) for side in (1, -1))
             return self.prepared.condition(columns * ((upper - lower) / (2 * step))[:, :, None])
         slopes = []
-        for column in np.moveaxis(columns, 2, 0):
+        for column in np.ascontiguousarray(np.moveaxis(columns, 2, 0)):
             column_step = step / max(float(np.sqrt(np.nanmean(column**2))), 1e-12)
             upper, lower = (
                 self._report(structure, x, load_parameters, true + side * column_step * column) for side in (1, -1)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from ident.estimation.lad_certificate import Certificate
-from recordings.recording import Floats
+from recordings.recording import Floats, Ints
 
 
 class Progress(Protocol):
@@ -27,6 +27,8 @@ class Problem:
     """(k, 2) search region [lowest, highest]; used only by methods with a search region."""
     deviation: Floats | None = None
     """(m,) standard deviation of the residual in each row [N m], for estimators that are WEIGHTED."""
+    instant: Ints | None = None
+    """(m,) number of the instant to which each row belongs, for estimators that are RECURSIVE."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,5 +43,8 @@ class Estimate:
     """Best objective before the first step and after each step; of length one for methods without steps."""
     certificate: Certificate | None = None
     """Certified minimum of (33), if that is the estimator's objective."""
+    spread: Floats | None = None
+    """Of a swarm, at each step as `history`: standard deviation of its particles relative to that of an even
+    distribution over the search region, mean of the dimensions."""
     diagnostics: Mapping[str, Any] = field(default_factory=dict)
     """Further results, JSON-serialisable."""

@@ -6,10 +6,9 @@ from itertools import product
 import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording
-from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.base import Additive, Effect
+from ident.dynamics.effects.base import Additive, Effect, Suggestion
 from ident.dynamics.structure import ModelStructure, Term
-from ident.estimation.nonlinear_fit import nonlinear_least_squares
+from ident.estimation.nonlinear_fit import Solution, nonlinear_least_squares
 from ident.estimation.predicted_torque import TorquePredictor
 from recordings.recording import Floats
 
@@ -30,29 +29,34 @@ def fit_shape_parameters(
     solution = nonlinear_least_squares(predictors, bare, np.zeros(len(bare.parameters)), weights)
     for term in terms:
         structure = solution.structure.with_term(term)
-        inputs = predictors[0].effect_inputs(solution.structure, solution.x)
-        suggested = _suggested_shapes(term.effect, inputs, solution.residuals[0], recordings[0])
+        suggested = suggestions(term.effect, predictors, solution, solution.residuals)
         candidates = [
             nonlinear_least_squares(predictors, structure, np.concatenate([solution.x, start]), weights)
-            for start in _initial_guesses(term, suggested)
+            for start in _initial_guesses(term, term.shape_guesses(suggested))
         ]
         solution = min(candidates, key=lambda candidate: candidate.loss)
     return solution.structure, solution.x
 
 
-def _suggested_shapes(
-    effect: Effect, inputs: EffectInputs, residual: Floats, prepared: PreparedRecording
-) -> list[Floats]:
+def suggestions(
+    effect: Effect, predictors: Sequence[TorquePredictor], solution: Solution, residuals: Sequence[Floats]
+) -> list[Suggestion]:
+    """Initial guesses that an `effect` beside the model of `solution` suggests from each recording of `predictors`.
+
+    residuals: (m, dof) of each recording [N m], of which the rows that the solution was fitted to are used.
+    """
+    suggested: list[Suggestion] = []
     if effect.suggest is None:
-        return []
-    suggestions = effect.suggest(inputs.decimated(prepared.preprocessed.decimation), residual)
-    return [np.array([shapes[shape.name] for shape in effect.shapes]) for shapes in suggestions]
+        return suggested
+    for predictor, weight, residual in zip(predictors, solution.weights, residuals, strict=True):
+        inputs = predictor.effect_inputs(solution.structure, solution.x)
+        masked = np.where(weight > 0, residual, np.nan)
+        suggested += effect.suggest(inputs.decimated(predictor.prepared.preprocessed.decimation), masked)
+    return suggested
 
 
-def _initial_guesses(term: Term, suggested: Sequence[Floats]) -> list[Floats]:
+def _initial_guesses(term: Term, shapes: Sequence[Floats]) -> list[Floats]:
     """Vectors (local parameters + shapes,) from which the fit starts."""
-    shapes = [np.array(values, float) for values in product(*(shape.initial_guesses for shape in term.effect.shapes))]
-    shapes += suggested
     if isinstance(term.effect, Additive):
         local = [np.zeros(term.instances * len(term.local_parameters))]
     else:

@@ -13,8 +13,9 @@ from ident.data.samples import holds_torque
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.library import library as load_library
 from ident.dynamics.structure import ModelStructure, Term
-from ident.estimation import estimators
+from ident.estimation import estimators, nonlinear_swarm
 from ident.estimation.linear_fit import Fit, fit
+from ident.estimation.nonlinear_swarm import SwarmSearch
 from ident.estimation.problem import Progress
 from ident.estimation.regression import Regression, linearize
 from ident.estimation.shape_parameters import fit_shape_parameters
@@ -113,6 +114,9 @@ def identify(
     if form and options.effects:
         raise BadInput(f"--with cannot be combined with a method that fits the form '{form}'; choose another method")
     prepared = prepare_all(recordings, options.preprocessing, options.cutoff, form)
+    searched = _search(prepared[: len(files)], options, progress) if estimators.nonlinear(options.method) else None
+    if searched:
+        known_structure = searched.structure, searched.x
     structure, x = known_structure or _structure(prepared[: len(files)], options)
     regressions = tuple(linearize(each, structure, x) for each in prepared)
     train, validation = regressions[: len(files)], regressions[-1] if validate else None
@@ -120,6 +124,8 @@ def identify(
     result = fit(
         train, structure.linear_parameters, options.method, options.settings, generator, progress, options.physical
     )
+    if searched:
+        result = _with_search(result, searched)
     assessment, uncertainties = None, (ParameterUncertainty(),) * len(structure.linear_parameters)
     if form is None:
         changes = _parameter_changes(train, structure, options.preprocessing)
@@ -196,16 +202,36 @@ def model_of(
 
 def _structure(train: Sequence[PreparedRecording], options: FitOptions) -> tuple[ModelStructure, Floats]:
     """The mechanism with the chosen effects, whose shapes are fitted to `train`, and all parameters (K,)."""
+    terms = _terms(train, options)
+    if options.effects:
+        return fit_shape_parameters(train, terms)
+    structure = replace(train[0].base_structure, terms=terms)
+    return structure, np.zeros(len(structure.parameters))
+
+
+def _search(train: Sequence[PreparedRecording], options: FitOptions, progress: Progress) -> SwarmSearch:
+    """The mechanism with the chosen effects, whose shapes a swarm searches."""
+    generator = np.random.default_rng(options.seed)
+    return nonlinear_swarm.search(
+        train, _terms(train, options), options.settings, generator, progress, options.physical
+    )
+
+
+def _with_search(result: Fit, searched: SwarmSearch) -> Fit:
+    """Add the convergence of the search to the `result` of the linear fit."""
+    steps = {"iterations": len(searched.history) - 1, "evaluations": searched.evaluations}
+    estimate = replace(result.estimate, history=searched.history, diagnostics=steps)
+    return replace(result, estimate=estimate)
+
+
+def _terms(train: Sequence[PreparedRecording], options: FitOptions) -> tuple[Term, ...]:
+    """Effects of the base model, and the chosen ones."""
     recording = train[0].recording
     chosen = parse_terms(options.effects, options.library, recording)
     base: tuple[Term, ...] = ()
     if options.base_effects and estimators.form(options.method) is None:
         base = mandatory_terms(options.library, recording, options.without)
-    terms = (*(term for term in base if term.name not in {other.name for other in chosen}), *chosen)
-    if chosen:
-        return fit_shape_parameters(train, terms)
-    structure = replace(train[0].base_structure, terms=terms)
-    return structure, np.zeros(len(structure.parameters))
+    return (*(term for term in base if term.name not in {other.name for other in chosen}), *chosen)
 
 
 def _parameter_changes(train: Sequence[Regression], structure: ModelStructure, preprocessing: str) -> Sensitivity:

@@ -23,6 +23,11 @@ from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Axis, Rig
 
+_NEWTON_STEPS = 20
+"""Most steps to the acceleration that belongs to a torque."""
+_CONVERGED = 1e-10
+"""Relative change of the acceleration in the last of them."""
+
 
 @dataclass(frozen=True, eq=False)
 class Model:
@@ -72,7 +77,10 @@ class Model:
         t: ArrayLike | None = None,
         temperature: ArrayLike | None = None,
     ) -> Floats:
-        """Torque (n, dof) that a motion takes: Eq. (26), with all effects of the model.
+        """Torque (n, dof) that a motion takes at the motors: Eq. (26), with all effects of the model.
+
+        Effects on what the drives report (gain, exponent, dead band, saturation, delay) belong to `voltage`. Effects
+        with a memory (`stepped`) take the rows as instants that follow each other, and begin settled in the first.
 
         q, qd, qdd: (n, dof) position, velocity, acceleration.
         dt: time from row to row [s], for effects that remember what was before.
@@ -82,7 +90,28 @@ class Model:
         Raises:
             BadInput: an array has another shape, or an effect needs what is not given.
         """
-        return self._dynamics.torque(self._inputs(q, qd, qdd, dt, t, temperature))
+        return self.dynamics.torque(self._inputs(q, qd, qdd, dt, t, temperature))
+
+    def terms(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        dt: float | None = None,
+        t: ArrayLike | None = None,
+        temperature: ArrayLike | None = None,
+    ) -> dict[str, Floats]:
+        """Torque by its cause, (n, dof) each: the parts add up to `torque`.
+
+        Of the mechanism, Eqs. (26)-(29): `inertia` of each joint itself (the diagonal of D), `inertia_coupling` (the
+        rest of D), `coriolis` (with centrifugal forces), `gravity`, `viscous` and `coulomb` friction. Then each
+        effect by its name, as `rod_inertia`; where one occurs several times, `cogging#2`. An effect on encoders or
+        geometry has the torque that its correction changes; one on what the drives report has none.
+
+        Arguments and errors: as `torque`.
+        """
+        given = self._given(q, qd, qdd, dt, t, temperature)
+        return self.dynamics.terms_with_corrections(lambda dynamics: dynamics.inputs(*given))
 
     def voltage(
         self,
@@ -97,8 +126,45 @@ class Model:
 
         Arguments and errors: as `torque`.
         """
-        reported = self._dynamics.reported(self._inputs(q, qd, qdd, dt, t, temperature))
+        reported = self.dynamics.reported(self._inputs(q, qd, qdd, dt, t, temperature))
         return voltage_from_torque(reported, self.file.torque)
+
+    def acceleration(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        torque: ArrayLike,
+        dt: float | None = None,
+        t: ArrayLike | None = None,
+        temperature: ArrayLike | None = None,
+    ) -> Floats:
+        """Acceleration (n, dof) at which the motion `q`, `qd` takes the `torque` (n, dof): the inverse of `torque`.
+
+        Other arguments: as `torque`.
+
+        Raises:
+            BadInput: as `torque`; an effect has inner motion of its own (elasticity, backlash); or no acceleration
+                takes this torque.
+        """
+        inner = [term.name for _, term, effect in self.dynamics.structure.signals if effect.offset and effect.report]
+        if inner:
+            raise BadInput(f"a model without inner motion expected, effect {inner[0]} found; fit one without it")
+        wanted = _array(torque, "torque")
+        result = np.zeros_like(self._motion(q, qd, wanted).acceleration)
+
+        def excess(acceleration: Floats) -> Floats:
+            return self.torque(q, qd, acceleration, dt, t, temperature) - wanted
+
+        for _ in range(_NEWTON_STEPS):  # two are enough but for friction that depends on the load
+            error = excess(result)
+            slopes = [excess(result + unit) - error for unit in np.eye(result.shape[1])]
+            change = np.linalg.solve(np.stack(slopes, axis=2), error[:, :, None])[:, :, 0]
+            result = result - change
+            if np.abs(change).max(initial=0.0) <= _CONVERGED * max(1.0, np.abs(result).max(initial=0.0)):
+                return result
+        raise BadInput(
+            "torque: one that an acceleration of this model takes expected, none found; check its friction"
+        )
 
     def inertia(self, q: ArrayLike) -> Floats:
         """Inertia matrix D(q) (n, dof, dof) at positions `q` (n, dof), Eq. (27) [kg m^2, or kg].
@@ -108,7 +174,7 @@ class Model:
         """
         position = _array(q, "q")
         at_rest = self._motion(position, np.zeros_like(position), np.zeros_like(position))
-        inputs = self._dynamics.inputs(at_rest)
+        inputs = self.dynamics.inputs(at_rest)
         still = inputs.motion
 
         def accelerated(joint: int) -> Motion:
@@ -120,9 +186,15 @@ class Model:
         columns = [inputs.rigid_at(accelerated(joint)) - inputs.rigid for joint in joints]
         return np.stack(columns, axis=2)
 
+    @property
+    def stepped(self) -> tuple[str, ...]:
+        """Names of the effects with a memory, which are stepped through the rows of a motion."""
+        return tuple(dict.fromkeys(term.name for term in self.dynamics.structure.terms if term.effect.memory))
+
     @cached_property
-    def _dynamics(self) -> InverseDynamics:
-        return InverseDynamics(*structure_of(self.file, _rig(self.file), self.library))
+    def dynamics(self) -> InverseDynamics:
+        """Model structure with the values of its parameters."""
+        return InverseDynamics(*structure_of(self.file, rig_of(self.file), self.library))
 
     def _inputs(
         self,
@@ -133,11 +205,23 @@ class Model:
         t: ArrayLike | None,
         temperature: ArrayLike | None,
     ) -> EffectInputs:
+        return self.dynamics.inputs(*self._given(q, qd, qdd, dt, t, temperature))
+
+    def _given(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        dt: float | None,
+        t: ArrayLike | None,
+        temperature: ArrayLike | None,
+    ) -> tuple[Motion, float | None, Floats | None, Floats | None]:
+        """Checked arguments of `InverseDynamics.inputs`."""
         motion = self._motion(q, qd, qdd)
         if dt is not None and not 0 < float(_array(dt, "dt")) < np.inf:
             raise BadInput(f"dt, a time step above 0 s, expected, {dt!r} found")
         time, shape = _optional(t, "t", motion.position.shape[:1]), motion.position.shape
-        return self._dynamics.inputs(motion, dt, time, _optional(temperature, "temperature", shape))
+        return motion, dt, time, _optional(temperature, "temperature", shape)
 
     def _motion(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Motion:
         arrays = [_array(x, name) for x, name in ((q, "q"), (qd, "qd"), (qdd, "qdd"))]
@@ -166,7 +250,7 @@ def _optional(x: ArrayLike | None, name: str, shape: tuple[int, ...]) -> Floats 
     return array
 
 
-def _rig(file: ModelFile) -> Rig:
+def rig_of(file: ModelFile) -> Rig:
     """What of the rig a model file holds: mechanism, geometry and torque map."""
     if file.mechanism == "delta":
         assert file.geometry is not None

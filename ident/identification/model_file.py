@@ -134,7 +134,7 @@ class ResidualTest(ConfigSection):
         return {
             "within-noise": "Within the noise: nothing structured is left above the noise floor."
             if self.diagnosed
-            else "Within the noise: the error is no larger than the noise floor.",
+            else "Within the noise: no structure is seen above the noise floor.",
             "above-noise": f"Above the noise: {self.structured_share:.0%} of the mean square is structured.",
             "unknown": "The noise floor is unknown, because nothing repeats: whether an effect is missing is open.",
         }[self.verdict]
@@ -212,7 +212,12 @@ def load(path: Path) -> ModelFile:
         raise BadInput(f"model file {path}: a file expected, a folder found; check the path") from None
     except FileNotFoundError:
         raise BadInput(f"model file {path} does not exist; check the path") from None
-    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+    except UnicodeDecodeError:
+        raise BadInput(
+            f"model file {path}: JSON written by `ident fit` expected, a file that is no text found; "
+            "give the model, and a recording where one is expected"
+        ) from None
+    except json.JSONDecodeError as error:
         raise BadInput(f"model file {path}: JSON written by `ident fit` expected, {error}") from None
     if not isinstance(content, dict) or not isinstance(content.get("schema"), int):
         raise BadInput(f"model file {path}: a key 'schema' with an integer expected, none found; is it a model?")

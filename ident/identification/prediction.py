@@ -111,12 +111,12 @@ def effect_terms(structure: ModelStructure, x: Floats) -> tuple[EffectTerm, ...]
 
 def _effect_term(structure: ModelStructure, index: int, x: Floats) -> EffectTerm:
     term = structure.terms[index]
-    shapes = zip(term.effect.shapes, structure.shape_values(index, x).tolist(), strict=True)
+    shapes = zip(_shape_names(term), structure.shape_values(index, x).tolist(), strict=True)
     rows = structure.local_values(index, x) if isinstance(term.effect, Signal) else ()
     return EffectTerm(
         name=term.name,
         joints=tuple(joint + 1 for joint in term.joints),
-        shapes={shape.name: value for shape, value in shapes},
+        shapes=dict(shapes),
         parameters=tuple(
             dict(zip((parameter.name for parameter in term.local_parameters), row.tolist(), strict=True))
             for row in rows
@@ -128,11 +128,20 @@ def _searched_values(term: Term, saved: EffectTerm) -> list[float]:
     """Values found by search: parameters of a signal effect, instance by instance, then the shape parameters."""
     try:
         local_values = [row[parameter.name] for row in saved.parameters for parameter in term.local_parameters]
-        return [*local_values, *(saved.shapes[shape.name] for shape in term.effect.shapes)]
+        shapes = zip(_shape_names(term), term.shapes, strict=True)
+        # All joints share the shapes in a file of an earlier version.
+        keys = (name if name in saved.shapes else shape.name for name, shape in shapes)
+        return [*local_values, *(saved.shapes[key] for key in keys)]
     except KeyError as error:
         raise BadInput(
             f"effect {term.name}: a value of {error} expected in the model, none found; fit it again"
         ) from None
+
+
+def _shape_names(term: Term) -> list[str]:
+    """Names of the term's shapes, with the number of the joint where each joint has its own."""
+    joints = [str(joint + 1) for joint in term.joints] if term.effect.local_shapes else [""]
+    return [f"{shape.name}{joint}" for joint in joints for shape in term.effect.shapes]
 
 
 def _values(model: ModelFile, parameters: Sequence[ParameterEntry | Parameter]) -> Floats:
@@ -155,15 +164,25 @@ def check_model_rig(model: ModelFile, recording: Recording) -> None:
     Raises:
         BadInput: a physical property of the rig differs.
     """
-    rig = recording.rig
+    check_same_machine(
+        model, recording.rig, f"a recording of the identified rig expected: {{}} in {recording.path.name}"
+    )
+
+
+def check_same_machine(model: ModelFile, rig: Rig, sentence: str) -> None:
+    """Check that `rig` has the mechanism, the geometry and the torque map of `model`.
+
+    sentence: of the error, with {} for what differs.
+
+    Raises:
+        BadInput: a physical property of the rig differs.
+    """
     expected = _rig_properties(model.mechanism, model.effort_units, model.torque, model.geometry)
     actual = _rig_properties(rig.mechanism, rig.effort_units, rig.torque, rig.geometry if model.geometry else None)
     for name in expected:
         if expected[name] != actual[name]:
-            raise BadInput(
-                f"a recording of the identified rig expected: {name} is {expected[name]} in the model, "
-                f"{actual[name]} in {recording.path.name}; fit a model to it"
-            )
+            difference = f"{name} is {expected[name]} in the model, {actual[name]}"
+            raise BadInput(f"{sentence.format(difference)}; fit a model to it")
 
 
 def _rig_properties(

@@ -51,24 +51,38 @@ def draw(result: Identification, folder: Path) -> None:
 
 
 def torque(path: Path, title: str, prepared: PreparedRecording, columns: Sequence[Mapping[str, Floats]]) -> None:
-    """Draw the first repetition: one row for each joint, one column for each set of computed torques (m, dof) [N m].
+    """Draw the torque as `curves` does, beside sets of computed torques (m, dof) [N m]."""
+    units = ["force [N]" if unit == "N" else "torque [N m]" for unit in prepared.recording.rig.effort_units]
+    curves(path, title, prepared, prepared.torque, columns, units)
+
+
+def curves(
+    path: Path,
+    title: str,
+    prepared: PreparedRecording,
+    measured: Floats,
+    columns: Sequence[Mapping[str, Floats]],
+    quantities: Sequence[str],
+) -> None:
+    """Draw the first repetition: one row for each joint, one column for each set of computed curves (m, dof).
+
+    measured: (m, dof). quantities: name and unit for each joint.
 
     The first model of a set has the colour of the joint, as on every page.
     """
-    recording, rows, dof = prepared.recording, prepared.first_cycle, prepared.torque.shape[1]
+    recording, rows, dof = prepared.recording, prepared.first_cycle, measured.shape[1]
     title += f"\n{recording.path.name}{', SIMULATED' if recording.run.simulated else ''}"
     with figure(path, title, 10.0, 1.8 + 2.2 * dof) as canvas:
         axes = canvas.subplots(dof, len(columns), sharex=True, sharey="row", squeeze=False)
         for (joint, column), axis in np.ndenumerate(axes):
-            time, curves = prepared.time[rows], columns[column]
-            axis.plot(time, prepared.torque[rows, joint], color=MEASURED, lw=3, alpha=0.6, label="measured")
+            time = prepared.time[rows]
+            axis.plot(time, measured[rows, joint], color=MEASURED, lw=3, alpha=0.6, label="measured")
             styles = [(JOINTS[joint % len(JOINTS)], "-"), *OTHERS]
-            for (colour, style), (name, computed) in zip(styles, curves.items(), strict=False):
+            for (colour, style), (name, computed) in zip(styles, columns[column].items(), strict=False):
                 axis.plot(time, computed[rows, joint], color=colour, ls=style, lw=1.1, label=name)
             axis.margins(x=0)
             if column == 0:
-                unit = recording.rig.effort_units[joint]
-                axis.set_ylabel(f"joint {joint + 1}\n{'force' if unit == 'N' else 'torque'} [{unit}]")
+                axis.set_ylabel(f"joint {joint + 1}\n{quantities[joint]}")
             if joint == 0:
                 axis.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=5, frameon=False)
             if joint == dof - 1:
@@ -94,7 +108,7 @@ def figure(path: Path, title: str, width: float, height: float) -> Iterator[Figu
         FigureCanvasAgg(canvas)
         canvas.suptitle(title, fontsize=11)
         yield canvas
-        canvas.savefig(path, dpi=110)
+        canvas.savefig(path, dpi=110, format="png")
 
 
 @contextmanager

@@ -30,6 +30,11 @@ BASELINES = ("rls", "dls", "svd")
 FAIR_BASELINE = "ls"
 """Least squares, as of the baselines, on the regressor of the swarm."""
 MANUFACTURER = "manufacturer"
+NAMES = sorted(
+    (name for name in plugins.names("ident.estimation.estimators") if not estimators.nonlinear(name)),
+    key=lambda name: ([*PAPER, name].index(name), name),
+)
+"""Methods for a model that is linear in its parameters, the paper's first."""
 
 ROLES = ("identification", "validation")
 
@@ -67,14 +72,22 @@ class MethodComparison:
         ]
 
 
-def compare_methods(files: Sequence[Path], preprocessing: str, seed: int, progress: Progress) -> MethodComparison:
+def compare_methods(
+    files: Sequence[Path],
+    preprocessing: str,
+    seed: int,
+    progress: Progress,
+    settings: Mapping[str, Mapping[str, Any]] | None = None,
+) -> MethodComparison:
     """Identify by every method from the first of two recordings `files`, and evaluate on both.
 
-    Swarms run all their iterations, as in the paper.
+    settings: by method and name. Swarms run all their iterations, as in the paper, unless these say otherwise.
 
     Raises:
-        BadInput: a recording cannot be used, is of no delta robot, or they are not of the same rig.
+        BadInput: a recording cannot be used, is of no delta robot, or they are not of the same rig; or a setting is
+            not valid.
     """
+    of_method = {name: method_settings(name, (settings or {}).get(name, {})) for name in NAMES}
     recordings = [read(path) for path in files]
     check_same_rig(recordings)
     rig = recordings[0].rig
@@ -82,21 +95,28 @@ def compare_methods(files: Sequence[Path], preprocessing: str, seed: int, progre
         raise BadInput(
             f"{files[0].name}: a recording of a delta robot expected, {rig.mechanism} found; use `ident fit`"
         )
-    names = sorted(plugins.names("ident.estimation.estimators"), key=lambda name: ([*PAPER, name].index(name), name))
-    forms = {estimators.form(name) for name in names}
+    forms = {estimators.form(name) for name in NAMES}
     prepared = {form: prepare_all(recordings, preprocessing, None, form) for form in forms}
     results = {}
-    for done, name in enumerate(names, start=1):
-        results[name] = _result(name, prepared[estimators.form(name)], seed)
-        progress(done, len(names))
+    for done, name in enumerate(NAMES, start=1):
+        results[name] = _result(name, of_method[name], prepared[estimators.form(name)], seed)
+        progress(done, len(NAMES))
     first, second = prepared[None]
     nominal = [goodness_of_fit(each.torque, _require_nominal(each.nominal)) for each in (first, second)]
     return MethodComparison((first, second), (nominal[0], nominal[1]), results)
 
 
-def _result(name: str, prepared: Sequence[PreparedRecording], seed: int) -> MethodResult:
-    given = {"tolerance": 0.0} if estimators.has_setting(name, "tolerance") else {}
-    settings = estimators.settings(name, given)
+def method_settings(name: str, given: Mapping[str, Any]) -> Any:
+    """Settings of the method `name`; a swarm runs all its iterations unless `given` says otherwise.
+
+    Raises:
+        BadInput: a setting is not valid.
+    """
+    in_full = {"tolerance": 0.0} if estimators.has_setting(name, "tolerance") else {}
+    return estimators.settings(name, {**in_full, **given})
+
+
+def _result(name: str, settings: Any, prepared: Sequence[PreparedRecording], seed: int) -> MethodResult:
     parameters = prepared[0].mechanism.parameters
     regressions = [Regression.of_mechanism(each) for each in prepared]
     fitted = fit(regressions[:1], parameters, name, settings, np.random.default_rng(seed), lambda *_: None)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ident.identification.prediction import Prediction
 from ident.residuals.phases import phases
@@ -32,7 +33,7 @@ class Window:
     times_overall: float
     """RMS in the window over the RMS of the joint in all recordings."""
     phase: str
-    """Phase of the joint's motion with most of the window's squared residual."""
+    """A reversal, if there is one in the window; else the phase of the motion with most of the squared residual."""
     cycle: int | None
     """Repetition of the motion, numbered from 1."""
 
@@ -64,8 +65,6 @@ def _joint_windows(prediction: Prediction, joint: int, overall: float, count: in
         first = int(np.nanargmax(rms))
         inside = slice(first, first + length)
         known = np.isfinite(residual[inside])
-        names, place = np.unique(phase[inside][known], return_inverse=True)
-        squares = np.bincount(place, residual[inside][known] ** 2)
         repeat = int(prepared.repeat[inside][length // 2])
         windows.append(
             Window(
@@ -76,13 +75,25 @@ def _joint_windows(prediction: Prediction, joint: int, overall: float, count: in
                 rms=float(rms[first]),
                 mean=float(residual[inside][known].mean()),
                 times_overall=float(rms[first]) / overall,
-                phase=str(names[squares.argmax()]),
+                phase=_phase(phase[inside], residual[inside]),
                 cycle=repeat + 1 if repeat >= 0 else None,
             )
         )
         rms[max(0, first - length + 1) : first + length] = np.nan
         rms[np.abs(prepared.phase[: len(rms)] - prepared.phase[first]) < DURATION] = np.nan
     return windows
+
+
+def _phase(phase: NDArray[np.str_], residual: Floats) -> str:
+    """Phase of a window, from those (m,) of its rows and their `residual` (m,).
+
+    The rows next to a reversal are often not scored, because friction is not determined there.
+    """
+    if (phase == "reversal").any():
+        return "reversal"
+    known = np.isfinite(residual)
+    names, place = np.unique(phase[known], return_inverse=True)
+    return str(names[np.bincount(place, residual[known] ** 2).argmax()])
 
 
 def _moving_rms(residual: Floats, length: int) -> Floats:

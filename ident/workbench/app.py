@@ -4,13 +4,21 @@ import secrets
 import webbrowser
 
 import uvicorn
-from fastapi import FastAPI
+from fastapi import FastAPI, HTTPException
+from fastapi.responses import FileResponse, HTMLResponse
 from nicegui import ui
 
 from ident.workbench.pages.shell import build
 from ident.workbench.session import WorkbenchSession
+from recordings.errors import BadInput
 from web import local
 from web.security import Guard
+
+_PATIENCE = 18.0
+"""Time without an answer after which a browser is given up and its page loaded again [s]. A frozen browser counts as
+absent after 1.2 times as long, and moving drives are stopped 20 s later."""
+_SANDBOX = {"content-security-policy": "sandbox allow-scripts allow-downloads"}
+"""A report runs its scripts apart from the page, which can set drives in motion."""
 
 
 def guarded_app(session: WorkbenchSession, token: str, port: int) -> Guard:
@@ -21,8 +29,24 @@ def guarded_app(session: WorkbenchSession, token: str, port: int) -> Guard:
     def page() -> None:
         build(session)
 
+    @app.get("/reports/{name}")
+    def report(name: str) -> FileResponse:
+        try:
+            return FileResponse(session.export.report(name), media_type="text/html", headers=_SANDBOX)
+        except BadInput as error:
+            raise HTTPException(404, str(error)) from None
+
+    @app.get("/fleet")
+    def fleet() -> HTMLResponse:
+        if session.fleet is None:
+            raise HTTPException(404, "no store of a fleet is open; start the workbench with --store DIR")
+        try:
+            return HTMLResponse(session.fleet.page(), headers=_SANDBOX)
+        except BadInput as error:
+            raise HTTPException(404, str(error)) from None
+
     # NiceGUI brings all assets; nothing is loaded from a network.
-    ui.run_with(app, title="delta-workbench", show_welcome_message=False, reconnect_timeout=10.0)
+    ui.run_with(app, title="delta-workbench", show_welcome_message=False, reconnect_timeout=_PATIENCE)
     return Guard(app, token, port)
 
 

@@ -2,7 +2,9 @@
 
 import shlex
 
+from ident.model_name import model_stem
 from ident.workbench.views import LadderView, SwarmRequest
+from recordings.command_line import repeated
 
 
 def shell_script(ladder: LadderView, model: str) -> str:
@@ -19,7 +21,7 @@ def shell_script(ladder: LadderView, model: str) -> str:
 
 def report_command(ladder: LadderView, model: str) -> list[str]:
     """Return the command that writes an HTML report of the model in the file `model`."""
-    out = model.removesuffix(".json").removesuffix(".model") + ".report.html"
+    out = f"{model_stem(model)}.report.html"
     return ["ident", "report", model, *_recordings(ladder), "-o", out]
 
 
@@ -28,8 +30,8 @@ def swarm_command(request: SwarmRequest, train: str, validate: str | None) -> st
     options = [
         *(("--validate", validate) if validate else ()),
         *(("--cutoff", f"{request.cutoff:g}") if request.cutoff else ()),
-        *(word for name in request.effects for word in ("--with", name)),
-        *(word for name in request.without for word in ("--without", name)),
+        *repeated("--with", request.effects),
+        *repeated("--without", request.without),
         *(("--seed", str(request.seed)) if request.seed else ()),
     ]
     return _command_line("ident", "fit", train, *options)
@@ -66,9 +68,9 @@ def _model_command(ladder: LadderView, recordings: list[str]) -> list[str]:
     if ladder.diagnosed:
         return ["diagnose", *recordings, "--apply"]
     if added and mandatory <= set(names):
-        return ["diagnose", *recordings, *(word for name in added for word in ("--only", name)), "--apply"]
-    options = [word for effect in effect_options(ladder) for word in ("--with", effect)]
-    options += [word for effect in left_out(ladder) for word in ("--without", effect)]
+        return ["diagnose", *recordings, *repeated("--only", added), "--apply"]
+    options = repeated("--with", effect_options(ladder))
+    options += repeated("--without", left_out(ladder))
     return ["fit", *recordings, "--method", "wls", "--cutoff", f"{ladder.bandwidth:g}", *options]
 
 

@@ -47,7 +47,8 @@ class Engine:
         self._effect_files = tuple(effect_files)
         self._library = library(effect_files)
         self._selection: SelectionState | None = None
-        self._screened: tuple[FittedModel, dict[str, Candidate], views.CandidateList] | None = None
+        self._screened: WeakKeyDictionary[FittedModel, tuple[dict[str, Candidate], views.CandidateList]]
+        self._screened = WeakKeyDictionary()
         self._unexplained: WeakKeyDictionary[FittedModel, UnexplainedResidual] = WeakKeyDictionary()
         """What the full diagnosis has said of its last model."""
         self._step_views: WeakKeyDictionary[LabelledStep, views.StepView] = WeakKeyDictionary()
@@ -209,8 +210,7 @@ class Engine:
 
     def _screen(self, selection: SelectionState) -> tuple[dict[str, Candidate], views.CandidateList]:
         """Rate the effects that could be added to the current model; return them by name, and their view."""
-        if self._screened is None or self._screened[0] is not selection.model:
-            self._screened = None  # its memory is needed
+        if selection.model not in self._screened:
             ranked, not_excited, improvements = selection.selector.search.screen(selection.model)
             candidates: dict[str, Candidate] = {}
             for candidate in ranked:
@@ -221,8 +221,8 @@ class Engine:
             )
             effects = selection.inputs.effects
             view = views.CandidateList(cards, tuple(not_excited), {**effects.unobservable, **effects.untested})
-            self._screened = selection.model, candidates, view
-        return self._screened[1:]
+            self._screened[selection.model] = candidates, view
+        return self._screened[selection.model]
 
 
 def _labelled_steps(steps: Sequence[SelectionStep]) -> tuple[LabelledStep, ...]:
@@ -236,6 +236,7 @@ def _joints(term: Term) -> tuple[int, ...]:
 
 def _torque_series(selection: SelectionState) -> tuple[views.TorqueSeries, ...]:
     split, residuals = selection.inputs.split, selection.model.residuals
+    before = selection.steps[-2].step.model.residuals if len(selection.steps) > 1 else (None,) * len(residuals)
     return tuple(
         views.TorqueSeries(
             name=data.recording.path.name,
@@ -248,8 +249,11 @@ def _torque_series(selection: SelectionState) -> tuple[views.TorqueSeries, ...]:
             phase=phases.phases(data),
             cycle=data.repeat + 1,
             scored=train | test,
+            previous=None if previous is None else data.torque - previous,
         )
-        for data, residual, train, test in zip(split.recordings, residuals, split.train, split.test, strict=True)
+        for data, residual, previous, train, test in zip(
+            split.recordings, residuals, before, split.train, split.test, strict=True
+        )
     )
 
 

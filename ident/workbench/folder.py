@@ -1,11 +1,18 @@
 """Access to the one folder that the page may read and write."""
 
 from dataclasses import dataclass
+from functools import lru_cache
+from itertools import chain, count
 from pathlib import Path
 
 from recordings.errors import BadInput
+from recordings.reader import is_foreign
 
 SUFFIX = ".mcap"
+FOREIGN_SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".parquet", ".npz", ".mat", ".db3")
+"""Of files that `daq import` may read, besides ROS bags (.mcap)."""
+_BAG_METADATA = "metadata.yaml"
+"""File that makes a folder a ROS bag."""
 _MAX_NAME_LENGTH = 120
 
 
@@ -26,6 +33,27 @@ class Folder:
         """Return the names of the files with one of the `suffixes` in alphabetical order."""
         files = (path for path in self.root.iterdir() if path.suffix in suffixes)
         return sorted(path.name for path in files if path.is_file() and self._inside(path))
+
+    def recordings(self) -> list[str]:
+        """Return the names of the recordings of this program, and of what cannot be read, in alphabetical order."""
+        return [name for name in self.names(SUFFIX) if not self.is_foreign(name)]
+
+    def foreign(self) -> list[str]:
+        """Return the names of the files and folders (ROS bags) that `daq import` may turn into recordings."""
+        bags = (path.parent for path in self.root.glob(f"*/{_BAG_METADATA}"))
+        names = [name for name in self.names(SUFFIX, *FOREIGN_SUFFIXES) if self.is_foreign(name)]
+        return sorted([*names, *(bag.name for bag in bags if self._inside(bag))])
+
+    def is_foreign(self, name: str) -> bool:
+        """Return whether another program wrote the file `name`."""
+        path = self.root / name
+        if path.suffix != SUFFIX:
+            return path.suffix in FOREIGN_SUFFIXES
+        try:
+            state = path.stat()
+        except OSError:  # deleted meanwhile
+            return False
+        return _is_foreign_mcap(path, state.st_mtime_ns, state.st_size)
 
     def existing_file(self, name: str) -> Path:
         """Return the path of the existing file `name`.
@@ -53,6 +81,11 @@ class Folder:
             raise BadInput(f"a new file name expected, {name} exists and is not overwritten; choose another name")
         return path
 
+    def free_name(self, stem: str, suffix: str) -> str:
+        """Return a name for a new file or folder: the stem, with a number where such a name is taken."""
+        names = chain((f"{stem}{suffix}",), (f"{stem}-{number}{suffix}" for number in count(2)))
+        return next(name for name in names if not (self.root / name).exists())
+
     def _check_name(self, name: str) -> None:
         """Refuse names that are not plain file names on every operating system."""
         if (
@@ -68,3 +101,12 @@ class Folder:
 
     def _inside(self, path: Path) -> bool:
         return path.resolve().parent == self.root
+
+
+@lru_cache(maxsize=4096)
+def _is_foreign_mcap(path: Path, mtime_ns: int, size: int) -> bool:
+    """Return `is_foreign`, kept while the file does not change; False for what cannot be read."""
+    try:
+        return is_foreign(path)
+    except BadInput:  # said when it is chosen
+        return False

@@ -58,7 +58,8 @@ class Jobs:
         """
         with self.worker.lock:
             self.check_free(blocking)
-            self.current = Job(text, time.monotonic(), blocking)
+            # The worker finishes the view that it computes, so that a blocking job goes on blocking others.
+            self.current = Job(text, time.monotonic(), blocking or self.blocked)
             self._receivers.append(receive)
             self._changes.mark("job")
             self.show_message("")
@@ -73,8 +74,8 @@ class Jobs:
             raise BadInput(f"no other job expected, '{job.text}' is in progress; wait for it, or cancel it")
 
     def unblock(self) -> None:
-        """Let other jobs interrupt the current one."""
-        if self.current:
+        """Let other jobs interrupt the current one, unless the view that has come is of the job before."""
+        if self.current and len(self._receivers) == 1:
             self.current = replace(self.current, blocking=False)
 
     def pause(self) -> None:
@@ -100,8 +101,14 @@ class Jobs:
             self.current = None
             self._changes.mark("job")
 
-    def cancel(self, message: str = "Cancelled; nothing has changed.") -> None:
+    def cancel(self) -> None:
         """Cancel the current job; earlier results stay."""
+        with self.worker.lock:
+            if job := self.current:
+                stays = "nothing has changed" if job.blocking else "what is shown stays"
+                self._abort(f"Cancelled ({job.text}); {stays}.")
+
+    def _abort(self, message: str) -> None:
         self.stop()
         self.show_message(message)
         self._end(completed=False)
@@ -126,11 +133,14 @@ class Jobs:
                     self.worker.resume()  # it may have been paused just after its last message
                     self._end(completed=error is None)
             case WorkerEnd(error):
-                self.cancel(error)
+                self._abort(error)
             case view:
                 self._receivers[0](view)
         self._changes.mark("job")
 
     def _end(self, completed: bool) -> None:
         for callback in self.on_end:
-            callback(completed)
+            try:
+                callback(completed)
+            except BadInput as error:  # such as a recording that was deleted meanwhile
+                self.show_message(str(error))

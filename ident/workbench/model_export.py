@@ -1,12 +1,12 @@
 """Saving of models and creation of reports next to the recordings."""
 
-import subprocess
-import sys
+from pathlib import Path
 
 from ident.identification import model_file
 from ident.identification.model_file import ModelFile
 from ident.workbench.cli_equivalent import report_command
 from ident.workbench.folder import Folder
+from ident.workbench.ident_process import run_ident
 from ident.workbench.topics import Changes
 from ident.workbench.views import LadderView
 from recordings.errors import BadInput
@@ -19,6 +19,39 @@ class ModelExport:
         self._folder, self._changes = folder, changes
         self._saved: dict[str, ModelFile] = {}
         """Models that were saved, by file name."""
+        self._reports: dict[str, str] = {}
+        """Names of the reports that were created, by the file name of the model."""
+        self.creating_report = False
+
+    def saved_name(self, model: ModelFile) -> str | None:
+        """Return the file name under which `model` was saved last."""
+        return next((name for name, saved in reversed(self._saved.items()) if saved is model), None)
+
+    def report_name(self, model: ModelFile) -> str | None:
+        """Return the file name of the report on `model`."""
+        return next((report for name, report in self._reports.items() if self._saved[name] is model), None)
+
+    def ensure_saved(self, model: ModelFile, ladder: LadderView) -> str:
+        """Save `model`, the last of `ladder`, unless it was saved; return the name of its file."""
+        name = self.saved_name(model)
+        if name is None:
+            name = self.free_name(ladder)
+            self.save(model, name)
+        return name
+
+    def report(self, name: str) -> Path:
+        """Return the path of the report `name`.
+
+        Raises:
+            BadInput: it was not created by this session.
+        """
+        if name not in self._reports.values():
+            raise BadInput(f"a report of this session expected, '{name[:80]}' found; create it on the tab Save")
+        return self._folder.existing_file(name)
+
+    def free_name(self, ladder: LadderView) -> str:
+        """Return a name for a new model file."""
+        return self._folder.free_name(ladder.train.removesuffix(".mcap"), ".model.json")
 
     def save(self, model: ModelFile, file_name: str) -> None:
         """Save `model` to a new file.
@@ -28,23 +61,25 @@ class ModelExport:
         """
         model_file.save(model, self._folder.new_file(file_name, ".json"))
         self._saved[file_name] = model
-        self._changes.mark("folder")
+        self._changes.mark("folder", "saved")
 
-    def create_report(self, model: ModelFile, ladder: LadderView, file_name: str) -> str:
-        """Save `model`, the last of `ladder`, unless it was saved, and run `ident report`; return a message."""
+    def create_report(self, model: ModelFile, ladder: LadderView, file_name: str) -> str | None:
+        """Save `model`, the last of `ladder`, unless it was saved, and run `ident report`; return what went wrong."""
+        self.creating_report = True
+        self._changes.mark("saved")
         try:
-            if self._saved.get(file_name) is not model:
-                self.save(model, file_name)
-            command = report_command(ladder, self._folder.existing_file(file_name).name)
+            return self._create_report(model, ladder, file_name)
         except (BadInput, OSError) as error:
             return str(error)
-        process = subprocess.run(
-            [sys.executable, "-c", "from ident.cli import main; main()", *command[1:]],
-            cwd=self._folder.root,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-        )
-        if process.returncode == 0:
-            return f"Created {command[-1]} next to the recording."
-        return " ".join(line for line in process.stderr.splitlines() if line.startswith("error"))
+        finally:
+            self.creating_report = False
+            self._changes.mark("saved")
+
+    def _create_report(self, model: ModelFile, ladder: LadderView, file_name: str) -> str | None:
+        if self._saved.get(file_name) is not model:
+            self.save(model, file_name)
+        command = report_command(ladder, self._folder.existing_file(file_name).name)
+        error = run_ident(self._folder.root, *command[1:])
+        if error is None:
+            self._reports[file_name] = command[-1]
+        return error

@@ -1,14 +1,31 @@
 """Stepwise selection of a model by the user: ladders, branches, and the views of the current ladder."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 
 from ident.workbench import views
 from ident.workbench.branches import Branches
 from ident.workbench.chosen_recordings import ChosenRecordings
 from ident.workbench.jobs import Jobs
-from ident.workbench.topics import Changes
+from ident.workbench.topics import Changes, Topic
 from recordings.errors import BadInput
+
+_MAX_ANALYSES = 6
+"""Models whose analysis is kept, so that undo, redo and another branch show them at once."""
+
+Update = Callable[[views.LadderView], Branches]
+"""Maps a new ladder to the new branches."""
+
+
+@dataclass(eq=False)
+class Analysis:
+    """What is known of the last model of a ladder; the worker computes it in this order."""
+
+    series: tuple[views.TorqueSeries, ...] = ()
+    candidates: views.CandidateList | None = None
+    previews: views.CandidatePreviews | None = None
+    residuals: views.ResidualView | None = None
 
 
 class ModelSelection:
@@ -17,11 +34,9 @@ class ModelSelection:
     def __init__(self, recordings: ChosenRecordings, jobs: Jobs, changes: Changes) -> None:
         self._recordings, self._jobs, self._changes = recordings, jobs, changes
         self.branches: Branches | None = None
-        self.series: tuple[views.TorqueSeries, ...] = ()
-        self.candidates: views.CandidateList | None = None
-        self.previews: views.CandidatePreviews | None = None
-        self.residuals: views.ResidualView | None = None
         self.diagnosis: views.DiagnosisView | None = None
+        self._analyses: dict[views.LadderView, Analysis] = {}
+        """Analyses by ladder; the one that was shown last comes last."""
         jobs.on_end.append(self._complete_analysis)
 
     @property
@@ -29,15 +44,54 @@ class ModelSelection:
         """Return the current ladder."""
         return self.branches.current.ladder if self.branches else None
 
+    @property
+    def analysis(self) -> Analysis:
+        """Return what is known of the current model."""
+        return (self._analyses.get(self.ladder) if self.ladder else None) or Analysis()
+
+    @property
+    def series(self) -> tuple[views.TorqueSeries, ...]:
+        """Return the torques of the current model."""
+        return self.analysis.series
+
+    @property
+    def candidates(self) -> views.CandidateList | None:
+        """Return the candidates for the current model."""
+        return self.analysis.candidates
+
+    @property
+    def previews(self) -> views.CandidatePreviews | None:
+        """Return the previews of the candidates for the current model."""
+        return self.analysis.previews
+
+    @property
+    def residuals(self) -> views.ResidualView | None:
+        """Return the residual analysis of the current model."""
+        return self.analysis.residuals
+
+    @property
+    def within_noise(self) -> bool:
+        """Whether nothing is left of the residual of the current model but noise."""
+        test = self.residuals.model.residual_test if self.residuals else None
+        return test is not None and test.verdict == "within-noise"
+
+    @property
+    def has_changes(self) -> bool:
+        """Whether the user has changed the first model, so that more would be lost than one fit."""
+        branches = self.branches
+        return branches is not None and (
+            len(branches.all) > 1 or len(branches.current.history) > 1 or bool(branches.current.undone_ladders)
+        )
+
     def clear(self) -> None:
         """Discard everything."""
-        self.branches = self.candidates = self.previews = self.residuals = self.diagnosis = None
-        self.series = ()
+        self.branches = self.diagnosis = None
+        self._analyses.clear()
         self._changes.mark("ladder", "series", "candidates", "previews", "residuals", "diagnosis")
 
     def fit(self) -> None:
         """Fit the base model."""
-        self._jobs.submit("fit", partial(self._receive, Branches.start), "fit", *self._recordings.files)
+        self._jobs.submit("fit", self._receiver(Branches.start), "fit", *self._recordings.files)
 
     def add(self, name: str) -> None:
         """Add an effect."""
@@ -53,76 +107,97 @@ class ModelSelection:
 
     def undo(self) -> None:
         """Undo the last change."""
-        self._show(self._require_branches().undone())
+        self._change(Branches.undone)
 
     def redo(self) -> None:
         """Redo the change that was undone last."""
-        self._show(self._require_branches().redone())
+        self._change(Branches.redone)
 
     def fork(self) -> None:
         """Keep the current ladder as a branch and continue in a copy."""
-        self._replace_branches(self._require_branches().forked())
+        self._change(Branches.forked)
 
     def switch(self, index: int) -> None:
         """Switch to another branch."""
-        self._show(self._require_branches().switched(index))
+        self._change(lambda branches: branches.switched(index))
 
     def drop(self, index: int) -> None:
         """Drop a branch."""
-        self._replace_branches(self._require_branches().dropped(index))
+        self._change(lambda branches: branches.dropped(index))
 
     def resume_analysis(self) -> None:
         """Analyse the current ladder again after the analysis was cancelled or interrupted."""
-        self._show(self._require_branches())
+        self._change(lambda branches: branches)
+
+    def _change(self, change: Callable[[Branches], Branches]) -> None:
+        """Change the branches at once, and let the worker compute what is not known of their current model."""
+        with self._jobs.worker.lock:  # no new ladder arrives meanwhile
+            self._jobs.check_free()
+            self.branches = branches = change(self._require_branches())
+            ladder = branches.current.ladder
+            self._keep(ladder, self.analysis)
+            self._changes.mark("ladder", "series", "candidates", "previews", "residuals")
+            if self.residuals is None:
+                receive = partial(self._receive, self.analysis, None)
+                self._jobs.submit("show", receive, "show", self._spec(ladder), blocking=False)
+
+    def _extend(self, task: str, *arguments: object) -> None:
+        """Submit a task that appends to the current branch."""
+        with self._jobs.worker.lock:
+            branches = self._require_branches()
+            receive = self._receiver(branches.extended)
+            self._jobs.submit(task, receive, task, self._spec(branches.current.ladder), *arguments)
 
     def _require_branches(self) -> Branches:
         if self.branches is None:
             raise BadInput("a fitted base model expected, none found; press Fit first")
         return self.branches
 
-    def _spec(self, branches: Branches) -> views.LadderSpec:
-        return views.LadderSpec(*self._recordings.files, tuple(step.spec for step in branches.current.ladder.steps))
+    def _spec(self, ladder: views.LadderView) -> views.LadderSpec:
+        return views.LadderSpec(*self._recordings.files, tuple(step.spec for step in ladder.steps))
 
-    def _extend(self, task: str, *arguments: object) -> None:
-        """Submit a task that appends to the current branch."""
-        branches = self._require_branches()
-        self._jobs.submit(task, partial(self._receive, branches.extended), task, self._spec(branches), *arguments)
-
-    def _show(self, branches: Branches) -> None:
-        """Show the current ladder of `branches`, and then make these the branches."""
-        self._jobs.submit("show", partial(self._receive, lambda ladder: branches), "show", self._spec(branches))
-
-    def _replace_branches(self, branches: Branches) -> None:
-        """Make `branches`, with the same current ladder, the branches."""
-        self._jobs.check_free()
-        self.branches = branches
-        self._changes.mark("ladder")
+    def _keep(self, ladder: views.LadderView, analysis: Analysis) -> None:
+        """Keep the `analysis` of `ladder`, and discard the oldest of too many."""
+        self._analyses.pop(ladder, None)
+        self._analyses[ladder] = analysis
+        while len(self._analyses) > _MAX_ANALYSES:
+            del self._analyses[next(iter(self._analyses))]
 
     def _complete_analysis(self, completed: bool) -> None:
         """Resume the analysis of the ladder if another task has interrupted it."""
         if completed and self.branches and self.residuals is None:
             self.resume_analysis()
 
-    def _receive(self, update: Callable[[views.LadderView], Branches], view: views.View) -> None:
-        """Store a view; `update` maps a new ladder to the new branches."""
+    def _receiver(self, update: Update) -> Callable[[views.View], None]:
+        """Return the receiver of a task that makes a new ladder."""
+        return partial(self._receive, Analysis(), update)
+
+    def _receive(self, analysis: Analysis, update: Update | None, view: views.View) -> None:
+        """Store a view; all views of a task belong to the `analysis` of one ladder, even if another is shown."""
         match view:
             case views.LadderView():
-                self.branches = update(view)
-                self.candidates = self.previews = self.residuals = None
-                self._changes.mark("ladder", "candidates", "previews", "residuals")
+                if update:
+                    self._keep(view, analysis)
+                    self.branches = update(view)
+                    self._changes.mark("ladder", "series", "candidates", "previews", "residuals")
             case tuple():
-                self.series = view
+                analysis.series = view
                 self._jobs.unblock()
-                self._changes.mark("series")
+                self._mark("series", analysis)
             case views.CandidateList():
-                self.candidates = view
-                self._changes.mark("candidates")
+                analysis.candidates = view
+                self._mark("candidates", analysis)
             case views.CandidatePreviews():
-                self.previews = view
-                self._changes.mark("previews")
+                analysis.previews = view
+                self._mark("previews", analysis)
             case views.ResidualView():
-                self.residuals = view
-                self._changes.mark("residuals")
+                analysis.residuals = view
+                self._mark("residuals", analysis)
             case views.DiagnosisView():
                 self.diagnosis = view
                 self._changes.mark("diagnosis")
+
+    def _mark(self, topic: Topic, analysis: Analysis) -> None:
+        """Mark `topic` as changed if `analysis` is that of the current model: what is drawn again loses clicks."""
+        if analysis is self.analysis:
+            self._changes.mark(topic)

@@ -78,6 +78,8 @@ def torque_comparison(
     colour, time, residual = theme.joint_colour(joint), series.time, series.residual[:, joint]
     thick, thin = {"color": theme.MEASURED, "width": 3.5}, {"color": colour, "width": 1.5}
     figure.add_trace(line(time, series.measured[:, joint], span, name="measured", line=thick), row=1, col=1)
+    if series.previous is not None:
+        _add_previous(figure, series, series.previous[:, joint], joint, span)
     figure.add_trace(line(time, series.computed[:, joint], span, name="model", line=thin), row=1, col=1)
     theme.noise_band(figure, noise, 2, 1, True)
     # Plotly selects markers only, so the line gets nearly invisible ones.
@@ -94,6 +96,15 @@ def torque_comparison(
         hovermode=False if selecting else "x unified",
     )
     return to_dict(figure)
+
+
+def _add_previous(figure: go.Figure, series: TorqueSeries, torque: Floats, joint: int, span: Span) -> None:
+    """Add torque and residual of the model before the last change."""
+    residual = np.where(series.scored[:, joint], series.measured[:, joint] - torque, np.nan)
+    style = {"line": {"color": theme.CATEGORIES[1], "width": 1, "dash": "dot"}, "legendgroup": "previous"}
+    figure.add_trace(line(series.time, torque, span, name="model before", **style), row=1, col=1)
+    below = line(series.time, residual, span, name="model before", showlegend=False, **style)
+    figure.add_trace(below, row=2, col=1)
 
 
 def ladder(view: LadderView) -> Figure:

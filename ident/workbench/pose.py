@@ -1,5 +1,6 @@
 """Positions of the parts of a delta robot over the time of a recording."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,8 @@ from trajectories import kinematics
 
 STEP = 0.05
 """Time between two poses [s]."""
+_NOISE_FLOORS = 3.0
+"""Noise floors up to which noise explains a residual, and, doubled, the least that has the colour of a large one."""
 _SMALL_RESIDUAL_COLOUR, _LARGE_RESIDUAL_COLOUR = (138, 148, 156), (213, 94, 0)
 """RGB colours of a limb with the smallest and the largest residual."""
 
@@ -30,12 +33,19 @@ class PoseSequence:
     """(n, 3 limbs, 3) [m]."""
     platform_joints: Floats
     """(n, 3 limbs, 3) joints between forearms and platform [m]."""
-    residual_share: Floats
-    """(n, 3 limbs) magnitude of the residual relative to its 98 % quantile, 0 to 1."""
+    tangents: Floats
+    """(3 limbs, 3) unit vectors along the axes of the shoulders."""
+    residual: Floats
+    """(n, 3 limbs); NaN where it is not scored."""
+    small: Floats
+    """(3 limbs) largest residual that noise explains; the colour of the limb does not change below."""
+    large: float
+    """Residual above which the colour does not change any more."""
 
     def colour(self, i: int, limb: int) -> str:
         """Return the colour of `limb` (from 0) at the instant `i`."""
-        share = float(self.residual_share[i, limb])
+        residual, small = np.nan_to_num(abs(self.residual[i, limb])), self.small[limb]
+        share = float(np.clip((residual - small) / max(self.large - small, 1e-12), 0.0, 1.0))
         return "#" + "".join(
             f"{round(a + share * (b - a)):02x}"
             for a, b in zip(_SMALL_RESIDUAL_COLOUR, _LARGE_RESIDUAL_COLOUR, strict=True)
@@ -49,8 +59,14 @@ class PoseSequence:
         return matrix
 
 
-def pose_sequence(view: RecordingView, geometry: Geometry, series: TorqueSeries | None) -> PoseSequence:
-    """Compute the poses of the delta robot in `view`; `series` gives the residuals that colour the limbs."""
+def pose_sequence(
+    view: RecordingView,
+    geometry: Geometry,
+    series: TorqueSeries | None,
+    noise_rms: Sequence[float | None] = (None, None, None),
+) -> PoseSequence:
+    """Compute the poses of the delta robot in `view`; `series` gives the residuals that colour the limbs, compared
+    with the noise floors `noise_rms` if they are known."""
     position = view.signals["position"][1].astype(float)
     valid_rows = np.flatnonzero(np.isfinite(position).all(axis=1))
     sample_times = np.arange(view.time[valid_rows[0]], view.time[valid_rows[-1]], STEP)
@@ -59,23 +75,29 @@ def pose_sequence(view: RecordingView, geometry: Geometry, series: TorqueSeries 
     platform = kinematics.forward(geometry, theta)
     phi = np.array(geometry.phi)
     directions = np.stack([np.cos(phi), np.sin(phi), np.zeros(3)], axis=1)
+    tangents = np.stack([-np.sin(phi), np.cos(phi), np.zeros(3)], axis=1)
     elbows = (geometry.R + geometry.L1 * np.cos(theta))[:, :, None] * directions
     elbows[:, :, 2] = geometry.L1 * np.sin(theta)
+    small = _NOISE_FLOORS * np.array([noise or 0.0 for noise in noise_rms])
+    residual = _residual_at(series, view.time[rows])
+    large = 0.0 if series is None else float(np.nanquantile(np.abs(series.residual), 0.98))
     return PoseSequence(
         time=view.time[rows],
         platform=platform,
         shoulders=geometry.R * directions,
         elbows=elbows,
         platform_joints=platform[:, None, :] + geometry.r * directions,
-        residual_share=_residual_share(series, view.time[rows]),
+        tangents=tangents,
+        residual=residual,
+        small=small,
+        large=max(large, 2 * small.max()),
     )
 
 
-def _residual_share(series: TorqueSeries | None, time: Floats) -> Floats:
+def _residual_at(series: TorqueSeries | None, time: Floats) -> Floats:
+    """Return the residuals (n, 3) at the rows nearest to `time` (n,)."""
     if series is None:
-        return np.zeros((len(time), 3))
-    magnitude = np.abs(series.residual)
-    largest = np.nanquantile(magnitude, 0.98)
-    rows = np.minimum(np.searchsorted(series.time, time), len(series.time) - 1)
-    share: Floats = np.clip(np.nan_to_num(magnitude[rows] / largest), 0.0, 1.0)
-    return share
+        return np.full((len(time), 3), np.nan)
+    after = np.clip(np.searchsorted(series.time, time), 1, len(series.time) - 1)
+    nearest = after - (time - series.time[after - 1] < series.time[after] - time)
+    return series.residual[nearest]

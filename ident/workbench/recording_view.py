@@ -44,7 +44,7 @@ def _recording_view(recording: Recording, warnings: tuple[str, ...]) -> Recordin
     unit = rig.effort_units[0] if holds_torque(recording) else "V"
     signals = {
         "position": (length, recording.position),
-        "following error": (f"m{length}", 1e3 * (recording.command - recording.position)),
+        "following error": (f"m{length}", 1e3 * recording.following_error),
         _SIGNAL_NAMES.get(unit, "torque"): (unit, drive_signal(recording)),
         "lateness": ("ms", 1e3 * recording.lateness[:, None]),
     }
@@ -62,7 +62,7 @@ def _recording_view(recording: Recording, warnings: tuple[str, ...]) -> Recordin
 def _quality(recording: Recording) -> dict[str, str]:
     run, time, gaps, rig = recording.run, recording.time, recording.gaps, recording.rig
     lateness = 1e3 * recording.lateness[np.isfinite(recording.lateness)]
-    error = 1e3 * np.abs(recording.command - recording.position)
+    error = 1e3 * np.abs(recording.following_error)
     worst_error = np.nanmax(error, initial=0.0, where=np.isfinite(error))
     quality = {
         "Rig": rig.name,

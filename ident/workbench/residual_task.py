@@ -3,11 +3,14 @@
 from ident.diagnosis.diagnosed_model import model_file
 from ident.diagnosis.steps import FittedModel
 from ident.diagnosis.unexplained_residual import UnexplainedResidual, estimate_unexplained
+from ident.identification.model import Model
+from ident.identification.model_file import ModelFile
 from ident.identification.prediction import Prediction
 from ident.output.figures import residuals, spectrum, torque
+from ident.output.report.sections import causes
 from ident.residuals import analysis
 from ident.workbench import plots
-from ident.workbench.views import ResidualView
+from ident.workbench.views import CausesView, ResidualView
 
 
 def residual_view(model: FittedModel, unexplained: UnexplainedResidual | None = None) -> ResidualView:
@@ -35,4 +38,17 @@ def residual_view(model: FittedModel, unexplained: UnexplainedResidual | None = 
         sentences=analysed.sentences,
         windows=analysed.windows,
         figures={title: plots.to_dict(figure) for title, figure in figures.items()},
+        causes=_causes_view(model, file, predictions[0]),
+    )
+
+
+def _causes_view(model: FittedModel, file: ModelFile, prediction: Prediction) -> CausesView:
+    effects = {term.name: term.effect for term in model.solution.structure.terms}
+    by_cause = causes.torque_by_cause(Model(file, effects), prediction.prepared)
+    return CausesView(
+        sentences=by_cause.sentences,
+        figure=plots.to_dict(by_cause.figure),
+        caption=by_cause.caption,
+        head=by_cause.table.head,
+        rows=by_cause.table.rows,
     )

@@ -1,12 +1,16 @@
 """State behind the page: one session, shared by all browser tabs and kept when the page is reloaded."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ident.dynamics.effects.library import library
+from ident.fleet import check_installed
 from ident.workbench.chosen_recordings import ChosenRecordings
-from ident.workbench.folder import SUFFIX, Folder
+from ident.workbench.controller_export import ControllerExport
+from ident.workbench.feedforward_comparison import FeedforwardComparison
+from ident.workbench.folder import FOREIGN_SUFFIXES, SUFFIX, Folder
 from ident.workbench.jobs import Jobs
 from ident.workbench.model_export import ModelExport
 from ident.workbench.model_selection import ModelSelection
@@ -14,6 +18,9 @@ from ident.workbench.recording_process import RecordingProcess
 from ident.workbench.swarm_fit import SwarmFit
 from ident.workbench.topics import Changes
 from recordings.errors import BadInput
+
+if TYPE_CHECKING:
+    from ident.workbench.watched_fleet import WatchedFleet
 
 
 @dataclass
@@ -26,12 +33,14 @@ class DisplaySettings:
     dark: bool = False
     requested_span: tuple[str, float, float] | None = None
     """Span to be shown next: name of the recording, start and end [s]."""
+    visited: set[str] = field(default_factory=set)
+    """Tabs that were shown since the model was fitted."""
 
 
 class WorkbenchSession:
     """The parts of a session."""
 
-    def __init__(self, folder: Folder, effect_files: Sequence[Path] = ()) -> None:
+    def __init__(self, folder: Folder, effect_files: Sequence[Path] = (), store: Path | None = None) -> None:
         self.folder = folder
         self.library = library(effect_files)
         self.changes = Changes()
@@ -42,6 +51,12 @@ class WorkbenchSession:
         self.swarm = SwarmFit(self.recordings, self.jobs, self.changes)
         self.export = ModelExport(folder, self.changes)
         self.recorder = RecordingProcess(folder.root, self.changes)
+        self.controller_export = ControllerExport(folder, self.changes)
+        self.comparison = FeedforwardComparison(folder, self.recorder, self.changes)
+        self.fleet = _watched_fleet(store, self.changes)
+        """The store of a fleet, if one is open."""
+        if self.fleet:
+            self.display.tab = "fleet"
 
     def choose(self, train: str | None, validate: str | None) -> None:
         """Set the recordings to work with and discard all results of the previous ones.
@@ -52,7 +67,15 @@ class WorkbenchSession:
         self.recordings.choose(train, validate)
         self.selection.clear()
         self.swarm.clear()
+        self.display.visited.clear()
         self.recordings.read()
+
+    def choose_the_only_pair(self) -> None:
+        """Fit the first and validate on the second recording of a folder with two, unless a model was fitted."""
+        names = self.folder.recordings()
+        if len(names) == 2 and self.recordings.validate is None and self.selection.ladder is None:
+            train = self.recordings.train if self.recordings.train in names else names[0]  # it may be deleted
+            self.choose(train, next(name for name in names if name != train))
 
     def close(self) -> None:
         """Stop the recording and the worker."""
@@ -60,16 +83,33 @@ class WorkbenchSession:
         self.jobs.stop()
 
 
-def open_session(paths: Sequence[Path], effect_files: Sequence[Path] = ()) -> WorkbenchSession:
+def _watched_fleet(store: Path | None, changes: Changes) -> "WatchedFleet | None":
+    if store is None:
+        return None
+    check_installed()
+    from ident.workbench.watched_fleet import WatchedFleet
+
+    return WatchedFleet(store, changes)
+
+
+def open_session(
+    paths: Sequence[Path], effect_files: Sequence[Path] = (), store: Path | None = None
+) -> WorkbenchSession:
     """Open a session on one folder, or on the folder of one or two recordings and choose these.
+
+    Files of other programs, which the page can import, are not chosen.
+
+    store: the folder of a fleet's results, which is shown too.
 
     Raises:
         BadInput: a path does not exist, or the recordings are not in one folder.
     """
     if not paths or (len(paths) == 1 and paths[0].is_dir()):
-        return WorkbenchSession(Folder.at(paths[0] if paths else Path()), effect_files)
+        session = WorkbenchSession(Folder.at(paths[0] if paths else Path()), effect_files, store)
+        session.choose_the_only_pair()
+        return session
     for path in paths:
-        if not path.is_file() or path.suffix != SUFFIX:
+        if not path.is_file() or path.suffix not in (SUFFIX, *FOREIGN_SUFFIXES):
             raise BadInput(f"a folder, or existing recordings ({SUFFIX}), expected, {path} found; check the path")
     folders = {path.absolute().parent.resolve() for path in paths}
     if len(paths) > 2 or len(folders) > 1:
@@ -77,6 +117,8 @@ def open_session(paths: Sequence[Path], effect_files: Sequence[Path] = ()) -> Wo
             f"one folder, or a recording to fit and one to validate on in the same folder, expected, {len(paths)} "
             f"files in {len(folders)} folders found; open their folder"
         )
-    session = WorkbenchSession(Folder.at(folders.pop()), effect_files)
-    session.choose(paths[0].name, paths[1].name if len(paths) == 2 else None)
+    session = WorkbenchSession(Folder.at(folders.pop()), effect_files, store)
+    chosen = [path.name for path in paths if not session.folder.is_foreign(path.name)]
+    if chosen:
+        session.choose(chosen[0], chosen[1] if len(chosen) == 2 else None)
     return session

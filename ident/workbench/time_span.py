@@ -33,6 +33,22 @@ def describe_span(
     )
 
 
+def explain_gaps(series: TorqueSeries, joint: int) -> str:
+    """Say which rows of `joint` (from 0) have no residual, and why; empty if all have one."""
+    missing = ~np.isfinite(series.residual[:, joint])
+    outside = missing & (series.cycle == 0) & bool((series.cycle > 0).any())
+    lost = missing & ~outside & ~np.isfinite(series.measured[:, joint])
+    reasons = {
+        "outside of the repeated motion": outside,
+        "lost, or too close to the ends to be filtered": lost,
+        "at standstill, where friction has no direction, near saturation, or kept apart for the test": missing
+        & ~lost
+        & ~outside,
+    }
+    parts = [f"{rows.mean():.0%} {reason}" for reason, rows in reasons.items() if rows.any()]
+    return f"Gaps in the residual are rows that are not scored: {'; '.join(parts)}." if parts else ""
+
+
 def rank_effects(
     series: TorqueSeries, contributions: Mapping[str, Float32s], joint: int, start: float, end: float
 ) -> dict[str, float]:

@@ -15,7 +15,11 @@ Topic = Literal[
     "diagnosis",
     "swarm_progress",
     "swarm_result",
+    "saved",
+    "use",
+    "tab",
     "run",
+    "fleet",
     "message",
 ]
 

@@ -52,6 +52,8 @@ class TorqueSeries:
     """(m,) cycle of the motion, from 1; 0 outside of the cycles."""
     scored: Bools
     """(m, dof) rows that enter the error."""
+    previous: Floats | None = None
+    """(m, dof) torque of the model before the last change; None for the first model."""
 
     @property
     def residual(self) -> Floats:
@@ -150,7 +152,7 @@ class StepView:
         return self.label, self.terms, self.x
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LadderView:
     """The models so far; the last one is the current one."""
 
@@ -197,6 +199,19 @@ class CandidateList:
     """Effects that such a recording cannot show, with the reason."""
 
 
+@dataclass(frozen=True, eq=False)
+class CausesView:
+    """The torque of the current model by its causes, in the recording that judges it."""
+
+    sentences: tuple[str, ...]
+    figure: dict[str, Any]
+    """Plotly figure."""
+    caption: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    """RMS of each cause by joint."""
+
+
 @dataclass(frozen=True)
 class ResidualView:
     """Residual analysis of the current model."""
@@ -211,6 +226,7 @@ class ResidualView:
     """Intervals with the largest residuals."""
     figures: dict[str, dict[str, Any]]
     """Plotly figures by title."""
+    causes: CausesView
 
 
 @dataclass(frozen=True)

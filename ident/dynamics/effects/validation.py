@@ -31,6 +31,8 @@ def _errors(effect: Effect) -> Iterator[str]:
             return
     if not local:
         yield f"{kinds[0][0]}: at least one Quantity expected, none found"
+    if effect.local_shapes and (effect.whole_robot or not isinstance(effect, Additive)):
+        yield "local_shapes: an additive effect of single joints expected, another one found"
     names = Counter(quantity.name for quantity in (*local, *effect.shapes))
     yield from (f"two quantities of the name {name!r} found; each needs its own" for name in names if names[name] > 1)
     for quantity in (*local, *effect.shapes):

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.dynamics.mechanisms import Mechanism, Parameter, delta
+from ident.dynamics.mechanisms import Parameter, RigidMechanism, delta
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats
 from recordings.rig import Rig
@@ -40,7 +40,7 @@ def _parameters() -> tuple[Parameter, ...]:
 PARAMETERS = _parameters()
 
 
-def create(rig: Rig) -> Mechanism:
+def create(rig: Rig) -> RigidMechanism:
     """Create the conventional linear model of the delta robot described by `rig`."""
     return Lagrange14(delta.create(rig))
 
@@ -70,6 +70,15 @@ class Lagrange14:
             columns[:, joint, z] = P[:, 2] * cos[:, joint]
             columns[:, joint, constant] = sin[:, joint]
         return columns
+
+    def inertia(self, motion: Motion, parameters: Floats) -> Floats:
+        """Compute the inertia matrix (n, 3, 3) [kg m^2]: diagonal, as the multipliers are taken as constants."""
+        return np.broadcast_to(parameters[0] * np.eye(3), (len(motion.position), 3, 3))
+
+    def gravity(self, motion: Motion, parameters: Floats) -> Floats:
+        """Compute the torque (n, 3) [N m] of all columns but that of the acceleration."""
+        held: Floats = self.regressor(motion)[:, :, 1:] @ parameters[1:]
+        return held
 
     def nominal_torque(self, motion: Motion) -> Floats:
         """Compute the torque (n, 3) [N m] of Eqs. (1)-(2) with the values of Table 1, without friction."""

@@ -53,18 +53,30 @@ class Mechanism(Protocol):
         ...
 
 
-def create(rig: Rig, form: str | None = None) -> Mechanism:
+class RigidMechanism(Mechanism, Protocol):
+    """A mechanism whose torque can be told apart by its causes."""
+
+    def inertia(self, motion: Motion, parameters: Floats) -> Floats:
+        """Compute the inertia matrix (n, dof, dof) [kg m^2 or kg] for the `parameters` (k,)."""
+        ...
+
+    def gravity(self, motion: Motion, parameters: Floats) -> Floats:
+        """Compute the torque (n, dof) [N m or N] that holds the mechanism at rest, for the `parameters` (k,)."""
+        ...
+
+
+def create(rig: Rig, form: str | None = None) -> RigidMechanism:
     """Create the mechanism of `rig`; with a `form`, another linear model of it (`ident/dynamics/forms/`).
 
     Raises:
         BadInput: there is no such form of this mechanism.
     """
     if form is None:
-        return cast(Mechanism, plugins.load(__name__, rig.mechanism).create(rig))
+        return cast(RigidMechanism, plugins.load(__name__, rig.mechanism).create(rig))
     module = plugins.load("ident.dynamics.forms", form)
     if module.MECHANISM != rig.mechanism:
         raise BadInput(
             f"the model form '{form}' is one of the mechanism {module.MECHANISM}, {rig.mechanism} found; choose a "
             "method that needs no such form"
         )
-    return cast(Mechanism, module.create(rig))
+    return cast(RigidMechanism, module.create(rig))

@@ -2,20 +2,22 @@
 
     estimate(problem, generator, progress, settings) -> Estimate
 
-and a frozen dataclass `Settings`, whose fields all have defaults. With `FORM = "name"` a module identifies that form
-of the mechanism (`ident/dynamics/forms/`) instead of the mechanism's own model. With `WEIGHTED = True` it receives
-the standard deviation of each row.
+and a frozen dataclass `Settings`, whose fields all have defaults and a `Meaning` (`ident.estimation.settings`). With
+`FORM = "name"` a module identifies that form of the mechanism (`ident/dynamics/forms/`) instead of the mechanism's
+own model. With `WEIGHTED = True` it receives the standard deviation of each row, with `RECURSIVE = True` its instant.
+With `NONLINEAR = True` a swarm with its `Settings` first searches the nonlinear parameters of effects
+(`ident.estimation.nonlinear_swarm`), in place of nonlinear least squares.
 """
 
 from collections.abc import Mapping
-from dataclasses import fields
 from typing import Any, Protocol, cast
 
 from numpy.random import Generator
 
 from ident import plugins
+from ident.estimation import settings as method_settings
 from ident.estimation.problem import Estimate, Problem, Progress
-from recordings.errors import BadInput
+from ident.estimation.settings import Setting
 
 
 class Estimator(Protocol):
@@ -48,9 +50,24 @@ def weighted(name: str) -> bool:
     return getattr(load(name), "WEIGHTED", False)
 
 
+def recursive(name: str) -> bool:
+    """Whether the estimator `name` uses `Problem.instant`."""
+    return getattr(load(name), "RECURSIVE", False)
+
+
+def nonlinear(name: str) -> bool:
+    """Whether the estimator `name` searches nonlinear parameters too."""
+    return getattr(load(name), "NONLINEAR", False)
+
+
+def settings_of(name: str) -> tuple[Setting, ...]:
+    """Settings that the estimator `name` has."""
+    return method_settings.settings_of(load(name).Settings)
+
+
 def has_setting(name: str, setting: str) -> bool:
     """Whether the estimator `name` has the setting `setting`."""
-    return setting in [field.name for field in fields(load(name).Settings)]
+    return setting in [known.name for known in settings_of(name)]
 
 
 def settings(name: str, given: Mapping[str, Any]) -> Any:
@@ -59,9 +76,4 @@ def settings(name: str, given: Mapping[str, Any]) -> Any:
     Raises:
         BadInput: the estimator has no such setting, or the value is invalid.
     """
-    kind = load(name).Settings
-    known = [field.name for field in fields(kind)]
-    for setting in given:
-        if not has_setting(name, setting):
-            raise BadInput(f"method {name}: a setting of {', '.join(known) or 'none'} expected, '{setting}' found")
-    return kind(**given)
+    return method_settings.create(load(name).Settings, given, name)

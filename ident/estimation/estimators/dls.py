@@ -5,11 +5,13 @@ does not print the damping; a thousandth affects only directions that the motion
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.random import Generator
 
 from ident.estimation.problem import Estimate, Problem, Progress
+from ident.estimation.settings import Meaning
 from recordings.errors import BadInput
 
 FORM = "lagrange14"
@@ -19,8 +21,7 @@ FORM = "lagrange14"
 class Settings:
     """Settings of damped least squares."""
 
-    damping: float = 1e-3
-    """Damping relative to the largest singular value of the regressor."""
+    damping: Annotated[float, Meaning("damping relative to the largest singular value of the regressor")] = 1e-3
 
     def __post_init__(self) -> None:
         if not self.damping >= 0:

@@ -12,15 +12,16 @@ Interpretations of the printed text:
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.random import Generator
 
 from ident.estimation import particle_swarm
-from ident.estimation.particle_swarm import Swarm
+from ident.estimation.particle_swarm import Leaders, Swarm
 from ident.estimation.problem import Estimate, Problem, Progress
+from ident.estimation.settings import Meaning
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
 
@@ -29,28 +30,35 @@ from recordings.recording import Floats, Ints
 class Settings(particle_swarm.Settings):
     """Settings of the cyclic swarm. Defaults are those of the paper."""
 
-    neighbours: int = 60
-    """N_s, even and below N_p."""
-    neighbourhood: Literal["current", "personal"] = "current"
-    """Whether the best neighbour has the best current position or the best personal best."""
+    neighbours: Annotated[int, Meaning("neighbours of a particle on the ring, even and below N_p", "N_s")] = 60
+    neighbourhood: Annotated[
+        Literal["current", "personal"],
+        Meaning("whether the best neighbour has the best current position, as printed, or the best personal best"),
+    ] = "current"
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.neighbours % 2 or not 0 <= self.neighbours < self.particles:
             raise BadInput(
-                f"an even number of neighbours below {self.particles} expected, {self.neighbours} found; change it"
+                f"neighbours: an even number below that of the particles, {self.particles}, expected, "
+                f"{self.neighbours} found; change it"
             )
 
 
 def estimate(problem: Problem, generator: Generator, progress: Progress, settings: Settings) -> Estimate:
     """Search with N_s neighbours by index for each particle."""
+    return particle_swarm.search(problem, generator, progress, settings, topology(settings))
 
-    def best_neighbours(swarm: Swarm) -> Floats:  # (32)
+
+def topology(settings: Settings) -> Leaders:
+    """Attract each particle by the best of its neighbours on the ring, (32)."""
+
+    def best_neighbours(swarm: Swarm) -> Floats:
         if settings.neighbourhood == "personal":
             return swarm.personal[_best_neighbour(swarm.personal_value, settings.neighbours)]
         return swarm.current[_best_neighbour(swarm.value, settings.neighbours)]
 
-    return particle_swarm.search(problem, generator, progress, settings, best_neighbours)
+    return best_neighbours
 
 
 def _best_neighbour(value: Floats, neighbours: int) -> Ints:

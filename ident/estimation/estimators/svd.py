@@ -6,11 +6,13 @@ neither scaling nor threshold; on fig5a one singular value is clearly smaller th
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.random import Generator
 
 from ident.estimation.problem import Estimate, Problem, Progress
+from ident.estimation.settings import Meaning
 from recordings.errors import BadInput
 
 FORM = "lagrange14"
@@ -20,8 +22,9 @@ FORM = "lagrange14"
 class Settings:
     """Settings of the truncated decomposition."""
 
-    threshold: float = 0.05
-    """Smallest singular value that is kept, relative to the largest, for columns of unit norm."""
+    threshold: Annotated[
+        float, Meaning("smallest singular value that is kept, relative to the largest, for columns of unit norm")
+    ] = 0.05
 
     def __post_init__(self) -> None:
         if not 0 <= self.threshold < 1:

@@ -17,7 +17,7 @@ def motion(recording: Recording) -> go.Figure:
     rig = recording.rig
     drive = theme.effort_label(rig.effort_units[0]) if holds_torque(recording) else "voltage [V]"
     rows = [(f"position<br>[{rig.position_units[0]}]", recording.position)]
-    error = recording.command - recording.position
+    error = recording.following_error
     if np.isfinite(error).any():
         rows.append((f"following error<br>[m{rig.position_units[0]}]", 1e3 * error))
     rows.append((drive, drive_signal(recording)))

@@ -24,6 +24,8 @@ SYMBOLS = ("circle", "diamond", "square", "triangle-up")
 FAINT_OPACITY = 0.45
 """Opacity of the reference that is compared with."""
 
+WHOLE = "whole"
+"""Key of `layout.meta` of a figure that shows a part at first, and the whole after a double click."""
 MAX_POINTS = 4000
 """Number of points of a trace at most: about two for each pixel of a wide screen."""
 LEGEND, TITLES = 34, 26
@@ -200,10 +202,10 @@ def legend_entry(figure: go.Figure, name: str, **style: Any) -> None:
 
 
 def joint_titles(joints: int) -> Sequence[str]:
-    """Return the titles of one plot per joint, each in the joint's colour."""
+    """Return the titles of one plot per joint, each with the joint's colour."""
     return [joint_title(joint) for joint in range(joints)]
 
 
 def joint_title(joint: int) -> str:
-    """Return the name of `joint` (from 0) in its colour."""
-    return f"<b style='color:{joint_colour(joint)}'>joint {joint + 1}</b>"
+    """Return the name of `joint` (from 0) beside its colour, in which letters would lack contrast."""
+    return f"<span style='color:{joint_colour(joint)}'>■</span> <b>joint {joint + 1}</b>"

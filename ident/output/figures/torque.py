@@ -1,11 +1,13 @@
 """Draw measured and computed torque and the residual over time."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import plotly.graph_objects as go
 
-from ident.identification.prediction import Prediction
+from ident.data.prepared_recording import PreparedRecording
+from ident.diagnosis.diagnosis import Diagnosis
 from ident.output.figures import theme
 from ident.residuals.analysis import ResidualAnalysis
 from ident.residuals.windows import Window
@@ -18,6 +20,19 @@ ROW_GAP = 84
 """Height between rows of plots, for the axis labels of one and the titles of the next [px]."""
 
 
+@dataclass(frozen=True, eq=False)
+class Overlay:
+    """The torque of a model, drawn over the measured one."""
+
+    name: str
+    computed: Floats
+    """(m, dof) [N m]"""
+    residual: Floats
+    """(m, dof) [N m]"""
+    line: Mapping[str, object]
+    """Style of its lines, in addition to the colour of the joint."""
+
+
 def over_time(analyses: Mapping[str, ResidualAnalysis], index: int, points: int = theme.MAX_POINTS) -> go.Figure:
     """Draw for each joint the torque and below it the residual, in recording `index` of all analyses.
 
@@ -25,8 +40,33 @@ def over_time(analyses: Mapping[str, ResidualAnalysis], index: int, points: int 
     of the first repetition and `points` of the whole recording.
     """
     first, *_ = analyses.values()
-    prepared = first.predictions[index].prepared
-    dof = len(first.joints)
+    overlays = []
+    for number, (name, analysis) in enumerate(analyses.items()):
+        prediction = analysis.predictions[index]
+        label = theme.escaped(name) if len(analyses) > 1 else "model"
+        dash = {"dash": theme.DASHES[number % len(theme.DASHES)]}
+        overlays.append(Overlay(label, prediction.computed, prediction.residual, dash))
+    return _over_time(
+        first.predictions[index].prepared, overlays, [joint.noise_rms for joint in first.joints], points
+    )
+
+
+def before_and_after(diagnosis: Diagnosis, index: int, points: int = theme.MAX_POINTS) -> go.Figure:
+    """Draw torque and residual of the first and the last model of a `diagnosis` in its recording `index`."""
+    steps, prepared = diagnosis.selection.steps, diagnosis.split.recordings[index]
+    faint = {"color": theme.CATEGORIES[1]}
+    overlays = [
+        Overlay(name, model.computed[index], model.residuals[index], style)
+        for name, model, style in (("before", steps[0].model, faint), ("after", diagnosis.model, {}))
+    ]
+    return _over_time(prepared, overlays, diagnosis.model.noise_floor.known_rms, points)
+
+
+def _over_time(
+    prepared: PreparedRecording, overlays: Sequence[Overlay], noise: Sequence[float | None], points: int
+) -> go.Figure:
+    rig, kept = prepared.recording.rig, prepared.first_cycle
+    dof = rig.dof
     figure = theme.subplots(
         2 * dof,
         1,
@@ -35,37 +75,26 @@ def over_time(analyses: Mapping[str, ResidualAnalysis], index: int, points: int 
         row_heights=[2, 1] * dof,
         vertical_spacing=0.08 / dof,
     )
-    for joint, joint_residual in enumerate(first.joints):
-        row = 2 * joint + 1
-        time, measured = theme.thinned(prepared.time, prepared.torque[:, joint], points, prepared.first_cycle)
+    for joint, unit in enumerate(rig.effort_units):
+        row, measured = 2 * joint + 1, prepared.torque[:, joint]
         thick = {"color": theme.MEASURED, "width": 3.5}
-        _line(figure, time, measured, row, "measured", joint == 0, thick)
-        for number, (name, analysis) in enumerate(analyses.items()):
-            label = theme.escaped(name) if len(analyses) > 1 else "model"
-            _draw_model(figure, analysis.predictions[index], joint, number, label, points)
-        theme.noise_band(figure, joint_residual.noise_rms, row + 1, 1, joint == 0)
-        figure.update_yaxes(
-            title_text=f"{theme.joint_title(joint)}<br>{theme.effort_label(joint_residual.unit)}", row=row, col=1
-        )
-        figure.update_yaxes(title_text=f"residual<br>[{joint_residual.unit}]", nticks=4, row=row + 1, col=1)
-    visible = prepared.time[prepared.first_cycle]
+        _line(figure, *theme.thinned(prepared.time, measured, points, kept), row, "measured", joint == 0, thick)
+        for overlay in overlays:
+            line = {"color": theme.joint_colour(joint), "width": 1.5, **overlay.line}
+            computed = np.where(np.isfinite(measured), overlay.computed[:, joint], np.nan)
+            x, y = theme.thinned(prepared.time, computed, points, kept)
+            _line(figure, x, y, row, overlay.name, joint == 0, line)
+            x, y = theme.thinned(prepared.time, overlay.residual[:, joint], points, kept)
+            _line(figure, x, y, row + 1, f"{overlay.name}: residual", False, line | {"width": 1.1})
+        theme.noise_band(figure, noise[joint], row + 1, 1, joint == 0)
+        label = f"{theme.joint_title(joint)}<br>{theme.effort_label(unit)}"
+        figure.update_yaxes(title_text=label, row=row, col=1)
+        figure.update_yaxes(title_text=f"residual<br>[{unit}]", nticks=4, row=row + 1, col=1)
+    visible = prepared.time[kept]
     figure.update_xaxes(range=[float(visible[0]), float(visible[-1])])
     figure.update_xaxes(title_text="time [s]", row=2 * dof, col=1)
-    figure.update_layout(hovermode="x unified", hoversubplots="axis")
+    figure.update_layout(hovermode="x unified", hoversubplots="axis", meta={theme.WHOLE: True})
     return figure
-
-
-def _draw_model(figure: go.Figure, prediction: Prediction, joint: int, number: int, label: str, points: int) -> None:
-    prepared = prediction.prepared
-    kept = prepared.first_cycle
-    finite = np.isfinite(prepared.torque[:, joint])
-    line = {"color": theme.joint_colour(joint), "width": 1.5, "dash": theme.DASHES[number % len(theme.DASHES)]}
-    computed = np.where(finite, prediction.computed[:, joint], np.nan)
-    row = 2 * joint + 1
-    _line(figure, *theme.thinned(prepared.time, computed, points, kept), row, label, joint == 0, line)
-    thin = line | {"width": 1.1}
-    residual = theme.thinned(prepared.time, prediction.residual[:, joint], points, kept)
-    _line(figure, *residual, row + 1, f"{label}: residual", False, thin)
 
 
 def _line(

@@ -10,6 +10,7 @@ from ident.diagnosis.residual_test import scored_predictions
 from ident.diagnosis.result import DiagnosisResult
 from ident.diagnosis.verdict import to_document
 from ident.dynamics.effects.library import library
+from ident.estimation.axis_response import AxisResponse, axis_response
 from ident.identification import model_file, prediction
 from ident.identification.model_file import ModelFile, RecordingSource
 from ident.residuals import analysis
@@ -31,6 +32,8 @@ class ReportRequest:
     diagnose: bool
     base_model: Path | None = None
     """The model whose effects are the start of the diagnosis."""
+    responses: tuple[Path, ...] = ()
+    """Recordings of `daq response`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +53,8 @@ class ReportContents:
     sources: tuple[RecordingSource, ...]
     """Their files."""
     diagnosis: DiagnosisResult | None
+    responses: tuple[AxisResponse, ...] = ()
+    """Frequency responses of single axes."""
 
     @property
     def primary_analyses(self) -> Mapping[str, ResidualAnalysis]:
@@ -79,6 +84,7 @@ class ReportContents:
                 for name, result in group.items()
             ],
             "diagnosis": self.diagnosis.as_json() if self.diagnosis else None,
+            "responses": [response.as_json() for response in self.responses],
         }
 
 
@@ -89,6 +95,7 @@ def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportCon
         BadInput: a file cannot be used, or they are not of the same rig.
     """
     effects = library(request.effect_files)
+    responses = tuple(map(axis_response, request.responses))
     models = dict(zip(_display_names(request.models), map(model_file.load, request.models), strict=True))
 
     def compare_all(files: Sequence[Path]) -> dict[str, ResidualAnalysis]:
@@ -107,7 +114,7 @@ def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportCon
         diagnosed = diagnose(request.recordings, request.held_out, effects, options, progress)
         files = request.recordings, request.held_out
         diagnosis = DiagnosisResult(to_document(diagnosed), diagnosed, *files, options)
-    return assemble(request, models, analyses, held_out, diagnosis)
+    return assemble(request, models, analyses, held_out, diagnosis, responses)
 
 
 def assemble(
@@ -116,6 +123,7 @@ def assemble(
     analyses: Mapping[str, ResidualAnalysis] = {},
     held_out_analyses: Mapping[str, ResidualAnalysis] = {},
     diagnosis: DiagnosisResult | None = None,
+    responses: tuple[AxisResponse, ...] = (),
 ) -> ReportContents:
     """Add the recordings and the digests of all files to results; models and their analyses by name."""
     first_results = [next(iter(group.values())) for group in (analyses, held_out_analyses) if group]
@@ -132,6 +140,7 @@ def assemble(
         recordings=tuple(recordings.values()),
         sources=tuple(map(model_file.recording_source, recordings.values())),
         diagnosis=diagnosis,
+        responses=responses,
     )
 
 

@@ -4,7 +4,7 @@ import base64
 import hashlib
 import importlib.resources
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,17 +12,19 @@ import jinja2
 import plotly.offline
 from markupsafe import Markup
 
-from ident.output.figures import theme
+from ident.output.figures import narrow, theme
 from ident.output.report import blocks
 from ident.output.report.blocks import ReportSection
 from ident.output.report.contents import ReportContents
-from ident.output.report.headline import headline
+from ident.output.report.headline import Headline, headline
 from ident.output.report.sections import (
+    causes,
     findings,
     parameters,
     quality,
     reproduce,
     residuals,
+    response,
     rig,
     selection,
     torque,
@@ -36,29 +38,42 @@ _SCRIPT_ESCAPES = {ord(letter): f"\\u{ord(letter):04x}" for letter in "<>&\u2028
 
 
 def write(contents: ReportContents, out: Path) -> None:
-    """Write the whole page to `out`, or nothing.
+    """Write the whole page to `out`, or nothing; errors as `write_page`."""
+    write_page(render(contents), out)
+
+
+def write_page(page: str, out: Path) -> None:
+    """Write a `page` to `out`, or nothing.
 
     Raises:
         BadInput: the file cannot be written.
     """
     try:
         with replacement(out) as partial:
-            partial.write_text(render(contents), encoding="utf-8")
+            partial.write_text(page, encoding="utf-8")
     except OSError as error:
         raise BadInput(f"{out} cannot be written: {error.strerror}; choose another place") from None
 
 
 def render(contents: ReportContents) -> str:
     """Return the whole page."""
+    title = f"Report: {', '.join(contents.models)}" if contents.models else "Diagnosis"
+    files = [source.name for source in contents.sources]
+    return assembled(title, files, headline(contents), list(_sections(contents)), contents.as_json())
+
+
+def assembled(
+    title: str, files: Sequence[str], top: Headline, sections: Sequence[ReportSection], data: Mapping[str, Any]
+) -> str:
+    """Return a page with this headline and these sections; `data` is embedded as JSON."""
     folder = importlib.resources.files("ident.output.report") / "assets"
-    sections = list(_sections(contents))
-    scripts = [plotly.offline.get_plotlyjs(), (folder / "page.js").read_text(encoding="utf-8")]
+    scripts = [plotly.offline.get_plotlyjs(), narrow.javascript(), (folder / "page.js").read_text(encoding="utf-8")]
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
     template = environment.from_string((folder / "page.html").read_text(encoding="utf-8"))
     return template.render(
-        title=f"Report: {', '.join(contents.models)}" if contents.models else "Diagnosis",
-        files=[source.name for source in contents.sources],
-        headline=headline(contents),
+        title=title,
+        files=files,
+        headline=top,
         sections=sections,
         figures=[
             (plot.id, _script_json(plot.figure.to_json()))
@@ -66,7 +81,7 @@ def render(contents: ReportContents) -> str:
             for plot in blocks.plots(section.blocks)
         ],
         templates=_script_json(_templates()),
-        data=_script_json(json.dumps(contents.as_json(), allow_nan=False)),
+        data=_script_json(json.dumps(data, allow_nan=False)),
         style=Markup((folder / "page.css").read_text(encoding="utf-8")),
         # Own scripts; the page's policy lists their hashes, so that no other script runs.
         scripts=[Markup(script) for script in scripts],
@@ -75,19 +90,24 @@ def render(contents: ReportContents) -> str:
 
 
 def _sections(contents: ReportContents) -> Iterator[ReportSection]:
-    if contents.models:
-        yield torque.section(contents)
-        yield residuals.section(contents)
+    """The order of the story: how far the error falls, what explains it, before and after; then all the rest."""
     if contents.diagnosis:
+        yield selection.error(contents.diagnosis)
         yield findings.section(contents.diagnosis)
-        yield selection.section(contents.diagnosis)
-    if contents.models:
-        yield parameters.section(contents)
-    if contents.diagnosis:
+        yield torque.before_and_after(contents.diagnosis)
         yield unexplained_residual.remaining(contents.diagnosis)
         yield unexplained_residual.next_recording(contents.diagnosis)
     if contents.models:
+        yield torque.section(contents)
+        yield residuals.section(contents)
+    if contents.responses:
+        yield response.section(contents.responses)
+    if contents.diagnosis:
+        yield selection.candidates(contents.diagnosis)
+    if contents.models:
+        yield parameters.section(contents)
         yield quality.section(contents)
+        yield causes.section(contents)
         yield rig.section(contents)
     yield reproduce.section(contents)
 

@@ -1,14 +1,15 @@
 """Cards of the candidate effects, with the estimated improvement and a preview of each."""
 
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Sequence
 
 from nicegui import ui
 
-from ident.workbench.pages.page import Page, set_test_id
+from ident.workbench.pages.page import Page, heading, set_test_id
 from ident.workbench.views import CandidateCard
 
-_COLUMNS = "grid-template-columns: repeat(auto-fill, minmax(290px, 1fr))"
+MIN_NOTABLE = 0.05
+"""Improvement below which a card is folded away."""
+_COLUMNS = "grid-template-columns: repeat(auto-fill, minmax(min(290px, 100%), 1fr))"
 
 
 class PreviewPanel:
@@ -25,15 +26,20 @@ class PreviewPanel:
         """Draw the preview of the best candidate."""
         candidates, previews = page.session.selection.candidates, page.session.selection.previews
         self.show = lambda effect: None
-        if candidates is None or not candidates.cards:
+        if candidates is None or not candidates.cards or page.session.selection.within_noise:
             return
         title = set_test_id(ui.label("Drawing the previews …").classes("font-medium"), "preview")
         if previews is None:
             return
         best, figures = candidates.cards[0].name, previews.figures
         plot = page.draw_figure(figures[best], "residual, and the part that the effect would explain")
+        shown: str | None = None
 
         def show(effect: str) -> None:
+            nonlocal shown
+            if effect == shown:
+                return
+            shown = effect
             title.text = f"{effect}: part of the residual that it would explain"
             page.update_figure(plot, figures[effect])
 
@@ -44,48 +50,76 @@ class PreviewPanel:
 def draw(page: Page) -> None:
     """Draw the heading, the preview panel and the cards in descending order of improvement."""
     panel = PreviewPanel()
-    page.draw_on_change(_head, "candidates", "job")
-    page.draw_on_change(panel.draw, "candidates", "previews").classes("preview")
-    page.draw_on_change(partial(_cards, panel=panel), "candidates")
+    cards = Cards(panel)
+    page.draw_on_change(_head, "candidates")
+    page.draw_on_change(panel.draw, "candidates", "previews", "residuals").classes("preview")
+    page.draw_on_change(cards.draw, "candidates")
+    page.call_on_change(cards.fold, "residuals")
 
 
 def _head(page: Page) -> None:
-    selection = page.session.selection
-    if selection.ladder is None:
+    if page.session.selection.candidates is None:
         return
-    if selection.candidates is not None:
-        ui.label("Candidate effects").classes("head q-mt-sm")
-        ui.label(
-            "Percentage: estimated reduction of the squared error after adding the effect and refitting. Point at a "
-            "card, or move to it with Tab, to see its preview."
-        ).classes("quiet")
-    elif page.session.jobs.current is not None:
-        ui.label("Rating every effect of the library …").classes("quiet")
-    else:
-        ui.label("The analysis was cancelled before it was complete.").classes("quiet")
-        page.button("Rate every effect", "resume-analysis", selection.resume_analysis, props="outline")
+    heading("Candidate effects", "q-mt-sm")
+    ui.label(
+        "Percentage: estimated reduction of the squared error after adding the effect and refitting. Point at a "
+        "card, or move to it with Tab, to see its preview."
+    ).classes("quiet")
 
 
-def _cards(page: Page, panel: PreviewPanel) -> None:
-    candidates = page.session.selection.candidates
-    if candidates is None:
-        return
-    with ui.element("div").classes("w-full grid gap-2").style(_COLUMNS):
-        for candidate in candidates.cards:
-            _card(page, candidate, panel)
-    if candidates.not_excited:
-        names = ", ".join(candidates.not_excited)
-        ui.label(f"Not excited by this motion, or only with an inadmissible sign: {names}.").classes("quiet q-mt-sm")
-    for effect, why in candidates.unobservable.items():
-        ui.label(f"{effect}: {why}").classes("quiet")
+class Cards:
+    """The cards: those that may matter, and folded away those that do not."""
+
+    def __init__(self, panel: PreviewPanel) -> None:
+        self._panel = panel
+        self._notable: ui.expansion | None = None
+
+    def draw(self, page: Page) -> None:
+        """Draw all cards, and the names of the effects that have none."""
+        self._notable = None
+        candidates = page.session.selection.candidates
+        if candidates is None:
+            return
+        notable, minor = split_cards(candidates.cards)
+        if notable:
+            title = f"{len(notable)} effects that explain {MIN_NOTABLE:.0%} or more"
+            self._notable = self._draw_grid(page, notable, title, "notable-cards")
+            self.fold(page)
+        if minor:
+            title = f"{len(minor)} effects that explain less than {MIN_NOTABLE:.0%}"
+            self._draw_grid(page, minor, title, "minor-cards").value = False
+        if candidates.not_excited:
+            names = ", ".join(candidates.not_excited)
+            ui.label(f"Not excited by this motion, or only with an inadmissible sign: {names}.").classes("quiet")
+        for effect, why in candidates.unobservable.items():
+            ui.label(f"{effect}: {why}").classes("quiet")
+
+    def fold(self, page: Page) -> None:
+        """Fold all cards away if only noise is left. They are not drawn again, so that no click on them is lost."""
+        if self._notable is not None:
+            self._notable.value = not page.session.selection.within_noise
+
+    def _draw_grid(self, page: Page, cards: Sequence[CandidateCard], title: str, test_id: str) -> ui.expansion:
+        expansion = set_test_id(ui.expansion(title, value=True).classes("w-full"), test_id)
+        with expansion, ui.element("div").classes("w-full grid gap-2").style(_COLUMNS):
+            for candidate in cards:
+                _card(page, candidate, self._panel)
+        return expansion
+
+
+def split_cards(cards: Sequence[CandidateCard]) -> tuple[Sequence[CandidateCard], Sequence[CandidateCard]]:
+    """Split `cards`, in descending order, into those that may matter and those that do not."""
+    count = sum(card.improvement >= MIN_NOTABLE for card in cards)
+    return cards[:count], cards[count:]
 
 
 def _card(page: Page, candidate: CandidateCard, panel: PreviewPanel) -> None:
     effect, name = page.session.library[candidate.name], candidate.name
     joints = f"joint {', '.join(map(str, candidate.joints))}" if candidate.joints else "whole robot"
     card = set_test_id(ui.card().classes("q-pa-sm gap-1").props("flat bordered tabindex=0"), f"card-{name}")
-    for event in ("mouseenter", "focusin"):
-        card.on(event, lambda: panel.show(name), args=[])
+    # A card that a scroll moves below a resting pointer gets `mouseenter`, and would take the preview from the focus.
+    card.on("mousemove", lambda: panel.show(name), args=[], throttle=0.2)
+    card.on("focusin", lambda: panel.show(name), args=[])
     with card:
         with ui.row().classes("w-full items-center no-wrap"):
             ui.label(name).classes("font-medium ellipsis")
@@ -96,19 +130,28 @@ def _card(page: Page, candidate: CandidateCard, panel: PreviewPanel) -> None:
         with ui.row().classes("w-full items-center no-wrap"):
             ui.label(joints).classes("quiet")
             ui.space()
-            with ui.button("About").props("flat dense size=sm"), ui.menu().classes("q-pa-md max-w-md"):
-                for label, text in (
-                    ("Equation", effect.equation),
-                    ("Symptom", effect.symptom),
-                    ("Usual causes", effect.causes),
-                    ("Remedy", effect.remedy),
-                ):
-                    ui.label(label).classes("quiet")
-                    ui.label(text).classes("q-mb-xs")
+            props = f'flat dense aria-label="About {name}"'
+            page.button("About", f"about-{name}", _show_about, page, name, props=props)
             add_button(page, name)
+
+
+def _show_about(page: Page, name: str) -> None:
+    """Show equation, symptom, causes and remedy of the effect `name` in a dialog."""
+    effect = page.session.library[name]
+    with page.dialog(f"About {name}") as dialog, ui.card().classes("max-w-md gap-0"):
+        for label, text in (
+            ("Equation", effect.equation),
+            ("Symptom", effect.symptom),
+            ("Usual causes", effect.causes),
+            ("Remedy", effect.remedy),
+        ):
+            ui.label(label).classes("quiet")
+            ui.label(text).classes("q-mb-xs")
+        ui.button("Close", on_click=dialog.close).props("outline autofocus")
+    dialog.open()
 
 
 def add_button(page: Page, effect: str) -> None:
     """Draw a button that adds `effect` to the model."""
-    props = f'dense size=sm unelevated aria-label="Add {effect}"'
+    props = f'dense unelevated aria-label="Add {effect}"'
     page.button("Add", f"add-{effect}", page.session.selection.add, effect, props=props)

@@ -3,7 +3,7 @@
 from nicegui import ui
 
 from ident.workbench import plots
-from ident.workbench.pages.page import Page, set_test_id
+from ident.workbench.pages.page import Page, heading, set_test_id
 from ident.workbench.pages.zoom import ZoomablePlot
 
 
@@ -12,10 +12,12 @@ def draw(page: Page) -> None:
     recordings = page.session.recordings
     view = recordings.shown
     if view is None:
-        ui.label("Choose a recording with Train on the left to see its quality.").classes("quiet")
+        ui.label("Choose a recording with Train in the list to see its quality, or drop a file there.").classes(
+            "quiet"
+        )
         return
     with ui.row().classes("items-center gap-3"):
-        ui.label(view.name).classes("head")
+        heading(view.name)
         for name in (recordings.train, recordings.validate):
             if name and name != view.name:
                 page.button(f"show {name}", "show-recording", recordings.show, name, props="flat dense")
@@ -23,7 +25,7 @@ def draw(page: Page) -> None:
         with ui.row().classes("items-center no-wrap"):
             ui.icon("warning", color="warning")
             ui.label(warning)
-    with ui.grid(columns="max-content 1fr max-content 1fr").classes("w-full gap-x-4 gap-y-1"):
+    with ui.element("div").classes("quality"):
         for label, value in view.quality.items():
             ui.label(label).classes("quiet")
             set_test_id(ui.label(value), f"quality-{label.lower().replace(' ', '-')}")

@@ -6,7 +6,8 @@ from nicegui import ui
 from ident.identification.model_file import ModelFile
 from ident.output.report.sections import parameter_values
 from ident.workbench.cli_equivalent import shell_script
-from ident.workbench.pages.page import Page, draw_table, set_test_id
+from ident.workbench.pages import truth
+from ident.workbench.pages.page import Page, draw_code, draw_table, heading, notify, set_test_id
 from ident.workbench.views import LadderView
 
 
@@ -15,34 +16,42 @@ def draw(page: Page) -> None:
     ladder, residuals = page.session.selection.ladder, page.session.selection.residuals
     if ladder is None or residuals is None:
         ui.label(
-            "The residual is being analysed; the model can then be saved here."
+            "The model can be saved here when it has been analysed."
             if ladder
             else "Fit a model first; it can then be saved here."
         ).classes("quiet")
         return
-    file_name = f"{ladder.train.removesuffix('.mcap')}.model.json"
-    ui.label("Model").classes("head")
-    _files(page, residuals.model, ladder, file_name)
-    ui.label("Equivalent commands").classes("head q-mt-md")
+    file_name = page.session.export.saved_name(residuals.model) or page.session.export.free_name(ladder)
+    heading("Model")
+    with ui.row().classes("items-center gap-3"):
+        page.save_form(residuals.model, file_name, "save")
+        draw_report(page, residuals.model, ladder)
+    truth.draw(page)
+    heading("Equivalent commands", "q-mt-md")
     ui.label(
         "Run this in the folder of the recordings. It overwrites nothing; choose another name if the file exists."
     ).classes("quiet")
-    set_test_id(ui.code(shell_script(ladder, file_name), language="bash").classes("w-full"), "script")
-    ui.label("Parameters of the current model").classes("head q-mt-md")
+    draw_code(shell_script(ladder, file_name), "script")
+    heading("Parameters of the current model", "q-mt-md")
     table = parameter_values.table(ladder.steps[-1].entry.parameters)
     draw_table(table.head, table.rows, table.words)
 
 
-def _files(page: Page, model: ModelFile, ladder: LadderView, file_name: str) -> None:
-    async def create_report() -> None:
-        status.text = "creating the report …"
-        create = page.session.export.create_report
-        status.text = await background.io_bound(create, model, ladder, str(out.value)) or ""
+def draw_report(page: Page, model: ModelFile, ladder: LadderView) -> None:
+    """Draw a button that creates the report on `model`, the last of `ladder`, or a link to the report."""
+    export = page.session.export
 
-    with ui.row().classes("items-center gap-3"):
-        out = page.save_form(model, file_name, "save")
-        report = ui.button("Save and create the report", icon="description", on_click=create_report)
-        set_test_id(report, "report").props("outline").tooltip(
-            "One HTML file to send to a colleague; takes a minute or two"
-        )
-    status = set_test_id(ui.label().classes("quiet"), "report-state")
+    async def create() -> None:
+        name = export.saved_name(model) or export.free_name(ladder)
+        error = await background.io_bound(export.create_report, model, ladder, name)
+        if error:
+            notify(error, "warning")
+
+    report = export.report_name(model)
+    if report:
+        set_test_id(ui.link("Open the report", f"/reports/{report}", new_tab=True), "open-report")
+    elif export.creating_report:
+        ui.label("Creating the report …")
+    else:
+        button = ui.button("Create the report", icon="description", on_click=create).props("outline")
+        set_test_id(button, "report").tooltip("Saves the model too; one HTML file to send to a colleague")

@@ -4,7 +4,7 @@ from typing import Any
 
 from nicegui import ui
 
-from ident.workbench.pages.page import Page, set_test_id
+from ident.workbench.pages.page import Page, heading, set_test_id
 
 
 def draw(page: Page) -> None:
@@ -13,7 +13,7 @@ def draw(page: Page) -> None:
     if diagnosis is None:
         return
     document = diagnosis.document
-    ui.label("Full diagnosis").classes("head q-mt-sm")
+    heading("Full diagnosis", "q-mt-sm")
     set_test_id(ui.label(document["sentence"]), "verdict")
     new_findings = [n for n, finding in enumerate(document["findings"]) if not library[finding["effect"]].mandatory]
     for number, finding in enumerate(document["findings"]):

@@ -8,23 +8,29 @@ from ident.workbench.recording_process import RunStatus
 
 
 def draw(page: Page) -> None:
-    """Draw the live view; updates change it in place, so that the layout stays still."""
+    """Draw the live view; updates of a run change it in place, so that the layout stays still."""
     state = set_test_id(ui.label().classes("font-medium q-mt-sm"), "run-state")
     bar = ui.linear_progress(0.0, show_value=False).props("aria-hidden=true")
     counts = ui.label().classes("quiet")
-    with ui.element("div").classes("w-full grid grid-cols-2 gap-2"):
-        figures = {
-            kind: page.draw_figure(figure, f"{kind} while recording") for kind, figure in live_figures(None).items()
-        }
-    messages = ui.column().classes("gap-0 font-mono text-sm")
+    grid = ui.element("div").classes("w-full grid grid-cols-1 md:grid-cols-2 gap-2")
+    plots_by_kind: dict[str, ui.plotly] = {}
+    messages = set_test_id(ui.column().classes("gap-0 font-mono text-sm whitespace-pre-wrap"), "run-messages")
 
     def update(page: Page) -> None:
         run = page.session.recorder.run
-        state.text, bar.visible = run_summary(run), run is not None
-        for kind, figure in live_figures(run).items():
-            page.update_figure(figures[kind], figure)
+        state.text, bar.visible = run_summary(run), run is not None and "total" in run.status
         if run is None:
             return
+        if not has_plots(run):
+            grid.clear()
+            plots_by_kind.clear()
+        elif plots_by_kind:
+            for kind, figure in live_figures(run).items():
+                page.update_figure(plots_by_kind[kind], figure)
+        else:
+            with grid:
+                for kind, figure in live_figures(run).items():
+                    plots_by_kind[kind] = page.draw_figure(figure, f"{kind} while moving")
         bar.value = run.status.get("done", 0) / max(run.status.get("total", 1), 1)
         counts.text = _counts(run)
         messages.clear()
@@ -35,30 +41,44 @@ def draw(page: Page) -> None:
     page.call_now_and_on_change(update, "run", min_interval=0.5)
 
 
+def has_plots(run: RunStatus) -> bool:
+    """Whether there is something to plot. Drawing delays the keep-alives of a jog: its motion is drawn at its end."""
+    return bool(run.rows) and (run.file is not None or run.exit_code is not None)
+
+
 def run_summary(run: RunStatus | None) -> str:
     """Return a sentence about the progress or the end of the run."""
     if run is None:
         return "No run yet."
     if run.exit_code is None:
         word = {0: run.status.get("status", "starting"), 1: "stopping"}.get(run.stop_count, "quick stop")
-        return f"{run.file.name}: {word}"
+        return f"{run.name}: {word}"
     if run.exit_code == 0:
-        return f"{run.file.name}: done. Choose it with Train or Validate on the left."
+        return f"{run.name}: {_outcome(run)}"
     if run.exit_code < 0:
         consequence = (
             "CHECK THE DRIVES: only their watchdogs are active now."
             if run.has_rig_file
             else "Its simulated drives ended with it."
         )
-        return f"{run.file.name}: daq was killed (signal {-run.exit_code}). {consequence}"
-    reason = next(
-        (line for line in reversed(run.messages) if line.startswith("error")), f"exit status {run.exit_code}"
-    )
+        return f"{run.name}: daq was killed (signal {-run.exit_code}). {consequence}"
+    reason = run.reason
     if run.exit_code == 2:
-        return f"{run.file.name}: did not start. {reason}"
+        return f"{run.name}: did not start. {reason}"
     drives = "drives" if run.has_rig_file else "simulated drives"
-    disabled = "" if "NOT CONFIRMED" in reason else f" The {drives} were disabled and the file closed."
-    return f"{run.file.name}: ended early, {reason}.{disabled}"
+    closed = " and the file closed" if run.file else ""
+    disabled = "" if "NOT CONFIRMED" in reason else f" The {drives} were disabled{closed}."
+    return f"{run.name}: ended early, {reason}.{disabled}"
+
+
+def _outcome(run: RunStatus) -> str:
+    if run.file:
+        return "done. Choose it with Train or Validate on the left."
+    if "released" not in run.status:
+        return "done."
+    status, unit = run.status, run.position_unit
+    ended = "released" if status["released"] else "done"
+    return f"{ended} after {status['to'] - status['from']:+.4f} of {status['by']:+g} {unit}; drives off."
 
 
 def _counts(run: RunStatus) -> str:
@@ -72,9 +92,8 @@ def _counts(run: RunStatus) -> str:
     )
 
 
-def live_figures(run: RunStatus | None) -> dict[str, plots.Figure]:
+def live_figures(run: RunStatus) -> dict[str, plots.Figure]:
     """Return the live plots by quantity."""
-    rows, lateness = (list(run.rows), list(run.lateness)) if run else ([], [])
-    angle = run.position_unit if run else "rad"
+    rows, lateness, angle = list(run.rows), list(run.lateness), run.position_unit
     units = {"position": angle, "following error": f"m{angle}", "voltage": "V", "lateness": "ms"}
     return {kind: plots.live(rows, lateness, kind, unit) for kind, unit in units.items()}

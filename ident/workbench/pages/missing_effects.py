@@ -20,8 +20,6 @@ def draw(page: Page) -> None:
 def _buttons(page: Page) -> None:
     session, selection = page.session, page.session.selection
     with ui.row().classes("items-center gap-2"):
-        fit = page.button("Fit", "fit", selection.fit, icon="play_arrow")
-        fit.tooltip("Fit the base model with the mandatory effects")
         undo = page.button("Undo", "undo", selection.undo, icon="undo", props="outline")
         redo = page.button("Redo", "redo", selection.redo, icon="redo", props="outline")
         fork = page.button("New branch", "fork", selection.fork, icon="call_split", props="outline")
@@ -31,21 +29,20 @@ def _buttons(page: Page) -> None:
 
     def update_enabled(page: Page) -> None:
         idle = not session.jobs.blocked
-        fit.enabled = idle and session.recordings.train is not None
         branch = selection.branches.current if selection.branches and idle else None
         undo.enabled = branch is not None and len(branch.history) > 1
         redo.enabled = branch is not None and bool(branch.undone_ladders)
         fork.enabled = full.enabled = branch is not None
 
-    page.call_now_and_on_change(update_enabled, "job", "folder", "ladder")
+    page.call_now_and_on_change(update_enabled, "job", "ladder")
 
 
 def _draw_ladder(page: Page) -> None:
     ladder = page.session.selection.ladder
     if ladder is None:
         ui.label(
-            "Fit the base model to the recording. Each added effect is shown here as a step, with the error of every "
-            "joint. Choose a second recording with Validate to validate the models on another motion."
+            "Press Fit to fit the base model to the recording. Each added effect is shown here as a step, with the "
+            "error of every joint. Choose a second recording with Validate to validate the models on another motion."
         ).classes("quiet")
         return
     page.draw_figure(plots.ladder(ladder), "error of each model, training and held out")
@@ -99,5 +96,5 @@ def _draw_terms(page: Page, step: StepView) -> None:
             note = "" if all_joints else f" (joint {', '.join(map(str, joints))})"
             with ui.row().classes("items-center no-wrap gap-1 chip"):
                 ui.label(f"{effect}{note}")
-                props = f'flat dense size=sm aria-label="Remove {effect}"'
+                props = f'flat dense aria-label="Remove {effect}"'
                 page.button("Remove", f"remove-{effect}", page.session.selection.remove, index, props=props)

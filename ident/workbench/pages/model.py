@@ -9,7 +9,7 @@ from ident.workbench.pages.candidates import add_button
 from ident.workbench.pages.page import Page, set_test_id
 from ident.workbench.pages.zoom import ZoomablePlot
 from ident.workbench.plots import Span
-from ident.workbench.time_span import MIN_SHARE, describe_span, rank_effects, summary
+from ident.workbench.time_span import MIN_SHARE, describe_span, explain_gaps, rank_effects, summary
 from ident.workbench.views import TorqueSeries
 
 _MAX_EFFECTS = 4
@@ -23,7 +23,7 @@ def draw(page: Page) -> None:
     """Draw the current model on all recordings."""
     display, all_series, ladder = page.session.display, page.session.selection.series, page.session.selection.ladder
     if not all_series or ladder is None:
-        ui.label("Fit the base model first: Missing effects → Fit.").classes("quiet")
+        ui.label("Press Fit to see the torque of the base model.").classes("quiet")
         return
     requested_span, display.requested_span = display.requested_span, None
     with ui.row().classes("items-center gap-4"):
@@ -52,6 +52,7 @@ def draw(page: Page) -> None:
         full_span,
         "torque measured and computed, and residual, over time",
     )
+    gaps = set_test_id(ui.label(explain_gaps(series(), display.joint)).classes("quiet"), "gaps")
     description = set_test_id(ui.column().classes("gap-1"), "selection")
     with description:
         ui.label(_HINT)
@@ -59,7 +60,12 @@ def draw(page: Page) -> None:
     def on_joint() -> None:
         display.joint = joint.value
         description.clear()
+        gaps.text = explain_gaps(series(), display.joint)
         plot.show()
+
+    def on_recording() -> None:
+        gaps.text = explain_gaps(series(), display.joint)
+        plot.show(full_span())
 
     def on_select(event: events.GenericEventArguments) -> None:
         span = (event.args or {}).get("range", {}).get("x")
@@ -72,7 +78,7 @@ def draw(page: Page) -> None:
                 _show_ranking(page, int(recording.value or 0), joint.value, (min(span), max(span)))
 
     joint.on_value_change(on_joint)
-    recording.on_value_change(lambda: plot.show(full_span()))
+    recording.on_value_change(on_recording)
     select.on_value_change(lambda: plot.show())
     plot.plot.on("plotly_selected", on_select, js_handler=_SELECTED_RANGE_JS)
     if requested_span:

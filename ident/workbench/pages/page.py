@@ -25,19 +25,27 @@ class _Watch:
     callback: Callable[["Page"], None]
     topics: tuple[Topic, ...]
     min_interval: float
-    count: int
+    tab: str | None
+    """Tab in which it draws; None: it is always visible."""
+    count: int | None = None
+    """Number of changes that it has shown; None before the first call."""
     last_call: float = 0.0
 
 
 class Page:
     """One browser tab that shows the session."""
 
-    def __init__(self, session: WorkbenchSession) -> None:
-        self.session = session
+    def __init__(self, session: WorkbenchSession, dialogs: ui.element) -> None:
+        """`dialogs`: container of the dialogs, which stay when the part that opened them is drawn again."""
+        self.session, self._dialogs = session, dialogs
         self.show_tab: Callable[[str], object] = lambda tab: None
         """Show a tab of the page."""
         self.after_action: Callable[[], None] = lambda: None
         """Update the header at once, because the server ignores clicks on buttons that it believes to be hidden."""
+        self.visible_tab = session.display.tab
+        """Tab that is shown; what changes in the others is drawn when they are shown."""
+        self.drawn_tab: str | None = None
+        """Tab whose parts are being made."""
         self._watches: list[_Watch] = []
 
     def draw_on_change(self, draw: Callable[["Page"], None], *topics: Topic) -> ui.element:
@@ -55,23 +63,32 @@ class Page:
     def call_now_and_on_change(
         self, callback: Callable[["Page"], None], *topics: Topic, min_interval: float = 0.0
     ) -> None:
-        """Call `callback`, and again as `call_on_change` does."""
-        callback(self)
-        self.call_on_change(callback, *topics, min_interval=min_interval)
+        """Call `callback` as soon as its tab is visible, and again as `call_on_change` does."""
+        watch = _Watch(callback, topics, min_interval, self.drawn_tab)
+        self._watches.append(watch)
+        self._call_if_changed(watch)
 
-    def call_on_change(self, callback: Callable[["Page"], None], *topics: Topic, min_interval: float = 0.0) -> None:
-        """Call `callback` whenever one of `topics` changes, but not again within `min_interval` [s]."""
-        self._watches.append(_Watch(callback, topics, min_interval, self.session.changes.count(topics)))
+    def call_on_change(self, callback: Callable[["Page"], None], *topics: Topic) -> None:
+        """Call `callback` whenever one of `topics` changes."""
+        watch = _Watch(callback, topics, 0.0, self.drawn_tab, self.session.changes.count(topics))
+        self._watches.append(watch)
 
     def poll(self) -> None:
         """Redraw what has changed since the last call."""
-        self.session.recorder.mark_seen()
-        now = time.monotonic()
         for watch in self._watches:
-            count = self.session.changes.count(watch.topics)
-            if count != watch.count and now - watch.last_call >= watch.min_interval:
-                watch.count, watch.last_call = count, now
-                watch.callback(self)
+            self._call_if_changed(watch)
+
+    def _call_if_changed(self, watch: _Watch) -> None:
+        now, count = time.monotonic(), self.session.changes.count(watch.topics)
+        due = count != watch.count and (watch.count is None or now - watch.last_call >= watch.min_interval)
+        if due and watch.tab in (None, self.visible_tab):
+            watch.count, watch.last_call = count, now  # before the call: what changes meanwhile is drawn again
+            watch.callback(self)
+
+    def show(self, tab: str) -> None:
+        """Draw what has changed in `tab`, which becomes visible."""
+        self.visible_tab = tab
+        self.poll()
 
     def handler(self, action: Callable[..., Any], *arguments: Any) -> Callable[[], None]:
         """Return an event handler that calls `action` and shows its errors."""
@@ -98,6 +115,28 @@ class Page:
         button = ui.button(text, icon=icon, on_click=self.handler(action, *arguments))
         return set_test_id(button.props(props), test_id)
 
+    def dialog(self, title: str) -> ui.dialog:
+        """Return a closed dialog, which is deleted when it is closed again; `title` is for screen readers."""
+        with self._dialogs:
+            dialog = ui.dialog()
+        dialog.props["aria-label"] = title
+        dialog.on("hide", dialog.delete)
+        return dialog
+
+    def ask(self, question: str, yes: str, no: str, action: Callable[[], Any]) -> None:
+        """Ask `question` in a dialog, and call `action` if the answer is `yes`."""
+
+        def agree() -> None:
+            dialog.close()
+            action()
+
+        with self.dialog(yes) as dialog, ui.card():
+            set_test_id(ui.label(question), "question")
+            with ui.row().classes("w-full justify-end gap-2"):
+                self.button(no, "answer-no", dialog.close, props="outline autofocus")
+                self.button(yes, "answer-yes", agree, props="color=negative unelevated")
+        dialog.open()
+
     def save_form(self, model: ModelFile, file_name: str, test_id: str) -> ui.input:
         """Draw an input for the file name and a button that saves `model`; return the input."""
         out = ui.input("file", value=file_name).props("dense outlined").classes("min-w-64")
@@ -114,7 +153,7 @@ class Page:
         plot = ui.plotly(plots.with_theme(figure, self.session.display.dark)).classes("w-full")
         # Plotly forgets a figure's own height when its tab is left and shown again.
         plot.style(f"height: {figure['layout']['height']}px")
-        plot.props["role"], plot.props["aria-label"] = "img", label
+        plot.props["role"], plot.props["aria-label"] = "figure", label
         return plot
 
     def update_figure(self, plot: ui.plotly, figure: Figure) -> None:
@@ -122,16 +161,28 @@ class Page:
         plot.update_figure(plots.with_theme(figure, self.session.display.dark))
 
 
+def draw_code(text: str, test_id: str) -> None:
+    """Draw commands for a terminal, with a button that copies them."""
+    code = set_test_id(ui.code(text, language="bash").classes("w-full"), test_id)
+    code.copy_button.props('aria-label="Copy the commands"')
+    code.markdown.props("tabindex=0")
+
+
 def draw_table(
     titles: Sequence[str], rows: Iterable[Sequence[Cell]], words: Collection[int] = (), classes: str = ""
 ) -> None:
     """Draw a table; the columns `words` are aligned to the left."""
-    with ui.element("table").classes(f"figures {classes}"):
+    with ui.element("div").classes("scroll-x").props("tabindex=0"), ui.element("table").classes(f"figures {classes}"):
         for tag, cells in [("th", titles), *(("td", row) for row in rows)]:
             with ui.element("tr"):
                 for column, cell in enumerate(cells):
                     with ui.element(tag).classes("words" if column in words else ""):
                         (partial(ui.label, cell) if isinstance(cell, str) else cell)()
+
+
+def heading(text: str, classes: str = "") -> ui.label:
+    """Draw a heading of a part of a tab."""
+    return ui.label(text).classes(f"head {classes}").props("role=heading aria-level=2")
 
 
 def notify(text: str, kind: Literal["positive", "warning", "info"]) -> None:

@@ -8,9 +8,9 @@ from nicegui import run as background
 from nicegui import ui
 
 from ident.workbench.folder import SUFFIX
-from ident.workbench.pages import live
+from ident.workbench.pages import commission, live, truth
 from ident.workbench.pages.page import Page, notify, set_test_id
-from ident.workbench.recording_process import command_line, run_daq
+from ident.workbench.recording_process import command_line, errors, run_daq
 from recordings.errors import BadInput
 from trajectories.library import names
 
@@ -34,9 +34,19 @@ def draw(page: Page) -> None:
         sim = ui.select([_NO_SIM_FILE, *files], value=_NO_SIM_FILE, label="simulated machine").classes("min-w-36")
         pace = ui.select(_PACES, value="", label="pace").classes("min-w-28")
         cycles = ui.number("cycles", min=1, step=1, placeholder="20 s").classes("w-20")
-        out = ui.input("file", value=_free_name(page, "fig5a"))
-        motion.on_value_change(lambda: out.set_value(_free_name(page, Path(str(motion.value)).stem)))
-        fields = {"motion": motion, "rig": rig, "sim": sim, "pace": pace, "cycles": cycles, "out": out}
+        hidden = ui.number("hidden seed", min=0, step=1, format="%d", placeholder="none").classes("w-28")
+        hidden.tooltip("Hides effects drawn from this seed in the simulated robot; Reveal opens them")
+        out = ui.input("file", value=session.folder.free_name("fig5a", SUFFIX))
+        motion.on_value_change(lambda: out.set_value(session.folder.free_name(Path(str(motion.value)).stem, SUFFIX)))
+        fields = {
+            "motion": motion,
+            "rig": rig,
+            "sim": sim,
+            "pace": pace,
+            "cycles": cycles,
+            "hidden": hidden,
+            "out": out,
+        }
         for test_id, element in fields.items():
             set_test_id(element, f"record-{test_id}").props("dense outlined")
 
@@ -47,8 +57,9 @@ def draw(page: Page) -> None:
             "--sim": sim.value if sim.value != _NO_SIM_FILE else None,
             "--pace": pace.value,
             "--cycles": int(cycles.value) if cycles.value else None,
+            "--hidden": int(hidden.value) if hidden.value is not None and rig.value == _SIMULATED else None,
         }
-        return {option: str(value) for option, value in values.items() if value}
+        return {option: str(value) for option, value in values.items() if value not in (None, "")}
 
     checked = ui.column().classes("gap-0")
     with ui.row().classes("items-center gap-3"):
@@ -62,12 +73,17 @@ def draw(page: Page) -> None:
         )
         safety = set_test_id(ui.label(_SAFETY[True]).classes("quiet"), "safety")
         rig.on_value_change(lambda: safety.set_text(_SAFETY[rig.value == _SIMULATED]))
+
+    def move_on(page: Page) -> None:
+        """Propose another file when the one named has been recorded."""
+        stem, name = Path(str(motion.value)).stem, str(out.value)
+        if name in session.folder.names(SUFFIX):
+            out.value = session.folder.free_name(stem, SUFFIX)
+
+    page.call_on_change(move_on, "folder")
+    commission.draw(page, arguments)
     live.draw(page)
-
-
-def _free_name(page: Page, stem: str) -> str:
-    candidates = [f"{stem}{SUFFIX}", *(f"{stem}-{number}{SUFFIX}" for number in range(2, 1000))]
-    return next(name for name in candidates if not (page.session.folder.root / name).exists())
+    page.draw_on_change(truth.draw, "folder")
 
 
 async def _check(page: Page, options: dict[str, str], column: ui.column) -> None:
@@ -108,5 +124,5 @@ def _check_lines(process: "CompletedProcess[str]", title: str) -> list[str]:
         if finding["verdict"] == "problem"
     ]
     if process.returncode:
-        return [f"✗ {title}", *problems, *(line for line in process.stderr.splitlines() if line.startswith("error"))]
+        return [f"✗ {title}", *problems, *errors(process.stderr.splitlines())]
     return [f"✓ {title}{': ' + document['bus'] if 'bus' in document else ''}"]

@@ -1,9 +1,14 @@
-"""List of the recordings in the folder, with the choice of training and validation, and uploads."""
+"""List of the recordings in the folder, with the choice of training and validation, uploads, and imports."""
+
+from functools import partial
+from pathlib import Path
 
 from nicegui import events, ui
 
-from ident.workbench.folder import SUFFIX
-from ident.workbench.pages.page import Page, notify, set_test_id
+from ident.workbench.folder import FOREIGN_SUFFIXES, SUFFIX
+from ident.workbench.pages import style
+from ident.workbench.pages.import_dialog import open_dialog
+from ident.workbench.pages.page import Page, heading, notify, set_test_id
 from recordings.errors import BadInput
 from web.security import MAX_BODY_BYTES
 
@@ -11,7 +16,7 @@ from web.security import MAX_BODY_BYTES
 def draw(page: Page) -> None:
     """Draw the list and the area for uploads."""
     root = page.session.folder.root
-    ui.label("Recordings").classes("head")
+    heading("Recordings")
     ui.label(f"in {root.name or root}").classes("quiet ellipsis w-full").tooltip(str(root))
     page.draw_on_change(_draw_list, "folder")
     ui.label(
@@ -19,21 +24,45 @@ def draw(page: Page) -> None:
     ).classes("quiet")
 
     async def add(upload: events.UploadEventArguments) -> None:
-        await _save_upload(page, upload)
+        await _take_upload(page, upload)
         box.run_method("removeUploadedFiles")  # they are now in the list above
 
+    page.draw_on_change(_draw_foreign, "folder")
     box = ui.upload(on_upload=add, auto_upload=True, multiple=True, max_file_size=MAX_BODY_BYTES)
-    box.props(f'label="Drop files here" accept={SUFFIX} flat bordered').classes("w-full q-mt-sm")
+    accepted = ",".join((SUFFIX, *FOREIGN_SUFFIXES))
+    box.props(f'accept="{accepted}" flat bordered').classes("w-full q-mt-sm")
+    box.add_slot("header", style.UPLOAD_HEADER)
     set_test_id(box, "upload").on(
         "rejected",
-        lambda: ui.notify("Only .mcap files of up to 256 MiB are accepted; copy larger ones into the folder."),
+        lambda: ui.notify(
+            f"Recordings and tables ({accepted}) of up to 256 MiB are accepted; copy larger ones into the folder."
+        ),
     )
+    ui.label("Recordings, ROS bags, or tables of any make: CSV, Parquet, NPZ, MAT.").classes("quiet")
+
+
+def _draw_foreign(page: Page) -> None:
+    """Draw the files that `daq import` may turn into recordings."""
+    folder = page.session.folder
+    names = folder.foreign()
+    if not names:
+        return
+    nothing_chosen = page.session.recordings.train is None
+    fold = ui.expansion(f"Tables and bags ({len(names)})", value=nothing_chosen).classes("w-full").props("dense")
+    with set_test_id(fold, "foreign"):
+        for number, name in enumerate(names):
+            with ui.row().classes("w-full items-center no-wrap gap-1 q-mb-xs"):
+                ui.label(name).classes("ellipsis col").tooltip(name)
+                button = ui.button("Import", on_click=partial(open_dialog, page, name)).props("dense outline")
+                set_test_id(button, f"import-{number}").props["aria-label"] = f"Import {name}"
 
 
 def _draw_list(page: Page) -> None:
-    names = page.session.folder.names(SUFFIX)
+    folder = page.session.folder
+    names = folder.recordings()
     if not names:
-        ui.label("No recordings here yet: record one, or drop a file below.").classes("quiet")
+        ways = "import a file below" if folder.foreign() else "drop a file below"
+        ui.label(f"No recordings here yet: record one, or {ways}.").classes("quiet")
     for number, name in enumerate(names):
         with ui.row().classes("w-full items-center no-wrap gap-1 q-mb-xs"):
             ui.label(name).classes("ellipsis col").tooltip(name)
@@ -42,7 +71,19 @@ def _draw_list(page: Page) -> None:
 
 def _choice_buttons(page: Page, name: str, number: int) -> None:
     """Draw Train, which withdraws the recording from validation, and Validate, which another click withdraws."""
-    choose, chosen = page.session.choose, page.session.recordings
+    chosen = page.session.recordings
+
+    def choose(train: str | None, validate: str | None) -> None:
+        if page.session.selection.has_changes:
+            page.ask(
+                "Another choice of recordings discards the models of this one: effects added, branches, undo.",
+                "Discard them",
+                "Keep them",
+                lambda: page.session.choose(train, validate),
+            )
+        else:
+            page.session.choose(train, validate)
+
     for text, selected, action in (
         ("Train", name == chosen.train, lambda: choose(name, chosen.validate if name != chosen.validate else None)),
         (
@@ -52,13 +93,21 @@ def _choice_buttons(page: Page, name: str, number: int) -> None:
         ),
     ):
         state = "unelevated aria-pressed=true" if selected else "outline aria-pressed=false"
-        page.button(text, f"{text.lower()}-{number}", action, props=f"dense size=sm {state}")
+        button = page.button(text, f"{text.lower()}-{number}", action, props=f"dense {state}")
+        button.props["aria-label"] = f"{text}: {name}"
 
 
-async def _save_upload(page: Page, upload: events.UploadEventArguments) -> None:
+async def _take_upload(page: Page, upload: events.UploadEventArguments) -> None:
+    """Save the file in the folder; open the dialog that imports it if another program wrote it."""
+    session, suffix = page.session, Path(upload.file.name).suffix
     try:
-        path = page.session.folder.new_file(upload.file.name, SUFFIX)
+        path = session.folder.new_file(upload.file.name, suffix if suffix in FOREIGN_SUFFIXES else SUFFIX)
         await upload.file.save(path)
     except BadInput as error:
         notify(str(error), "warning")
-    page.session.changes.mark("folder")
+        return
+    session.changes.mark("folder")
+    if session.folder.is_foreign(path.name):
+        await open_dialog(page, path.name)
+    else:
+        session.choose_the_only_pair()

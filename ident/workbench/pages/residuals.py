@@ -4,7 +4,7 @@ from nicegui import ui
 
 from ident.output.figures.theme import number
 from ident.residuals.windows import Window
-from ident.workbench.pages.page import Cell, Page, draw_table, set_test_id
+from ident.workbench.pages.page import Cell, Page, draw_table, heading, set_test_id
 
 
 def draw(page: Page) -> None:
@@ -12,20 +12,20 @@ def draw(page: Page) -> None:
     view = page.session.selection.residuals
     if view is None:
         ui.label(
-            "Analysing the residual …"
+            "The residual is shown here when it has been analysed."
             if page.session.selection.ladder
-            else "Fit the base model first (Missing effects → Fit)."
+            else "Press Fit to see where the model fails."
         ).classes("quiet")
         return
-    ui.label(f"On {', '.join(view.recordings)}").classes("head")
+    heading(f"On {', '.join(view.recordings)}")
     with ui.column().classes("gap-1"):
         for index, sentence in enumerate(view.sentences):
             set_test_id(ui.label(sentence), f"residuals-{index}")
-    ui.label("Worst intervals").classes("head")
+    heading("Worst intervals")
     titles = ("joint", "time [s]", f"RMS [{view.unit}]", "relative to overall RMS", "phase", "cycle", "")
     draw_table(titles, [_row(page, window) for window in view.windows])
     for title, figure in view.figures.items():
-        ui.label(title).classes("head q-mt-md")
+        heading(title, "q-mt-md")
         page.draw_figure(figure, title)
 
 
@@ -37,7 +37,7 @@ def _row(page: Page, window: Window) -> tuple[Cell, ...]:
         f"{window.times_overall:.1f}",
         window.phase,
         str(window.cycle or ""),
-        lambda: ui.button("show", on_click=lambda: _show(page, window)).props("flat dense size=sm"),
+        lambda: ui.button("show", on_click=lambda: _show(page, window)).props("flat dense"),
     )
 
 

@@ -1,93 +1,145 @@
-"""Frame of the page: header with the current job, list of recordings, tabs."""
+"""Frame of the page: header with the current job, list of recordings, steps and other tabs."""
 
 from collections.abc import Callable
+from typing import Any
 
 from nicegui import events, ui
 
 from ident.workbench.jobs import Job
-from ident.workbench.pages import data, export, missing_effects, model, record, recordings, residuals, robot, swarm
+from ident.workbench.pages import (
+    data,
+    export,
+    fleet,
+    missing_effects,
+    model,
+    record,
+    recordings,
+    residuals,
+    robot,
+    style,
+    swarm,
+    use,
+    verdict,
+)
 from ident.workbench.pages.page import Page, notify, set_test_id
 from ident.workbench.session import WorkbenchSession
+from ident.workbench.steps import next_step, steps
 from ident.workbench.topics import Topic
 
-TABS: tuple[tuple[str, str, str, Callable[[Page], None], tuple[Topic, ...]], ...] = (
-    ("data", "Recording", "show_chart", data.draw, ("recording",)),
-    ("model", "Model", "stacked_line_chart", model.draw, ("series",)),
-    ("residuals", "Residuals", "troubleshoot", residuals.draw, ("residuals",)),
-    ("missing", "Missing effects", "extension", missing_effects.draw, ()),
+Tab = tuple[str, str, str, Callable[[Page], None], tuple[Topic, ...]]
+TABS: tuple[Tab, ...] = (
+    ("data", "Choose", "show_chart", data.draw, ("recording",)),
+    ("model", "Fit", "stacked_line_chart", model.draw, ("series", "ladder")),
+    ("residuals", "Where", "troubleshoot", residuals.draw, ("residuals",)),
+    ("missing", "Add", "extension", missing_effects.draw, ()),
+    ("export", "Save", "save_alt", export.draw, ("residuals", "ladder", "saved")),
+    ("use", "Use it", "rocket_launch", use.draw, ()),
+    ("record", "Record", "fiber_manual_record", record.draw, ()),
     ("swarm", "Swarm", "bubble_chart", swarm.draw, ()),
     ("robot", "Robot", "precision_manufacturing", robot.draw, ("series", "recording")),
-    ("record", "Record", "fiber_manual_record", record.draw, ()),
-    ("export", "Export", "save_alt", export.draw, ("residuals", "ladder")),
 )
-"""Key, label, icon, the function that draws the tab, and the topics whose changes redraw all of it, if any."""
-_STYLE = """
-.q-tab__label, .q-btn { text-transform: none !important; letter-spacing: 0; }
-.q-tab__label { font-size: 0.95rem; }
-.nicegui-content { padding: 0.75rem 1rem; }
-.q-tab-panel { padding: 0.5rem 0; }
-.head { font-size: 1.05rem; font-weight: 600; margin: 0.25rem 0; }
-.quiet { opacity: 0.72; font-size: 0.88rem; }
-.figures td, .figures th { padding: 2px 10px; text-align: right; font-variant-numeric: tabular-nums; }
-.figures td:first-child, .figures th:first-child { text-align: left; }
-.figures th { font-weight: 600; opacity: 0.75; }
-.ladder tr:last-child td { font-weight: 600; }
-.figures td.words, .figures th.words { text-align: left; }
-.body--dark .q-btn--outline, .body--dark .q-btn--flat { --q-primary: #8cc8f2; }
-.q-tab { padding: 0 10px; }
-.q-tab__icon { font-size: 20px !important; }
-.q-tab-panels { background: transparent !important; }
-.q-tab-panels, .q-tab-panels .q-panel, .q-tab-panel { overflow: visible; }
-.preview { position: sticky; top: 64px; z-index: 5; background: #fff; border-bottom: 1px solid #8886; }
-.preview:empty { border: 0; }
-.body--dark .preview { background: #121212; }
-.chip { border: 1px solid rgba(128, 128, 128, 0.5); border-radius: 6px; padding: 0 8px; }
-:focus-visible { outline: 2px solid var(--q-primary); outline-offset: 2px; }
-"""
+"""Key, label, icon, the function that draws the tab, and the topics whose changes redraw all of it, if any. The
+steps of `ident.workbench.steps` come first."""
+FLEET: Tab = ("fleet", "Fleet", "groups", fleet.draw, ("fleet",))
+"""The tab of a fleet, where a store is open."""
 
 
 def build(session: WorkbenchSession) -> None:
     """Build the page for one browser tab."""
-    page, display = Page(session), session.display
     ui.colors(
         primary="#0b5c8c",
         secondary="#4a5560",
         info="#4a5560",
-        positive="#00805c",
+        positive="#00704f",
         negative="#b3261e",
     )
-    ui.add_css(_STYLE)
-    _header(page, ui.dark_mode(display.dark))
-    with ui.left_drawer(value=True, bordered=True).props("width=252 behavior=desktop").classes("q-pa-sm gap-2"):
+    ui.add_css(style.CSS)
+    ui.add_body_html(style.REPAIRS)
+    page, display = Page(session, ui.element("div")), session.display
+    opened = session.recordings.train is None and session.fleet is None
+    drawer = ui.left_drawer(value=opened, bordered=True)
+    props = 'show-if-above width=252 breakpoint=800 aria-label="recordings"'
+    with drawer.props(props).classes("q-pa-sm gap-2"):
         recordings.draw(page)
-    tabs = ui.tabs(on_change=lambda change: setattr(display, "tab", change.value))
-    with tabs.props("dense inline-label align=left").classes("w-full"):
-        for key, label, icon, *_ in TABS:
-            set_test_id(ui.tab(key, label, icon), f"tab-{key}")
-    tabs.set_value(display.tab)
-    page.show_tab = tabs.set_value
+    _header(page, ui.dark_mode(display.dark), drawer)
+    tabs = _tabs(page)
+    verdict.draw(page)
     with ui.tab_panels(tabs, value=display.tab, animated=False, keep_alive=False).classes("w-full"):
-        for key, _, _, draw, topics in TABS:
+        for key, _, _, draw, topics in shown_tabs(session):
             with ui.tab_panel(key):
+                page.drawn_tab = key
                 if topics:
                     page.draw_on_change(draw, *topics)
                 else:
                     draw(page)
+    page.drawn_tab = None
     page.call_on_change(_show_message, "message")
-    ui.timer(0.2, page.poll)
+    client = ui.context.client
+
+    def poll() -> None:
+        if client.has_socket_connection:
+            session.recorder.mark_seen()
+        page.poll()
+
+    ui.timer(0.2, poll)
 
 
-def _header(page: Page, dark: ui.dark_mode) -> None:
+def shown_tabs(session: WorkbenchSession) -> tuple[Tab, ...]:
+    """The tabs of a session."""
+    return (*TABS, FLEET) if session.fleet else TABS
+
+
+def _tabs(page: Page) -> ui.tabs:
+    """Draw the tabs; those of the steps show what is done and what comes next."""
+    display = page.session.display
+
+    def show(change: events.ValueChangeEventArguments[Any]) -> None:
+        display.tab = str(change.value)
+        display.visited.add(display.tab)
+        page.session.changes.mark("tab")
+        page.show(display.tab)
+
+    tabs = ui.tabs(on_change=show)
+    with tabs.props("dense inline-label align=left outside-arrows mobile-arrows no-caps").classes("w-full"):
+        elements = {
+            key: set_test_id(ui.tab(key, label, icon), f"tab-{key}")
+            for key, label, icon, *_ in shown_tabs(page.session)
+        }
+    tabs.set_value(display.tab)
+    page.show_tab = tabs.set_value
+
+    def mark_steps(page: Page) -> None:
+        upcoming = next_step(page.session)
+        for number, step in enumerate(steps(page.session), start=1):
+            tab = elements[step.tab]
+            tab.props["label"] = f"{number} {step.label}"
+            tab.props["icon"] = "check_circle" if step.done else "radio_button_unchecked"
+            tab.props["aria-label"] = f"{number} {step.label}{', done' if step.done else ''}"
+            tab.classes("step" + (" last-step" if step.tab == "export" else ""))
+            tab.classes(**{"add" if step.tab == upcoming else "remove": "next-step"})
+
+    page.call_now_and_on_change(mark_steps, "folder", "ladder", "residuals", "saved", "tab")
+    return tabs
+
+
+def _header(page: Page, dark: ui.dark_mode, drawer: ui.left_drawer) -> None:
     session, jobs, recorder = page.session, page.session.jobs, page.session.recorder
     outline = "outline dense color=white"
-    with ui.header().classes("items-center q-py-xs gap-3 no-wrap").style("height: 64px"):
-        ui.label("delta-workbench").classes("text-lg font-medium")
+    with ui.header().classes("items-center q-py-xs q-px-sm gap-2 no-wrap").style("height: 56px"):
+        menu = ui.button(icon="menu", on_click=drawer.toggle).props('flat dense color=white aria-label="Recordings"')
+        set_test_id(menu, "menu")
+        with ui.element("h1"):
+            ui.label("delta-workbench")
         status = set_test_id(ui.label().classes("ellipsis").props('role=status aria-live="polite"'), "job")
         spinner = ui.spinner(color="white", size="1.3em")
         cancel = page.button("Cancel", "cancel", jobs.cancel, props=outline)
         pause = page.button("Pause", "pause", jobs.pause, props=outline)
         resume = page.button("Resume", "resume", jobs.resume, props=outline)
         ui.space()
+        fit = page.button(
+            "Fit", "fit", _fit, page, icon="play_arrow", props="dense no-wrap color=white text-color=primary"
+        )
+        fit.tooltip("Fit the base model with the mandatory effects")
         stop = page.button(
             "STOP", "stop", recorder.stop, icon="dangerous", props="color=negative size=lg push"
         ).tooltip("Ramp down and disable the drives; press again for a quick stop. Key: Esc")
@@ -99,7 +151,7 @@ def _header(page: Page, dark: ui.dark_mode) -> None:
                 "recording", "ladder", "series", "previews", "residuals", "diagnosis", "swarm_progress", "run"
             )
 
-        props = 'flat round color=white aria-label="Dark or light"'
+        props = 'flat round dense color=white aria-label="Dark or light"'
         page.button("", "contrast", toggle_dark, icon="contrast", props=props).tooltip("Dark or light")
 
     def update() -> None:
@@ -108,6 +160,7 @@ def _header(page: Page, dark: ui.dark_mode) -> None:
         status.text = _job_text(job) if job else _status_text(session)
         spinner.visible = pause.visible = job is not None and not paused
         resume.visible, cancel.visible = paused, job is not None
+        fit.enabled = session.recordings.train is not None and not jobs.blocked
         stop.visible = recorder.running
 
     def stop_on_escape(pressed: events.KeyEventArguments) -> None:
@@ -120,6 +173,26 @@ def _header(page: Page, dark: ui.dark_mode) -> None:
     ui.timer(0.3, update)
 
 
+def _fit(page: Page) -> None:
+    """Fit the base model; ask first if that discards effects that were added."""
+
+    def fit() -> None:
+        page.session.selection.fit()
+        page.session.display.visited.clear()
+        if page.visible_tab == "data":
+            page.show_tab("model")
+
+    if page.session.selection.has_changes:
+        page.ask(
+            "Another fit of the base model discards the models so far: effects added, branches, undo.",
+            "Discard them",
+            "Keep them",
+            fit,
+        )
+    else:
+        fit()
+
+
 def _job_text(job: Job) -> str:
     return f"{job.text}: paused after {job.seconds:.0f} s" if job.paused_at else f"{job.text} … {job.seconds:.0f} s"
 
@@ -127,7 +200,7 @@ def _job_text(job: Job) -> str:
 def _status_text(session: WorkbenchSession) -> str:
     train, validate, ladder = session.recordings.train, session.recordings.validate, session.selection.ladder
     if train is None:
-        return "choose a recording on the left"
+        return "choose a recording"
     parts = (f"train {train}", validate and f"validate {validate}", ladder and ladder.simulated and "simulated")
     return " · ".join(part for part in parts if part)
 

@@ -5,7 +5,7 @@ from nicegui import ui
 from ident.identification.model_file import ModelFile
 from ident.output.figures.theme import interval, number
 from ident.workbench import plots
-from ident.workbench.pages.page import Page, draw_table, set_test_id
+from ident.workbench.pages.page import Page, draw_code, draw_table, heading, set_test_id
 
 _ABOUT = (
     "Fits the parameters with 300 particles, which minimise the sum of absolute residuals, objective (33), until a "
@@ -59,15 +59,15 @@ def _draw_result(page: Page) -> None:
         )
     _errors(model)
     _parameters(model)
-    ui.label("Equivalent command").classes("head q-mt-md")
-    set_test_id(ui.code(result.command, language="bash").classes("w-full"), "swarm-command")
+    heading("Equivalent command", "q-mt-md")
+    draw_code(result.command, "swarm-command")
     with ui.row().classes("items-center gap-3 q-mt-sm"):
         stem = model.train.recordings[0].name.removesuffix(".mcap")
         page.save_form(model, f"{stem}.pso.model.json", "swarm-save")
 
 
 def _errors(model: ModelFile) -> None:
-    ui.label("Error").classes("head q-mt-sm")
+    heading("Error", "q-mt-sm")
     joints = [f"joint {j} [{unit} RMS]" for j, unit in enumerate(model.effort_units, start=1)]
     agreements = {"training": model.train, "held out": model.validate_}
     draw_table(
@@ -81,7 +81,7 @@ def _errors(model: ModelFile) -> None:
 
 
 def _parameters(model: ModelFile) -> None:
-    ui.label(f"Parameters{', relative' if model.relative else ''}").classes("head q-mt-md")
+    heading(f"Parameters{', relative' if model.relative else ''}", "q-mt-md")
     rows = (
         (
             parameter.name,

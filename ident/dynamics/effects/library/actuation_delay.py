@@ -45,6 +45,7 @@ effect = Signal(
     remedy="find out when the drive samples what it reports, and enter or compensate the delay",
     equation="reported(t) = torque(t + delta); delta < 0: a measurement delay",
     axis="acceleration",
+    memory=True,
     parameters=(
         Quantity(
             name="delta",

@@ -4,6 +4,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
+from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats
 
 
@@ -26,4 +27,9 @@ effect = Additive(
     whole_robot=True,
     coefficients=(Quantity(name="c", unit="N s^2/m^2", meaning="force per squared speed", lower=0.0),),
     columns=columns,
+    c=CCode(
+        statements="const real speed = sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1] "
+        "+ velocity[2] * velocity[2]);",
+        expression="c * speed * (J[i][0] * velocity[0] + J[i][1] * velocity[1] + J[i][2] * velocity[2])",
+    ),
 )

@@ -4,6 +4,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
+from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats
 
 
@@ -23,4 +24,5 @@ effect = Additive(
     mechanisms=("delta",),
     coefficients=(Quantity(name="a", unit="{effort}", meaning="gravity torque beyond that of the other arms"),),
     columns=columns,
+    c=CCode(expression="a * cos(q)"),
 )

@@ -4,6 +4,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
+from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats
 
 
@@ -24,4 +25,5 @@ effect = Additive(
         Quantity(name="a", unit="{effort} s/{position}", meaning="half the difference of the viscous coefficients"),
     ),
     columns=columns,
+    c=CCode(expression="a * fabs(qd)"),
 )

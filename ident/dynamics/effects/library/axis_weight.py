@@ -4,6 +4,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
+from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats
 from recordings.rig import Rig
 
@@ -37,4 +38,5 @@ effect = Additive(
         Quantity(name="b", unit="{effort}", meaning="weight times lever that goes with the cosine"),
     ),
     columns=columns,
+    c=CCode(expression="a * sin(q) + b * cos(q)"),
 )

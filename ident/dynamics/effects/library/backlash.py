@@ -1,5 +1,7 @@
 """Backlash of the gear."""
 
+from functools import partial
+
 import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
@@ -12,22 +14,29 @@ _HALF_GAPS = np.geomspace(3e-5, 0.04, 61)
 """Grid of half the gap [rad or m]."""
 _BEST = 4
 """Number of suggestions."""
+_IMPACT_DELAY = 1.5e-4
+"""Standard deviation of the instant of an impact [s]: teeth give way for up to a millisecond."""
 
 
-def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
-    """Compute the motor torque (n, dof), given `torque` without backlash, if arms move by +-b against the motors."""
+def report(torque: Floats, inputs: EffectInputs, values: Values, impact_delay: float = 0.0) -> Floats:
+    """Compute the motor torque (n, dof), given `torque` without backlash, if arms move by +-b against the motors.
+
+    impact_delay: time from the contact to the middle of the impact [s].
+    """
     share = float(values["motor"][0])
     half_gap = np.broadcast_to(values["b"], (torque.shape[1],)).astype(float)
     if not (half_gap > 0).any():
         return torque
     return torque + inputs.remembered(
-        ("backlash", share, half_gap.tobytes()), lambda: _change(inputs.low_passed(), share, half_gap)
+        ("backlash", share, half_gap.tobytes(), impact_delay),
+        lambda: _change(inputs.low_passed(), share, half_gap, impact_delay),
     )
 
 
-def _change(inputs: EffectInputs, share: float, half_gap: Floats) -> Floats:
+def _change(inputs: EffectInputs, share: float, half_gap: Floats, impact_delay: float) -> Floats:
     """Torque (n, dof) that a gap adds; 0 where it is unknown."""
-    changed = inputs.flexible_joints(share).backlash_torque(inputs.motion, half_gap) - inputs.arm_torque(share)
+    with_gap = inputs.flexible_joints(share).backlash_torque(inputs.motion, half_gap, impact_delay)
+    changed = with_gap - inputs.arm_torque(share)
     return np.where(np.isfinite(changed), changed, 0.0)
 
 
@@ -55,7 +64,9 @@ effect = Signal(
     remedy="set or replace the gear; avoid changes of load direction where precision matters",
     equation="arm free within +-b of the motor, where the encoder is; teeth hit without bounce",
     axis="load",
+    memory=True,
     step=1e-2,
+    discontinuous=True,
     multistart=_BEST,
     parameters=(
         Quantity(
@@ -79,6 +90,7 @@ effect = Signal(
         ),
     ),
     report=report,
+    perturbed_report=partial(report, impact_delay=_IMPACT_DELAY),
     offset=True,
     suggest=suggest,
 )

@@ -5,6 +5,7 @@ import numpy as np
 from ident.dynamics import rods
 from ident.dynamics.effect_inputs import GRAVITY, EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
+from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats
 
 
@@ -34,4 +35,11 @@ effect = Additive(
         Quantity(name="g_y", unit="m/s^2", meaning="gravity along y", lower=-GRAVITY, upper=GRAVITY),
     ),
     columns=columns,
+    c=CCode(
+        statements="""
+            const real moment = T_g / R(9.81) * sin(q), rod = m_d / 2, turn = L1 * sin(q);
+            const real x = (moment + rod * turn) * cos_phi - (m_p + 3 * rod) * J[i][0];
+            const real y = (moment + rod * turn) * sin_phi - (m_p + 3 * rod) * J[i][1];""",
+        expression="g_x * x + g_y * y",
+    ),
 )

@@ -4,6 +4,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
+from ident.dynamics.effects.c_code import CCode
 from ident.dynamics.effects.periodogram import MAX_PHASE, highest_in_band, periodogram
 from recordings.recording import Floats
 
@@ -61,4 +62,5 @@ effect = Additive(
     suggest=suggest,
     repeated=True,
     columns=columns,
+    c=CCode(expression="a * sin(N * q) + b * cos(N * q)"),
 )

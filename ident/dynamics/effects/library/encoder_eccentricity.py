@@ -3,6 +3,7 @@
 import numpy as np
 
 from ident.dynamics.effects.base import Quantity, Signal, Values
+from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats
 from recordings.rig import Rig
 
@@ -16,10 +17,20 @@ def position(measured: Floats, rig: Rig, values: Values) -> Floats:
     a, b, N = values["a"], values["b"], values["N"]
     true = measured
     for _ in range(_ITERATIONS):
-        error = a * np.sin(N * true) + b * np.cos(N * true)
-        slope = 1 + N * (a * np.cos(N * true) - b * np.sin(N * true))
+        sine, cosine = np.sin(N * true), np.cos(N * true)
+        error = a * sine + b * cosine
+        slope = 1 + N * (a * cosine - b * sine)
         true = true - (true + error - measured) / np.maximum(slope, 0.1)
     return true
+
+
+def position_slopes(true: Floats, rig: Rig, values: Values) -> tuple[Floats, Floats]:
+    """Derivatives of the inverse function, at the `true` angle (n, dof)."""
+    a, b, N = values["a"], values["b"], values["N"]
+    sine, cosine = np.sin(N * true), np.cos(N * true)
+    slope = 1 + N * (a * cosine - b * sine)
+    bend = -(N**2) * (a * sine + b * cosine)
+    return 1 / slope, -bend / slope**3
 
 
 def impossible(rig: Rig, joint: int) -> str | None:
@@ -67,4 +78,18 @@ effect = Signal(
     ),
     suggest=lambda inputs, residual: [{"N": gear} for gear in sorted({drive.gear for drive in inputs.rig.drives})],
     position=position,
+    position_slopes=position_slopes,
+    c=CCode(
+        statements="""
+            const real measured = q;
+            for (int step = 0; step < 3; step++) {
+                const real error = a * sin(N * q) + b * cos(N * q);
+                const real rise = 1 + N * (a * cos(N * q) - b * sin(N * q));
+                q -= (q + error - measured) / (rise > R(0.1) ? rise : R(0.1));
+            }
+            const real slope = 1 + N * (a * cos(N * q) - b * sin(N * q));
+            const real bend = -N * N * (a * sin(N * q) + b * cos(N * q));
+            qdd = qdd / slope - bend * qd * qd / (slope * slope * slope);
+            qd /= slope;""",
+    ),
 )

@@ -1,6 +1,9 @@
 """Offset of the encoder's zero from that of the rig file."""
 
+import numpy as np
+
 from ident.dynamics.effects.base import Quantity, Signal, Values
+from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats
 from recordings.rig import Rig
 
@@ -30,4 +33,6 @@ effect = Signal(
         ),
     ),
     position=position,
+    position_slopes=lambda true, rig, values: (np.ones_like(true), np.zeros_like(true)),
+    c=CCode(statements="q -= c;"),
 )

@@ -4,6 +4,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
+from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats
 
 
@@ -27,4 +28,5 @@ effect = Additive(
         Quantity(name="a", unit="{effort}", meaning="torque at angle zero"),
     ),
     columns=columns,
+    c=CCode(expression="k * q + a"),
 )

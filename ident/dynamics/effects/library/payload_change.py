@@ -4,6 +4,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import INFINITE_TIME, Additive, Quantity, Shapes
+from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats, Ints
 
 _COARSE = 100
@@ -84,4 +85,8 @@ effect = Additive(
     ),
     suggest=suggest,
     columns=columns,
+    c=CCode(
+        statements="const real length = hypot(t_r, dt);",
+        expression="dm * (clip((t - t_c) / length + R(0.5)) - clip((t - t_e) / length + R(0.5))) * torque_per_mass",
+    ),
 )

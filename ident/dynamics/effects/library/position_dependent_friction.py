@@ -1,9 +1,12 @@
 """Dry friction that changes along the travel, in place of Coulomb friction."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes, Suggestion
+from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats
 
 _KNOTS = 9
@@ -13,17 +16,32 @@ def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
     """Cubic splines over q, each 1 at one knot and 0 at the others, constant beyond, times sgn v (n, dof, 9)."""
     from scipy.interpolate import CubicSpline
 
-    motion = inputs.motion
-    spline = CubicSpline(np.linspace(shapes["low"], shapes["high"], _KNOTS), np.eye(_KNOTS))
-    cardinal: Floats = spline(np.clip(motion.position, shapes["low"], shapes["high"]))
+    motion, low, high = inputs.motion, np.asarray(shapes["low"]), np.asarray(shapes["high"])
+    spline = CubicSpline(np.arange(_KNOTS), np.eye(_KNOTS))
+    step = np.where(high > low, high - low, 1.0) / (_KNOTS - 1)  # a joint that stood still has no travel
+    cardinal: Floats = spline(np.clip((motion.position - low) / step, 0, _KNOTS - 1))
     return cardinal * motion.direction[:, :, None]
 
 
 def suggest(inputs: EffectInputs, residual: Floats) -> list[Suggestion]:
-    """Suggest the travel of each joint, and that of all."""
-    low, high = (bound(inputs.motion.position, axis=0) for bound in (np.nanmin, np.nanmax))
-    travels = {*zip(low.tolist(), high.tolist(), strict=True), (float(low.min()), float(high.max()))}
-    return [{"low": first, "high": last} for first, last in sorted(travels)]
+    """Suggest the travel of each joint in the rows that have a residual."""
+    position = np.where(np.isfinite(residual), inputs.motion.position, np.nan)
+    return [{"low": np.fmin.reduce(position), "high": np.fmax.reduce(position)}]
+
+
+def merge(suggestions: Sequence[Suggestion]) -> Suggestion:
+    """Return the travel of each joint in all recordings; 0 to 0 where no row has told it."""
+    low = np.fmin.reduce([travel["low"] for travel in suggestions])
+    high = np.fmax.reduce([travel["high"] for travel in suggestions])
+    return {"low": np.nan_to_num(low), "high": np.nan_to_num(high)}
+
+
+def _segments(shapes: Shapes, values: Floats) -> dict[str, Floats]:
+    """Cubic polynomials (8 segments, 4 coefficients) of the curve through `values` (9,), over the distance."""
+    from scipy.interpolate import CubicSpline
+
+    spline = CubicSpline(np.linspace(shapes["low"], shapes["high"], _KNOTS), values)
+    return {"segments": spline.c.T}
 
 
 effect = Additive(
@@ -45,12 +63,24 @@ effect = Additive(
         Quantity(
             name=name,
             unit="{position}",
-            meaning=f"position of the {place} of these places",
+            meaning=f"position of the {place} of these places, the {extreme} in the training data",
             initial_guesses=(guess,),
             searched=False,
         )
-        for name, place, guess in (("low", "first", -1.0), ("high", "last", 1.0))
+        for name, place, extreme, guess in (("low", "first", "lowest", -1.0), ("high", "last", "highest", 1.0))
     ),
+    local_shapes=True,
     suggest=suggest,
+    merge=merge,
     columns=columns,
+    c=CCode(
+        constants=_segments,
+        statements="""
+            const real inside = q < low ? low : q > high ? high : q;
+            const real place = (inside - low) * 8 / (high - low);
+            const int k = place >= 8 ? 7 : (int)place;
+            const real x = inside - (low + (high - low) * (real)k / 8);
+            const real *p = &segments[i * 32 + k * 4];""",
+        expression="(((p[0] * x + p[1]) * x + p[2]) * x + p[3]) * direction",
+    ),
 )

@@ -4,6 +4,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
+from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats
 
 
@@ -38,4 +39,5 @@ effect = Additive(
         ),
     ),
     columns=columns,
+    c=CCode(expression="c * pow(fabs(qd), alpha) * direction"),
 )

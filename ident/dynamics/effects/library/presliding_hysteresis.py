@@ -4,6 +4,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
+from ident.dynamics.effects.c_code import CCode
 from ident.numba_cache import compiled
 from recordings.recording import Floats
 
@@ -41,6 +42,7 @@ effect = Additive(
     remedy="nothing is broken; a controller that holds position well wants the term in its feed-forward",
     equation="a (z / z_s - sgn v), z' = v - |v| z / z_s, a >= 0",
     axis="position",
+    memory=True,
     coefficients=(Quantity(name="a", unit="{effort}", meaning="dry friction that builds up", lower=0.0),),
     shapes=(
         Quantity(
@@ -53,4 +55,14 @@ effect = Additive(
         ),
     ),
     columns=columns,
+    c=CCode(
+        state=("z", "last"),
+        statements="""
+            if (!first) {
+                const real decay = exp(-fabs(q - *last) / z_s);
+                *z = *z * decay + sign(q - *last) * (R(1.0) - decay);
+            }
+            *last = q;""",
+        expression="a * (*z - direction)",
+    ),
 )

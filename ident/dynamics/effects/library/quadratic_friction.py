@@ -4,6 +4,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
+from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats
 
 
@@ -25,4 +26,5 @@ effect = Additive(
         Quantity(name="a", unit="{effort} s^2/{position}^2", meaning="torque per squared speed", lower=0.0),
     ),
     columns=columns,
+    c=CCode(expression="a * qd * fabs(qd)"),
 )

@@ -3,6 +3,7 @@
 from ident.dynamics import rods
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
+from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats
 
 
@@ -24,4 +25,5 @@ effect = Additive(
     mandatory=True,
     coefficients=(Quantity(name="m_d", unit="kg", meaning="mass of the two rods of one limb", lower=0.0),),
     columns=columns,
+    c=CCode(expression="m_d * rods"),
 )

@@ -4,6 +4,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
+from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats
 
 
@@ -32,4 +33,5 @@ effect = Additive(
         ),
     ),
     columns=columns,
+    c=CCode(expression="a * exp(-(qd / v_s) * (qd / v_s)) * direction"),
 )

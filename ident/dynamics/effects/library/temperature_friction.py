@@ -4,6 +4,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
+from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats
 
 REFERENCE = 25.0
@@ -34,4 +35,5 @@ effect = Additive(
         ),
     ),
     columns=columns,
+    c=CCode(expression="(c_v * qd + c_c * direction) * k * (temperature - R(25.0))"),
 )

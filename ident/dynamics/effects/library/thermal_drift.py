@@ -4,13 +4,15 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
+from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats
 
 
 def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
     """v exp(-t / T) and sgn v exp(-t / T) (n, dof, 2)."""
     # Growing friction reaches 1 at the end, whatever the length of the run.
-    origin = inputs.time.max() if shapes["T"] < 0 else 0.0
+    end = inputs.time.max() if inputs.end is None else inputs.end
+    origin = end if shapes["T"] < 0 else 0.0
     fading = np.exp(-(inputs.time - origin) / shapes["T"])[:, None]
     pair: Floats = np.stack([inputs.motion.velocity * fading, inputs.motion.direction * fading], axis=2)
     return pair
@@ -40,4 +42,10 @@ effect = Additive(
         ),
     ),
     columns=columns,
+    c=CCode(
+        expression="(a * qd + b * direction) * exp(-t / T)",
+        impossible=lambda shapes: (
+            "it grows until the end of the run, which is not known" if shapes["T"] < 0 else None
+        ),
+    ),
 )

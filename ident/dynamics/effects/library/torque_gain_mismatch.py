@@ -28,6 +28,7 @@ effect = Signal(
             initial_guesses=(0.02, -0.02),
         ),
     ),
+    differential=True,
     report=report,
     unobservable=lambda rig, torque_measured: "it takes a voltage to see a map" if torque_measured else None,
 )

@@ -4,6 +4,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
+from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats
 
 
@@ -22,4 +23,5 @@ effect = Additive(
     axis="velocity",
     coefficients=(Quantity(name="a", unit="{effort}", meaning="the constant torque"),),
     columns=columns,
+    c=CCode(expression="a"),
 )

@@ -53,7 +53,7 @@ def _card(index: int, diagnosis: Diagnosis, document: Document, entry: FindingEn
     if entry.effect == EFFECT and diagnosis.ripple.lines:
         caption = "Amplitude above the low-pass over the periods per turn, without the lines and with them."
         plots.append(Plot(f"finding-{index}-orders", order_spectrum(diagnosis.ripple), caption))
-    return Card(entry.effect, tuple(tags), (Text((entry.sentence,)), notes, *plots, *_parameters(document, entry)))
+    return Card(entry.effect, tuple(tags), (Text((entry.sentence,)), *plots, notes, *_parameters(document, entry)))
 
 
 def _share(entry: FindingEntry) -> Iterator[str]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from ident.diagnosis.diagnosis import DiagnosisOptions
 from ident.output.report.blocks import Code, ReportBlock, ReportSection, ReportTable, Text
 from ident.output.report.contents import ReportContents, ReportRequest
+from recordings.command_line import repeated
 from recordings.files import sha256
 
 PACKAGES = ("delta-workbench", "numpy", "scipy", "numba", "plotly")
@@ -43,7 +44,14 @@ def section(contents: ReportContents) -> ReportSection:
 def file_names(request: ReportRequest) -> dict[Path, str]:
     """Return the name of each file; if two are equal, the paths relative to the innermost common folder."""
     base_model = (request.base_model,) if request.base_model else ()
-    files = (*request.models, *request.recordings, *request.held_out, *base_model, *request.effect_files)
+    files = (
+        *request.models,
+        *request.recordings,
+        *request.held_out,
+        *base_model,
+        *request.effect_files,
+        *request.responses,
+    )
     if len({path.name for path in files}) == len(files):
         return {path: path.name for path in files}
     folder = os.path.commonpath([path.absolute().parent for path in files])
@@ -57,13 +65,15 @@ def commands(contents: ReportContents) -> list[list[str]]:
     models, recorded, held_out = (
         [names[path] for path in files] for files in (request.models, request.recordings, request.held_out)
     )
-    extra = [word for path in request.effect_files for word in ("--effect-file", names[path])]
-    validate = [word for name in held_out for word in ("--validate", name)]
+    extra = repeated("--effect-file", (names[path] for path in request.effect_files))
+    validate = repeated("--validate", held_out)
     lines = []
     if models:
+        responses = [word for path in request.responses for word in ("--response", names[path])]
         no_diagnose = [] if request.diagnose else ["--no-diagnose"]
-        lines.append(["report", *models, *recorded, *validate, *extra, *no_diagnose, "-o", "report.html"])
+        lines.append(["report", *models, *recorded, *validate, *responses, *extra, *no_diagnose, "-o", "report.html"])
         groups = [recorded, *([held_out] if held_out else [])]
+        lines += [["response", names[path], "--json"] for path in request.responses]
         lines += [["compare", model, *group, *extra, "--json"] for group in groups for model in models]
     if contents.diagnosis:
         start = ["--model", names[request.base_model]] if request.base_model else []

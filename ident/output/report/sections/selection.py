@@ -6,14 +6,20 @@ from ident.output.report.blocks import Fold, Plot, ReportBlock, ReportSection, R
 from ident.output.report.sections import parameter_values
 
 
-def section(result: DiagnosisResult) -> ReportSection:
-    """Return the steps, the final model, and the effects not added."""
-    diagnosis, document = result.diagnosis, result.document
+def error(result: DiagnosisResult) -> ReportSection:
+    """Return the fall of the error from model to model."""
+    document = result.document
     caption = (
         f"Error of each model on the rows it was fitted to, and on rows held out ({document.held_out}). A bar that "
         "falls in training only is overfitting. The dashed line is the error of a correct model."
     )
-    blocks: list[ReportBlock] = [Plot("ladder", ladder.ladder(document), caption)]
+    return ReportSection("ladder", "How far the error falls", (Plot("ladder", ladder.ladder(document), caption),))
+
+
+def candidates(result: DiagnosisResult) -> ReportSection:
+    """Return what each effect would explain, the effects that were not added, and the last model."""
+    diagnosis, document = result.diagnosis, result.document
+    blocks: list[ReportBlock] = []
     if diagnosis.selection.first_extensions.loss_reductions or diagnosis.selection.last_extensions.loss_reductions:
         caption = "Predicted share of the residual that each effect explains; added effects in bold."
         blocks.append(Plot("candidates", ladder.candidates(diagnosis), caption))
@@ -22,4 +28,4 @@ def section(result: DiagnosisResult) -> ReportSection:
         Fold("Effects that were not added", (ReportTable(("effect", "status", "why"), rejected, words=(0, 1, 2)),))
     )
     blocks.append(Fold("Parameters of the last model", (parameter_values.table(document.rungs[-1].parameters),)))
-    return ReportSection("ladder", "Steps of the selection", tuple(blocks))
+    return ReportSection("candidates", "Other effects", tuple(blocks))

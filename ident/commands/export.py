@@ -1,0 +1,112 @@
+"""`ident export`: a model for controllers and simulators."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, cast
+
+import click
+
+from ident import plugins
+from ident.command_options import EFFECT_FILES
+from recordings.command_line import FiniteRange, NameChoice, check_readable, refuse_existing, repeated, say, say_next
+
+if TYPE_CHECKING:
+    from ident.export.paths import TorquePath
+    from ident.identification.model import Model
+
+FILE = click.Path(path_type=Path)
+
+
+@click.command(
+    short_help="Write the model for a controller or a simulator.",
+    epilog="Example: ident export fig5a.model.json --to c -o controller",
+)
+@click.argument("model_path", metavar="MODEL", type=FILE)
+@click.option("--to", "target", required=True, type=NameChoice(plugins.names("ident.export.targets")))
+@click.option("-o", "--out", required=True, type=FILE, metavar="PATH", help="File, or folder for c.")
+@click.option("--traj", metavar="NAME", help="Motion of tables, test vectors and losses: a trajectory,")
+@click.option("--csv", "table", type=FILE, metavar="CSV", help="or a table, as for `ident torque`,")
+@click.option("--on", "recording", type=FILE, metavar="FILE", help="or a recording.  [default: of the fit, or fig5a]")
+@click.option("--temperature", type=FiniteRange(min=-273.15), metavar="CELSIUS", help="Of the drives in that motion.")
+@click.option("--precision", type=click.Choice(["double", "float"]), default="double", show_default=True)
+@EFFECT_FILES
+@click.option("--force", is_flag=True, help="Replace existing files.")
+@click.option("--json", "as_json", is_flag=True, help="Print the document about the losses.")
+def command(
+    model_path: Path,
+    target: str,
+    out: Path,
+    traj: str | None,
+    table: Path | None,
+    recording: Path | None,
+    temperature: float | None,
+    precision: str,
+    effect_files: tuple[Path, ...],
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Write the model in the file MODEL as C99, a table, an FMU, or a model for MuJoCo.
+
+    A document beside it says which effects it carries, which not, and the torque that is lost.
+    """
+    import ident
+    from ident.export import losses, targets
+    from ident.export.torque_table import evaluate
+    from recordings.errors import BadInput
+
+    if sum(source is not None for source in (traj, table, recording)) > 1:
+        raise BadInput("one of --traj, --csv and --on expected, several found; say along which motion")
+    if recording and temperature is not None:
+        raise BadInput("--temperature belongs to a motion that is given; a recording has its own temperatures")
+    inputs = [path for path in (model_path, table, recording, *effect_files) if path]
+    exporter = targets.load(target)
+    carried_file = exporter.carried_file(out)
+    check_readable(*inputs)
+    refuse_existing(out, force=force, read=inputs)
+    if out != carried_file.parent:
+        refuse_existing(carried_file, force=force, read=inputs)
+    model = ident.load_model(model_path, effect_files)
+    path = _motion(model, model_path, traj, table, recording, temperature)
+    evaluate(model, path.excerpt())  # refuses before anything is written
+    request = targets.ExportRequest(model, path, out, cast(Literal["double", "float"], precision))
+    carried = exporter.write(request)
+    losses.write(model, carried, path, carried_file, target)
+    if as_json:
+        click.echo(carried_file.read_text(encoding="utf-8"), nl=False)
+    for name, why in carried.lost.items():
+        say(f"not carried: {name} ({why})", "yellow")
+    say(f"{target}: {out}; losses: {carried_file}")
+    motion = [recording] if recording else ["--csv", table] if table else ["--traj", traj or "fig5b"]
+    options = repeated("--effect-file", effect_files)
+    say_next("ident", "torque", model_path, *motion, *options)
+
+
+def _motion(
+    model: Model,
+    model_path: Path,
+    traj: str | None,
+    table: Path | None,
+    recording: Path | None,
+    temperature: float | None,
+) -> TorquePath:
+    """The motion that is asked for; else the first training recording, if it lies beside the model; else fig5a."""
+    from ident.export import paths
+    from ident.identification.model import rig_of
+    from recordings.errors import BadInput
+    from recordings.files import sha256
+
+    if recording:
+        return paths.from_recording(recording, model.file)
+    if table:
+        return paths.from_table(table, rig_of(model.file)).at_temperature(temperature)
+    if traj:
+        return paths.from_trajectory(traj, rig_of(model.file)).at_temperature(temperature)
+    source = model.file.train.recordings[0]
+    for folder in (model_path.parent, Path()):
+        file = folder / source.name
+        if file.is_file() and sha256(file) == source.sha256:
+            return paths.from_recording(file, model.file)
+    if model.file.mechanism != "delta":
+        raise BadInput(f"{source.name}, the recording of the fit, is not beside the model; give --on or --csv")
+    return paths.from_trajectory("fig5a", rig_of(model.file)).at_temperature(temperature)

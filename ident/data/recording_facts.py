@@ -1,0 +1,108 @@
+"""What a recording holds: sampling, resolution, and which motions and torques occur."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.data.prepared_recording import PreparedRecording
+from recordings.recording import Floats
+
+MOVING = 0.02
+"""A joint moves where it is faster than this share of its highest speed."""
+_FASTEST = 0.99
+"""Quantile of the speed that counts as the highest: one wrong reading is no speed."""
+
+
+@dataclass(frozen=True)
+class JointFacts:
+    """Motion and torque of one joint."""
+
+    name: str
+    position_unit: str
+    effort_unit: str
+    travel: float
+    """Between the outermost positions [rad or m]."""
+    highest_speed: float
+    """[rad/s or m/s]"""
+    speed_spread: float
+    """Standard deviation of the speed while it moves, relative to its mean: 0 for one speed only."""
+    forward_share: float
+    """Share of the moving time in positive direction, 0 to 1."""
+    encoder_step: float
+    """[rad or m]; 0 where the readings are continuous."""
+    drive_step: float
+    """Of the voltage [V] or of the effort; 0 where it is continuous."""
+    torque_rms: float
+    """[N m or N]"""
+    torque_spread: float
+    """Standard deviation of the torque, relative to its RMS: 0 for a load that does not change."""
+
+    @property
+    def rarer_direction(self) -> float:
+        """Share of the moving time in the rarer direction, 0 to 0.5."""
+        return min(self.forward_share, 1 - self.forward_share)
+
+
+@dataclass(frozen=True)
+class RecordingFacts:
+    """Sampling and joints of one recording, or of several together."""
+
+    rate: float
+    """[Hz]"""
+    jitter: float
+    """Standard deviation of the steps of time, relative to their median."""
+    duration: float
+    """[s]"""
+    cycles: int
+    """0 if nothing repeats."""
+    joints: tuple[JointFacts, ...]
+
+
+def recording_facts(prepared: Sequence[PreparedRecording]) -> RecordingFacts:
+    """Facts about the `prepared` recordings, or excerpts, together."""
+    first = prepared[0].recording
+    return RecordingFacts(
+        rate=prepared[0].samples.rate,
+        jitter=max(_jitter(each.recording.time) for each in prepared),
+        duration=sum(float(np.ptp(each.recording.time)) for each in prepared),
+        cycles=first.run.cycles,
+        joints=tuple(_joint_facts(prepared, joint) for joint in range(first.rig.dof)),
+    )
+
+
+def _jitter(time: Floats) -> float:
+    """Relative standard deviation of the steps of `time` (n,), without those across gaps."""
+    steps = np.diff(time)
+    median = float(np.median(steps))
+    return float(np.std(steps[steps < 1.9 * median])) / median
+
+
+def _joint_facts(prepared: Sequence[PreparedRecording], joint: int) -> JointFacts:
+    rig = prepared[0].recording.rig
+    rows = [each.usable[:, joint] for each in prepared]
+    position, velocity, torque = (
+        np.concatenate([signal[used, joint] for signal, used in zip(signals, rows, strict=True)])
+        for signals in (
+            [each.motion.position for each in prepared],
+            [each.motion.velocity for each in prepared],
+            [each.torque for each in prepared],
+        )
+    )
+    speed = np.abs(velocity)
+    highest = float(np.quantile(speed, _FASTEST))
+    moving = speed > MOVING * highest
+    rms = float(np.sqrt(np.mean(torque**2)))
+    return JointFacts(
+        name=rig.joint_names[joint],
+        position_unit=rig.position_units[joint],
+        effort_unit=rig.effort_units[joint],
+        travel=float(np.ptp(position)),
+        highest_speed=highest,
+        speed_spread=float(speed[moving].std() / speed[moving].mean()) if moving.any() else 0.0,
+        forward_share=float(np.mean(velocity[moving] > 0)) if moving.any() else 0.0,
+        encoder_step=max(float(each.encoder_step[joint]) for each in prepared),
+        drive_step=max(float(each.drive_step[joint]) for each in prepared),
+        torque_rms=rms,
+        torque_spread=float(torque.std()) / rms if rms else 0.0,
+    )

@@ -1,0 +1,61 @@
+"""What an exported model carries of the identified one, and the torque that is lost by what it does not."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ident.dynamics.effects.base import Signal
+from ident.export.paths import TorquePath
+from ident.export.torque_table import TorqueSummary, evaluate
+from ident.identification.model import Model
+
+
+@dataclass(frozen=True)
+class Carried:
+    """Effects of a model by what becomes of them in an export."""
+
+    carried: tuple[str, ...]
+    lost: Mapping[str, str]
+    """Effects that are not carried, and why."""
+    voltage: tuple[str, ...]
+    """Effects on what the drives report: they change no torque."""
+
+
+def sorted_by(model: Model, reasons: Mapping[str, str]) -> Carried:
+    """Sort the effects of `model`; reasons: why some of them cannot be carried."""
+    structure = model.dynamics.structure
+    voltage = {structure.term_names[index] for index, _, effect in structure.signals if _only_reported(effect)}
+    lost = {name: reasons[name] for name in structure.term_names if name in reasons and name not in voltage}
+    kept = tuple(name for name in structure.term_names if name not in voltage and name not in lost)
+    return Carried(kept, lost, tuple(name for name in structure.term_names if name in voltage))
+
+
+def write(model: Model, carried: Carried, path: TorquePath, out: Path, target: str) -> None:
+    """Write the document `out`: effects carried and lost, with the RMS torque that is lost along `path`."""
+    whole, losses = TorqueSummary(), TorqueSummary()
+    for chunk in path.chunks():
+        torque, terms = evaluate(model, chunk)
+        gone = {name: terms[name] for name in carried.lost}
+        whole.add(torque, {})
+        losses.add(np.sum([np.zeros_like(torque), *gone.values()], axis=0), gone)
+    rms = losses.rms
+    document = {
+        "schema": 1,
+        "target": target,
+        "motion": path.name,
+        "torque_rms": whole.torque_rms.tolist(),
+        "torque_lost_rms": losses.torque_rms.tolist(),
+        "carried": list(carried.carried),
+        "not_carried": [
+            {"effect": name, "why": why, "torque_lost_rms": rms[name].tolist()} for name, why in carried.lost.items()
+        ],
+        "voltage_only": list(carried.voltage),
+    }
+    out.write_text(json.dumps(document, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def _only_reported(effect: Signal) -> bool:
+    return effect.report is not None and not effect.offset and effect.position is None and effect.rig is None

@@ -1,0 +1,158 @@
+"""Screen what may have changed between recordings before and after: one effect that only the later ones have.
+
+All parameters are common to all recordings, so that nothing of the change is absorbed by a second fit. Each parameter
+may differ from night to night by its usual scatter (a normal prior), so that a warmer night is no effect.
+"""
+
+import re
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from ident.diagnosis.screening import Candidate, Screener
+from ident.diagnosis.split_data import SplitData
+from ident.dynamics.effects.base import Additive, Effect, Quantity
+from ident.dynamics.structure import Term
+from ident.estimation.nonlinear_fit import Solution
+from recordings.recording import Bools, Floats
+
+PARAMETER_NAMES = {
+    "c_v": "viscous_friction",
+    "c_c": "coulomb_friction",
+    "I_": "joint_inertia",
+    "m_p": "platform_mass",
+    "T_g": "arm_gravity",
+    "rod_inertia.m_d": "rod_mass",
+}
+"""What a change of a parameter is called in an alarm; others have the name of the parameter."""
+_PER_JOINT = re.compile(r"^(.*?)(\d+)$")
+
+
+class ChangeScreener(Screener):
+    """Screens effects that only some recordings have."""
+
+    def __init__(self, split: SplitData, solution: Solution, changed: Sequence[bool], scatter: Floats) -> None:
+        """`changed`: whether a recording is one of the later ones; scatter: (recordings, K) standard deviation of
+        each parameter from night to night."""
+        super().__init__(split, solution)
+        used = split.train_indices
+        counts = [int((solution.weights[k] > 0).sum()) for k in range(len(used))]
+        recording = np.repeat(np.arange(len(used)), counts)
+        self._changed: Bools = np.repeat(np.array([changed[i] for i in used]), counts)
+        columns = [
+            np.where(recording == k, self._regressor[:, entry] * scatter[i, entry], 0.0)
+            for k, i in enumerate(used)
+            for entry in np.flatnonzero(scatter[i] > 0)
+        ]
+        self._own_regressor = self._regressor
+        nights = np.column_stack(columns) if columns else np.zeros((len(recording), 0))
+        self._regressor = np.block(
+            [[self._regressor, nights], [np.zeros((len(columns), self._regressor.shape[1])), np.eye(len(columns))]]
+        )
+        self._residual = np.concatenate([self._residual, np.zeros(len(columns))])
+        self._size = np.sqrt((self._regressor**2).sum(axis=0))
+        self._basis = np.linalg.qr(self._regressor[:, self._size > 0] / self._size[self._size > 0])[0]
+        self._size[self._size == 0] = 1.0
+        rest = self._residual - self._basis @ (self._basis.T @ self._residual)
+        self.loss = float(rest @ rest)
+
+    def parameter_effects(self) -> dict[str, Effect]:
+        """Effects that stand for other values of parameters that the model has already."""
+        return {name: _parameter_effect(whole_robot=len(entries) == 1) for name, entries in self._parameters.items()}
+
+    @property
+    def row_count(self) -> int:
+        """Number of rows of all recordings."""
+        return len(self._changed)
+
+    def loss_before(self) -> tuple[float, int]:
+        """Weighted sum of squares of the earlier recordings with parameters of their own, and the number of rows."""
+        rows = np.concatenate([~self._changed, np.ones(len(self._residual) - len(self._changed), bool)])
+        regressor, residual = self._regressor[rows] / self._size, self._residual[rows]
+        rest = residual - regressor @ np.linalg.lstsq(regressor, residual, rcond=1e-10)[0]
+        return float(rest @ rest), int((~self._changed).sum())
+
+    def fading_reduction(self, candidate: Candidate) -> float:
+        """Further reduction of the loss if the `candidate` may grow or fade during each of the later recordings."""
+        columns = self.columns(candidate.term, candidate.scale, candidate.shapes)
+        both = self.orthogonal(np.hstack([columns, columns * self._time[:, None]]))
+        rest = self._residual - self._basis @ (self._basis.T @ self._residual)
+        losses = []
+        for used in (both[:, : columns.shape[1]], both):
+            remaining = rest - used @ np.linalg.lstsq(used, rest, rcond=1e-10)[0]
+            losses.append(float(remaining @ remaining))
+        return losses[0] - losses[1]
+
+    def torque_after(self) -> float:
+        """Weighted sum of squares of the torque of the later recordings."""
+        pairs = zip(self._solution.weights, self._predictors, strict=True)
+        torque = [(weight * predictor.prepared.torque)[weight > 0] for weight, predictor in pairs]
+        return float((np.concatenate(torque)[self._changed] ** 2).sum())
+
+    @cached_property
+    def _time(self) -> Floats:
+        """(r,) time of each row in its recording, from -1 to 1; 0 in the prior's rows."""
+        pairs = zip(self._solution.weights, self._predictors, strict=True)
+        times = []
+        for weight, predictor in pairs:
+            time = predictor.prepared.time
+            relative = 2 * (time - time[0]) / max(time[-1] - time[0], 1e-9) - 1
+            times.append(np.broadcast_to(relative[:, None], weight.shape)[weight > 0])
+        return np.concatenate([*times, np.zeros(len(self._residual) - len(self._changed))])
+
+    @cached_property
+    def _parameters(self) -> dict[str, list[int]]:
+        """Entries of the parameters of each name, one per joint or one of the whole robot."""
+        groups: dict[str, list[int]] = defaultdict(list)
+        for index, entry in enumerate(self._solution.structure.parameters):
+            groups[base_name(entry.name)].append(index)
+        dof = self._solution.structure.rig.dof
+        return {
+            PARAMETER_NAMES.get(name, name): entries for name, entries in groups.items() if len(entries) in (1, dof)
+        }
+
+    def columns(self, term: Term, guess: Floats, shapes: Floats) -> Floats:
+        if term.name in self._parameters:
+            return self._only_changed(self._own_regressor[:, self._parameters[term.name]])
+        return self._only_changed(super().columns(term, guess, shapes))
+
+    def _only_changed(self, columns: Floats) -> Floats:
+        """The `columns` (r, c) in the later recordings, 0 in the earlier ones and in the prior's rows."""
+        prior_rows = len(self._residual) - len(self._changed)
+        padded: Floats = np.vstack(
+            [np.where(self._changed[:, None], columns, 0.0), np.zeros((prior_rows, columns.shape[1]))]
+        )
+        return padded
+
+
+def as_change(effect: Effect) -> Effect:
+    """The `effect` as a difference between nights: what takes the place of friction is then added to it, and may be
+    negative."""
+    if not isinstance(effect, Additive) or effect.replaces is None:
+        return effect
+    free = tuple(replace(quantity, lower=-np.inf) for quantity in effect.coefficients)
+    return replace(effect, replaces=None, coefficients=free)
+
+
+def base_name(name: str) -> str:
+    """Name of a parameter without the number of its joint."""
+    match = _PER_JOINT.match(name)
+    return match.group(1) if match else name
+
+
+def _parameter_effect(whole_robot: bool) -> Additive:
+    """Stands for a parameter of the mechanism: only its joints matter."""
+    return Additive(
+        sentence="",
+        symptom="",
+        causes="",
+        remedy="",
+        equation="",
+        axis="velocity",
+        whole_robot=whole_robot,
+        coefficients=(Quantity(name="change", unit="", meaning="change of the parameter"),),
+        columns=lambda inputs, shapes: inputs.motion.velocity[:, :, None],
+    )

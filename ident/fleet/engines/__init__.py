@@ -1,0 +1,59 @@
+"""Engines that apply a function to many items: in this process, in local processes, or on a Dask cluster.
+
+Each is a module with a function `run`; the results are the same with any of them, in any order.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
+
+from ident import plugins
+from ident.threads import compute_alone
+
+T = TypeVar("T")
+R = TypeVar("R")
+TRIES = 3
+"""Number of workers that may die over an item before it counts as failed."""
+ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
+"""Environment of a local worker. Numba refuses another number once its threads run: never set it in this process."""
+
+
+@dataclass(frozen=True)
+class EngineOptions:
+    """Where to compute."""
+
+    workers: int = 1
+    scheduler: str | None = None
+    """Address of a running Dask scheduler."""
+    scheduler_file: Path | None = None
+    """File in which a running Dask scheduler wrote its address."""
+    say: Callable[[str], None] = lambda text: None
+    """Receives the address of the dashboard."""
+
+
+class Engine(Protocol):
+    """Interface of the modules in this folder."""
+
+    def run(
+        self, function: Callable[[T], R], items: Sequence[T], options: EngineOptions
+    ) -> Iterator[tuple[T, R | None]]:
+        """Yield each item with the result of `function`, as soon as it is there; None if its workers died."""
+
+
+def names() -> tuple[str, ...]:
+    """Names of the engines."""
+    return plugins.names(__name__)
+
+
+def load(name: str) -> Engine:
+    """Return the engine `name`."""
+    engine: Any = import_module(f"{__name__}.{name}")
+    return engine  # type: ignore[no-any-return]
+
+
+def alone(function: Callable[[T], R], item: T) -> R:
+    """Apply `function` in a worker: in one thread, because the other workers use the other processors."""
+    compute_alone()
+    return function(item)

@@ -1,0 +1,88 @@
+"""Find the recordings below folders, and recognise those whose content is known from an earlier run."""
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from recordings.errors import BadInput
+from recordings.files import sha256
+
+SUFFIX = ".mcap"
+_UNFINISHED = ".part"
+"""Part of the names of files that another program is still writing."""
+
+FileState = tuple[str, int, int]
+"""Path, size and time of the last change [ns] of a file: as long as these are the same, its content is."""
+
+
+@dataclass(frozen=True)
+class RecordingFile:
+    """A file that should be a recording."""
+
+    path: Path
+    content: str
+    """SHA-256 of its content; empty if it cannot be read."""
+    size: int
+    changed: int
+    """Time of the last change [ns]."""
+
+    @property
+    def state(self) -> FileState:
+        """What tells without reading that the content is the same."""
+        return str(self.path), self.size, self.changed
+
+
+def walk(folders: Sequence[Path], known: Mapping[FileState, str] | None = None) -> Iterator[RecordingFile]:
+    """Yield all recordings below `folders`, at any depth, sorted by path.
+
+    known: SHA-256 of files that were read before. A link to a folder is not followed.
+
+    Raises:
+        BadInput: a folder does not exist.
+    """
+    check_folders(folders)
+    for path in _paths(folders):
+        yield _described(path, known or {})
+
+
+def check_folders(folders: Sequence[Path]) -> None:
+    """Check that all `folders` exist and none is a store, before a store is created.
+
+    Raises:
+        BadInput: one of them does not exist, or is a store.
+    """
+    for folder in folders:
+        if not folder.is_dir():
+            raise BadInput(f"{folder}: a folder of recordings expected, none found; check the path")
+        if is_store(folder):
+            raise BadInput(
+                f"{folder}: a folder of recordings expected, a store of `ident fleet` found; "
+                f"`ident fleet report --store {folder} -o fleet.html` shows it"
+            )
+
+
+def is_store(folder: Path) -> bool:
+    """Whether a folder is a store of `ident fleet`, with results in it."""
+    return any((folder / "recordings").glob("*.parquet"))
+
+
+def _paths(folders: Sequence[Path]) -> list[Path]:
+    paths = set()
+    for folder in folders:
+        for place, _, names in os.walk(folder):
+            paths |= {Path(place).absolute() / name for name in names if _is_recording(name)}
+    return sorted(paths)
+
+
+def _is_recording(name: str) -> bool:
+    return name.endswith(SUFFIX) and _UNFINISHED not in Path(name).suffixes and not name.startswith(".")
+
+
+def _described(path: Path, known: Mapping[FileState, str]) -> RecordingFile:
+    try:
+        status = path.stat()
+        state = str(path), status.st_size, status.st_mtime_ns
+        return RecordingFile(path, known.get(state) or sha256(path), status.st_size, status.st_mtime_ns)
+    except OSError:
+        return RecordingFile(path, "", 0, 0)

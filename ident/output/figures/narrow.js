@@ -1,0 +1,62 @@
+"use strict";
+// How figures with several plots are drawn on narrow pages; of the report and of the workbench.
+const figuresOnNarrowPages = (function () {
+  const CELL = 230; // Height of one of several plots that are stacked [px].
+  const GAP = 84; // Height between them, for the labels of one and the title of the next [px].
+  const narrow = window.matchMedia("(max-width: 700px)");
+
+  function copy(value) {
+    return JSON.parse(JSON.stringify(value));
+  }
+
+  // The plots of a figure in the order of reading: their axes and titles.
+  function cells(layout) {
+    const found = [];
+    for (const key of Object.keys(layout)) {
+      if (!/^xaxis\d*$/.test(key) || !layout[key].domain) continue;
+      const x = layout[key];
+      const y = layout["yaxis" + (x.anchor || "y").slice(1)];
+      if (!y || !y.domain) continue;
+      const titles = (layout.annotations || []).filter((title) => title.xref === "paper" && title.yref === "paper" &&
+        title.x >= x.domain[0] && title.x <= x.domain[1] && Math.abs(title.y - y.domain[1]) < 1e-6);
+      found.push({ x, y, titles, left: x.domain[0], top: y.domain[1] });
+    }
+    return found.sort((a, b) => b.top - a.top || a.left - b.left);
+  }
+
+  // Puts plots that stand side by side below each other, each as wide as the page.
+  function stacked(original) {
+    const layout = copy(original);
+    const all = cells(layout);
+    if (new Set(all.map((cell) => cell.left)).size < 2) return layout;
+    const margin = layout.margin;
+    const height = all.length * CELL + (all.length - 1) * GAP;
+    layout.height = height + margin.t + margin.b;
+    all.forEach((cell, index) => {
+      const top = 1 - (index * (CELL + GAP)) / height;
+      const first = all.find((other) => other.top === cell.top);
+      const below = all.filter((other) => other.left === cell.left && (other.x.title || {}).text).pop();
+      if (!(cell.y.title || {}).text) cell.y.title = copy(first.y.title || {});
+      if (!(cell.x.title || {}).text && below) cell.x.title = copy(below.x.title);
+      cell.x.domain = [0, 1];
+      cell.y.domain = [Math.max(0, top - CELL / height), top];
+      for (const axis of [cell.x, cell.y]) axis.showticklabels = true;
+      for (const title of cell.titles) Object.assign(title, { x: 0.5, y: top });
+    });
+    return layout;
+  }
+
+  // The legend may take several lines on a narrow page: the plots begin below it.
+  function belowLegend(Plotly, plot) {
+    const legend = plot.querySelector(".legend");
+    if (!legend) return;
+    const extra = Math.round(legend.getBBox().height) - 28;
+    if (extra <= 0) return;
+    const { margin, height } = plot.layout;
+    const layout = { "margin.t": margin.t + extra, height: height + extra };
+    plot.style.height = layout.height + "px";
+    Plotly.relayout(plot, layout);
+  }
+
+  return { copy, narrow, stacked, belowLegend };
+})();

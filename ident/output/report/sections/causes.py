@@ -1,0 +1,74 @@
+"""Section about where the torque goes: its causes, and what would be missing without the coupling of the joints."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import plotly.graph_objects as go
+
+from ident.data.prepared_recording import PreparedRecording
+from ident.dynamics.effects.library import library
+from ident.export.paths import RecordedPath
+from ident.export.torque_table import TorqueSummary, evaluate
+from ident.identification.model import Model
+from ident.output.figures import causes
+from ident.output.figures.theme import percent
+from ident.output.report.blocks import Plot, ReportSection, ReportTable, Text
+from ident.output.report.contents import ReportContents
+from recordings.recording import Floats
+
+
+@dataclass(frozen=True, eq=False)
+class TorqueByCause:
+    """The torque of a model in a motion, by its causes."""
+
+    sentences: tuple[str, ...]
+    figure: go.Figure
+    caption: str
+    table: ReportTable
+
+
+def section(contents: ReportContents) -> ReportSection:
+    """Return the torque of the last model by its causes, in the first recording that judges it."""
+    name, analysis = list(contents.primary_analyses.items())[-1]
+    model = Model(contents.models[name], library(contents.request.effect_files))
+    by_cause = torque_by_cause(model, analysis.predictions[0].prepared)
+    blocks = (Text(by_cause.sentences), Plot("causes", by_cause.figure, by_cause.caption), by_cause.table)
+    return ReportSection("causes", f"Where the torque goes: {name}", blocks)
+
+
+def torque_by_cause(model: Model, prepared: PreparedRecording) -> TorqueByCause:
+    """Compute the torque of `model` in a recording by its causes, and draw its first repetition."""
+    chunk = next(RecordedPath(prepared).chunks())
+    torque, terms = evaluate(model, chunk)
+    summary = TorqueSummary()
+    summary.add(torque, terms)
+    step = prepared.preprocessed.decimation
+    cycle = slice(prepared.first_cycle.start * step, prepared.first_cycle.stop * step, step)
+    shown = {cause: values[cycle] for cause, values in terms.items()}
+    figure = causes.stacked(chunk.time[chunk.used][cycle], torque[cycle], shown, summary.rms, model.file.effort_units)
+    caption = f"The first repetition in {prepared.recording.path.name}, and the RMS of each cause in the recording."
+    return TorqueByCause(_sentences(summary), figure, caption, _table(summary))
+
+
+def _sentences(summary: TorqueSummary) -> tuple[str, ...]:
+    coupling, share = summary.rms["inertia_coupling"], summary.share["inertia_coupling"]
+    if not coupling.any():
+        return ("The causes add up to the torque. The joints move independently: no inertia couples them.",)
+    worst = int(np.argmax(share))
+    return (
+        "The causes add up to the torque; where they oppose each other, their shares add up to more than 100 %.",
+        f"Without the inertia that couples the joints, the model would lose up to {coupling[worst]:.3g} N m RMS, "
+        f"{percent(float(share[worst]))} of the torque (joint {worst + 1}).",
+    )
+
+
+def _table(summary: TorqueSummary) -> ReportTable:
+    rows = [(cause, *_cells(rms, summary.share[cause])) for cause, rms in summary.rms.items()]
+    rows.append(("torque", *(f"{x:.3g}" for x in summary.torque_rms)))
+    joints = range(1, len(summary.torque_rms) + 1)
+    head = ("cause", *(f"joint {joint}" for joint in joints))
+    return ReportTable(head, tuple(rows), "RMS, and its share of the torque's.")
+
+
+def _cells(rms: Floats, share: Floats) -> tuple[str, ...]:
+    return tuple(f"{x:.3g} ({percent(float(part))})" for x, part in zip(rms, share, strict=True))

@@ -1,0 +1,34 @@
+"""The way through the page: choose recordings, fit, see where the model fails, add what is missing, save."""
+
+from dataclasses import dataclass
+
+from ident.workbench.session import WorkbenchSession
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step; its tab is where it is done."""
+
+    tab: str
+    label: str
+    done: bool
+
+
+def steps(session: WorkbenchSession) -> tuple[Step, ...]:
+    """Return the steps in their order."""
+    selection = session.selection
+    ladder, residuals = selection.ladder, selection.residuals
+    added = ladder is not None and any(name not in ladder.mandatory for name, _ in ladder.steps[-1].terms)
+    seen = residuals is not None and "residuals" in session.display.visited
+    return (
+        Step("data", "Choose", session.recordings.train is not None),
+        Step("model", "Fit", ladder is not None),
+        Step("residuals", "Where", selection.within_noise or added or seen),
+        Step("missing", "Add", selection.within_noise),
+        Step("export", "Save", residuals is not None and session.export.saved_name(residuals.model) is not None),
+    )
+
+
+def next_step(session: WorkbenchSession) -> str | None:
+    """Return the tab of the first step that is not done."""
+    return next((step.tab for step in steps(session) if not step.done), None)
