@@ -12,7 +12,17 @@ from collections.abc import Sequence
 
 from tests import timekeeping
 
-NAMES = ("reading", "cycle", "certificate", "coverage", "swarm", "commands", "workbench")
+NAMES = (
+    "reading",
+    "cycle",
+    "certificate",
+    "coverage",
+    "swarm",
+    "nonlinear_swarm",
+    "commands",
+    "torque",
+    "workbench",
+)
 _STEP = 0.05
 """Interval at which timekeeping is measured meanwhile [s]; this costs about 1 % of a processor."""
 _ERROR = re.compile(r"^([\w.]+): (.*)", re.MULTILINE)

@@ -65,8 +65,6 @@ def _measure(browser: str, address: str, server: int) -> None:
         _memory(server, "shown")
         _fit(page)
         _memory(server, "fitted")
-        _fit_whole(page)
-        _memory(server, "fitted to the whole")
         launched.close()
 
 
@@ -82,15 +80,6 @@ def _fit(page: Any) -> None:
     page.locator('[data-test="tab-residuals"]').click()
     page.locator('[data-test="residuals-0"]').wait_for(timeout=600_000)
     print(f"where it fails {time.perf_counter() - start:.1f} s")
-
-
-def _fit_whole(page: Any) -> None:
-    """Time the fit of the final model to the whole recording."""
-    start = time.perf_counter()
-    page.locator('[data-test="tab-export"]').click()
-    page.locator('[data-test="whole"]').click()
-    page.locator('[data-test="save"]').wait_for(timeout=600_000)
-    print(f"fitted to the whole {time.perf_counter() - start:.1f} s")
 
 
 def _memory(server: int, done: str) -> None:
