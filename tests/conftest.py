@@ -1,7 +1,9 @@
 """Fixtures of all tests: run the programs as a user does."""
 
 import gc
+import importlib
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -12,9 +14,19 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 # Each worker of pytest-xdist has its own persistent Numba cache: if two processes compile a function for different
-# arguments at the same time, one overwrites the code of the other.
+# arguments at the same time, one overwrites the code of the other. It begins with what the programs of this checkout
+# have compiled, because all functions take half a minute.
 if (_worker := os.environ.get("PYTEST_XDIST_WORKER")) is not None:
-    os.environ["NUMBA_CACHE_DIR"] = str(Path(__file__).parents[1] / ".pytest_cache" / "numba" / _worker)
+    _ROOT = Path(__file__).parents[1]
+    _cache = _ROOT / ".pytest_cache" / "numba" / _worker
+    os.environ["NUMBA_CACHE_DIR"] = str(_cache)
+    if not _cache.exists():
+        from numba.core.caching import _CacheLocator
+
+        for _file in _ROOT.glob("ident/**/__pycache__/*.nb[ci]"):
+            _folder = _cache / _CacheLocator.get_suitable_cache_subpath(str(_file.parents[1] / "module.py"))
+            _folder.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(_file, _folder / _file.name)
 
 # On CI the examples are always the same; elsewhere they are drawn again each time.
 # There is no time limit, because the machine may be busy.
@@ -66,6 +78,40 @@ def _runner(program: str, folder: Path) -> Runner:
 def daq(tmp_path: Path) -> Runner:
     """Run `daq` in a temporary folder."""
     return _runner("daq", tmp_path)
+
+
+@pytest.fixture
+def in_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> Callable[[str], Runner]:
+    """Return a function that gives the runner of a program without a process, which takes a second to start."""
+    monkeypatch.chdir(tmp_path)
+
+    def runner(program: str) -> Runner:
+        main = importlib.import_module(f"{program}.cli").main
+
+        def run(*arguments: object) -> Finished:
+            monkeypatch.setattr(sys, "argv", [program, *map(str, arguments)])
+            with pytest.raises(SystemExit) as end:
+                main()
+            return Finished(int(end.value.code or 0), *capfd.readouterr())
+
+        return run
+
+    return runner
+
+
+@pytest.fixture
+def daq_in_process(in_process: Callable[[str], Runner]) -> Runner:
+    """Run `daq` in this process."""
+    return in_process("daq")
+
+
+@pytest.fixture
+def ident_in_process(in_process: Callable[[str], Runner], monkeypatch: pytest.MonkeyPatch) -> Runner:
+    """Run `ident` in this process."""
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")  # which it would set for good
+    return in_process("ident")
 
 
 @pytest.fixture

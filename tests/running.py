@@ -1,10 +1,36 @@
-"""Observe a run through the output of `daq record --status`."""
+"""Commands that run in the process of a test, and programs that run beside it: `daq record --status`, `daq sim`."""
 
 import json
 import socket
 import subprocess
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
+
+import click
+from click.testing import CliRunner, Result
+
+from recordings.errors import BadInput
+from tests.conftest import launcher
+
+
+def invoke(command: click.Command, *arguments: object) -> Result:
+    """Run a `command` in this process."""
+    return CliRunner().invoke(command, [str(argument) for argument in arguments])
+
+
+def printed(command: click.Command, *arguments: object) -> str:
+    """Standard output of a `command` that is run in this process.
+
+    Raises:
+        BadInput: the command refuses its arguments.
+    """
+    result = invoke(command, *arguments)
+    if result.exception and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    if result.exit_code:
+        raise BadInput(result.output)
+    return result.stdout
 
 
 def wait_until_moving(process: "subprocess.Popen[str]", cycles: int = 250) -> bool:
@@ -30,3 +56,17 @@ def free_port() -> int:
         probe.bind(("", 0))
         port: int = probe.getsockname()[1]
         return port
+
+
+def serve(folder: Path, *arguments: object) -> "subprocess.Popen[str]":
+    """Start `daq sim` and wait until it is ready."""
+    process = subprocess.Popen(
+        [*launcher("daq"), "sim", *map(str, arguments)],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    assert "simulated drives" in process.stdout.readline()
+    return process

@@ -33,6 +33,8 @@ def test_session_in_the_documentation_runs(tmp_path: Path, monkeypatch: pytest.M
     assert max(steps[-1].validate_rms) < 0.3 * min(steps[0].validate_rms)
     assert session["torque"].shape == session["voltage"].shape == (1001, 3)
     assert session["inertia"].shape == (1001, 3, 3)
+    assert "inertia_coupling" in session["terms"]
+    assert abs(session["acceleration"] - session["qdd"]).max() < 1e-6
     with pytest.raises(ident.BadInput, match=r"nothing\.mcap"):
         ident.fit(["nothing.mcap"])
 

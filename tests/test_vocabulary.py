@@ -160,4 +160,6 @@ def test_a_name_of_the_old_kind_is_noticed(tmp_path: Path) -> None:
 
 def test_the_root_of_ident_holds_what_nothing_else_owns() -> None:
     modules = {path.stem for path in (ROOT / "ident").glob("*.py")} - {"__init__"}
-    assert modules == {"cli", "filters", "numba_cache", "plugins", "recent", "slicing", "threads"}
+    assert modules == {
+        "cli", "command_options", "filters", "model_name", "numba_cache", "plugins", "recent", "slicing", "threads"
+    }  # fmt: skip

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 from daq.commands.info import command
 from recordings.errors import BadInput
-from recordings.recording import Run
+from recordings.recording import Recording, Run
 from recordings.rig import simulated_rig
 from recordings.writer import RecordingWriter
 
@@ -61,6 +61,7 @@ def test_json_output_holds_exactly_the_figures(record: Record) -> None:
         "schema": 1,
         "file": str(path),
         "rig": "simulated delta robot",
+        "position_units": ["rad", "rad", "rad"],
         "simulated": True,
         "pace": "realtime",
         "seed": None,
@@ -68,12 +69,15 @@ def test_json_output_holds_exactly_the_figures(record: Record) -> None:
         "start": "2023-11-14T22:13:20+00:00",
         "trajectory": "fig5a",
         "trajectory_digest": "d1f0",
+        "feedforward": None,
         "rate_hz": 500.0,
         "cycles": 2,
         "period_s": 0.1,
         "duration_s": 0.2,
         "samples": 101,
         "gaps": [0, 1, 0],
+        "following_error_rms": [0.0, 0.0, 0.0],
+        "following_error_max": [0.0, 0.0, 0.0],
         "lateness_s": {"p50": pytest.approx(5e-4), "p99": pytest.approx(9.9e-4), "max": pytest.approx(1e-3)},
         "lateness_histogram": [
             {"up_to_s": pytest.approx(step), "cycles": cycles}
@@ -90,7 +94,10 @@ def test_json_output_holds_exactly_the_figures(record: Record) -> None:
 
 
 def test_piped_output_is_plain_lines(record: Record) -> None:
-    lines = CliRunner().invoke(command, [str(record())], catch_exceptions=False).stdout.splitlines()
+    path = record()
+    result = CliRunner().invoke(command, [str(path)], catch_exceptions=False)
+    assert result.stderr == f"next: ident check {path}\n"
+    lines = result.stdout.splitlines()
     assert "drives: SIMULATED: no real robot moved" in lines
     assert "gaps: joint 1: 0, joint 2: 1, joint 3: 0" in lines
     assert "lateness: p50 0.500 ms, p99 0.990 ms, max 1.000 ms" in lines
@@ -99,6 +106,26 @@ def test_piped_output_is_plain_lines(record: Record) -> None:
     assert "bus frames: 101 sent, 303 received" in lines
     assert "warning: 0.200 s daq: [bold]missed[/bold] a cycle" in lines
     assert "ended: done, exit status 0: done" in lines
+
+
+def test_following_error_is_that_of_the_run(record: Record, monkeypatch: pytest.MonkeyPatch) -> None:
+    error = np.full((101, 3), np.nan)
+    error[:3] = [[np.nan, 0.0, 0.0], [0.003, -0.004, np.nan], [0.004, 0.0, 0.0]]
+    monkeypatch.setattr(Recording, "following_error", error)
+    path = str(record())
+    figures = json.loads(CliRunner().invoke(command, [path, "--json"], catch_exceptions=False).stdout)
+    assert figures["following_error_max"] == [0.004, 0.004, 0.0]
+    assert figures["following_error_rms"] == pytest.approx([np.sqrt(12.5e-6), np.sqrt(16e-6 / 3), 0.0])
+    lines = CliRunner().invoke(command, [path], catch_exceptions=False).stdout
+    assert "following error: joint 1: 3.54 (worst 4.00) mrad, joint 2" in lines
+
+
+def test_without_commands_there_is_no_following_error(record: Record, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Recording, "following_error", np.full((101, 3), np.nan))
+    path = str(record())
+    figures = json.loads(CliRunner().invoke(command, [path, "--json"], catch_exceptions=False).stdout)
+    assert (figures["following_error_rms"], figures["following_error_max"]) == (None, None)
+    assert "following" not in CliRunner().invoke(command, [path], catch_exceptions=False).stdout
 
 
 def test_terminal_output_is_a_table(record: Record, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -120,6 +147,7 @@ def test_interrupted_recording_is_shown_as_interrupted(record: Record, tmp_path:
     path.write_bytes(whole[: whole.rindex(b"exit_status")])
     result = CliRunner().invoke(command, [str(path)], catch_exceptions=False)
     assert "ended: INTERRUPTED" in result.stdout
+    assert result.stderr == f"next: daq recover {path}\n"
     assert "samples: 101" in result.stdout
     figures = json.loads(CliRunner().invoke(command, [str(path), "--json"], catch_exceptions=False).stdout)
     assert (figures["complete"], figures["exit_status"], figures["reason"]) == (False, None, None)

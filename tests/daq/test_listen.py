@@ -153,7 +153,7 @@ def serial_rig() -> str:
 
 BAD: dict[str, tuple[str | None, list[str], str]] = {
     "no rig": (None, [], "--listen needs --rig"),
-    "dry run": (BUS.format("socketcan"), ["--dry-run"], "no --pace, --sim, --hidden or --dry-run"),
+    "dry run": (BUS.format("socketcan"), ["--dry-run"], "no --pace, --sim, --hidden, --feedforward or --dry-run"),
     "the virtual bus": (BUS.format("virtual"), [], "ends at this program"),
     "serial": (serial_rig(), [], "a CAN bus expected"),
     "no such interface": (BUS.format("socketcan"), [], "cannot be opened"),

@@ -1,5 +1,6 @@
 """Samples reconstructed from frames, compared with the recording that holds the frames."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +48,17 @@ def test_same_clock_reproduces_the_recorded_arrays(
     assert np.abs(samples.command - sample.command)[known].max() <= 0.51 * ONE_COUNT
     assert (reconstructed.rate, reconstructed.uses_configured_period, reconstructed.missing) == (250.0, True, 0)
     assert (reconstructed.period, reconstructed.cycles, reconstructed.simulated) == (4.0, 2, True)
+    assert reconstructed.trajectory is trajectory
+
+
+def test_commands_with_torque_offsets_are_found(
+    tmp_path: Path, sample: Recording, frames: CanFrames, trajectory: Trajectory
+) -> None:
+    commands = np.isin(frames.id, (0x201, 0x202, 0x203))
+    longer = replace(frames, dlc=np.where(commands, 8, frames.dlc))
+    write(tmp_path / "r.mcap", sample.rig, longer, arrivals(frames, PERIOD, 0))
+    reconstructed = reconstruct(tmp_path / "r.mcap", sample.rig, trajectory)
+    assert reconstructed is not None
     assert reconstructed.trajectory is trajectory
 
 

@@ -1,16 +1,17 @@
 """`daq reveal`: the truth beside what was found."""
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
-from click.testing import CliRunner, Result
 
 from daq.commands.reveal import command
 from drivers.simulated.config import SimConfig
 from drivers.simulated.seal import seal
 from recordings.errors import BadInput
+from tests.running import invoke
 
 PLANT = SimConfig().model_dump(mode="json", exclude={"effects"})
 COGGING = {
@@ -30,8 +31,7 @@ def recording(tmp_path: Path) -> Path:
     return tmp_path / "a.mcap"
 
 
-def reveal(*arguments: object) -> Result:
-    return CliRunner().invoke(command, [*map(str, arguments)], catch_exceptions=True)
+reveal = partial(invoke, command)
 
 
 def diagnosis(path: Path, effect: str, joints: list[int], alternatives: list[str] | None = None) -> Path:

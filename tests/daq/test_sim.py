@@ -1,36 +1,21 @@
 """`daq sim` as a separate program: orderly end, and rejected starts."""
 
 import signal
-import subprocess
 from pathlib import Path
 
 import pytest
 
-from tests.conftest import Runner, launcher
-from tests.running import free_port
+from tests.conftest import Runner
+from tests.running import free_port, serve
 
 DRIVES = "".join(f"[[drives]]\nnode_id = {i}\n" for i in (1, 2, 3))
-
-
-def serve(folder: Path, rig: str) -> subprocess.Popen[str]:
-    """Start `daq sim` and wait until it is ready."""
-    process = subprocess.Popen(
-        [*launcher("daq"), "sim", "--rig", rig],
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stdout is not None
-    assert "simulated drives" in process.stdout.readline()
-    return process
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_signal_ends_the_program_orderly(number: signal.Signals, tmp_path: Path) -> None:
     ports = [str(tmp_path / f"line{i}") for i in (1, 2, 3)]
     (tmp_path / "lines.toml").write_text(f'name = "b"\n[bus]\ntransport = "serial"\nports = {ports}\n{DRIVES}')
-    process = serve(tmp_path, "lines.toml")
+    process = serve(tmp_path, "--rig", "lines.toml")
     assert Path(ports[0]).is_symlink()
     process.send_signal(number)
     _, error = process.communicate(timeout=120)
@@ -41,7 +26,7 @@ def test_signal_ends_the_program_orderly(number: signal.Signals, tmp_path: Path)
 def test_second_simulation_with_the_same_node_ids_is_rejected(daq: Runner, tmp_path: Path) -> None:
     bus = f'[bus]\ninterface = "udp_multicast"\nchannel = "239.74.163.31"\nport = {free_port()}\n'
     (tmp_path / "bus.toml").write_text(f'name = "b"\n{bus}{DRIVES}')
-    process = serve(tmp_path, "bus.toml")
+    process = serve(tmp_path, "--rig", "bus.toml")
     try:
         done = daq("sim", "--rig", "bus.toml", "--hidden", 1)
         assert done.code == 2

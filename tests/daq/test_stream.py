@@ -34,7 +34,7 @@ class PerfectDrives:
         self._interfere = interfere
         self._stopping = 0
 
-    def encode(self, targets: NDArray[np.float64]) -> Sequence[Any]:
+    def encode(self, targets: NDArray[np.float64], torque: NDArray[np.float64] | None = None) -> Sequence[Any]:
         return list(targets)
 
     def exchange(self, setpoint: Any, timeout: float) -> Sample:

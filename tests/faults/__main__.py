@@ -6,7 +6,7 @@
 import sys
 from collections.abc import Callable
 
-from tests.faults import campaign, canopen, habits, processes, serial, table
+from tests.faults import campaign, canopen, feedforward, habits, processes, serial, table
 from tests.faults.campaign import Outcome
 
 words = sys.argv[1:]
@@ -30,8 +30,15 @@ canopen_outcomes = [
 habit_outcomes = [
     run_and_print(lambda fault=fault: campaign.run(fault)) for fault in habits.FAULTS if is_selected(fault.name)
 ]
+feedforward_outcomes = [
+    run_and_print(lambda fault=fault: campaign.run(fault))
+    for fault in (*feedforward.AGAIN, *feedforward.FAULTS)
+    if is_selected(fault.name)
+]
 serial_outcomes = [
-    run_and_print(lambda fault=fault: serial.run(fault)) for fault in serial.FAULTS if is_selected(fault.name)
+    run_and_print(lambda fault=fault: serial.run(fault))
+    for fault in (*serial.FAULTS, *serial.WITH_FEEDFORWARD)
+    if is_selected(fault.name)
 ]
 process_outcomes = [
     run_and_print(lambda fault=fault: processes.run(fault)) for fault in processes.FAULTS if is_selected(fault.name)
@@ -40,8 +47,13 @@ if is_selected("disk full"):
     process_outcomes.append(run_and_print(processes.full_disk))
 table.show("CANopen: bus, drives, machine, host (simulated time)", canopen_outcomes)
 table.show("CANopen: habits and dictionaries of drives, warnings (simulated time)", habit_outcomes)
-table.show("serial lines (simulated time)", serial_outcomes)
+table.show("CANopen with a feed-forward (simulated time)", feedforward_outcomes)
+table.show("serial lines, with and without a feed-forward (simulated time)", serial_outcomes)
 table.show("programs: signals, death, disk (real time, two processes)", process_outcomes)
 sys.exit(
-    any(not outcome.passed for outcome in canopen_outcomes + habit_outcomes + serial_outcomes + process_outcomes)
+    any(
+        not outcome.passed
+        for outcomes in (canopen_outcomes, habit_outcomes, feedforward_outcomes, serial_outcomes, process_outcomes)
+        for outcome in outcomes
+    )
 )

@@ -27,6 +27,11 @@ class Bridge:
             for source, target in (self._ends, self._ends[::-1])
         ]
         self.syncs = 0
+        """Number of SYNCs that the master has sent."""
+        self.delivered_syncs = 0
+        """Number of SYNCs that have been forwarded to the rig."""
+        self.answers = 0
+        """Number of frames of the rig that have been forwarded or dropped."""
 
     def _forward(self, source: can.BusABC, target: can.BusABC, from_master: bool) -> None:
         while not self._stopped.is_set():
@@ -36,7 +41,9 @@ class Bridge:
             if from_master and message.arbitration_id == 0x80:
                 self.syncs += 1
             for forwarded in self._saboteur(message, from_master, self.syncs):
+                self.delivered_syncs += from_master and forwarded.arbitration_id == 0x80
                 target.send(forwarded)
+            self.answers += not from_master
 
     def __enter__(self) -> "Bridge":
         for thread in self._threads:

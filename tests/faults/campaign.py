@@ -2,19 +2,22 @@
 
 import itertools
 import json
+import math
 import os
 import re
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
 import can
 import numpy as np
 
+from daq.feedforward.source import TorqueSource
 from daq.session import RunRequest, Session
 from daq.watched import CycleProgress
 from drivers.simulated.config import SimConfig
@@ -25,12 +28,11 @@ from recordings.errors import BadInput, RunFailed
 from recordings.reader import read
 from recordings.rig import Rig, simulated_rig
 from tests.faults.bridge import Bridge, Saboteur, unchanged
+from tests.faults.patience import PatientClock
 from tests.faults.saboteurs import START
-from trajectories import load
+from trajectories import Trajectory, load
 
 RATE = 250.0
-_TIMEOUT = 0.05
-"""Timeout of the recorder for answers in lockstep [s]; only lost answers take that long."""
 _numbers = itertools.count()
 
 
@@ -61,6 +63,14 @@ class Fault:
     pace: Literal["lockstep", "realtime"] = "lockstep"
     limit: float = 1500.0
     """Longest time from the fault until the drives are disabled [ms]."""
+    feedforward: Callable[[Rig, Trajectory], TorqueSource] | None = None
+    """Torque that is fed forward; None: none."""
+    park: tuple[float, float, float] = (0.0, 0.0, -0.75)
+    """Platform position at power-on [m]."""
+    servo: Mapping[str, float] = field(default_factory=dict)
+    """Keys of [servo] in the sim file that differ from the default."""
+    error_limit: float = math.inf
+    """Largest following error of the machine until the drives are disabled [rad]."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +89,8 @@ class Outcome:
     """Whether the drives ended without power and the file is complete, independent of the machine's load."""
     passed: bool
     """Whether the outcome is safe and as required; in real time this needs a machine that keeps time."""
+    following_error: float | None = None
+    """Largest following error of the machine with power [rad]; None: unknown."""
 
 
 class SabotagedRig(SimulatedRig):
@@ -87,9 +99,15 @@ class SabotagedRig(SimulatedRig):
     def sabotage(self, act: Callable[["SabotagedRig", int], None]) -> None:
         self._act = act
         self._count = 0
+        self.synchronised = 0
+        """Number of SYNCs that have been answered."""
+        self.sent = 0
+        """Number of frames sent."""
         self._was_powered = False
         self.fault_time = 0.0
         self.disabled_time: float | None = None
+        self.worst_error = 0.0
+        """Largest following error with power [rad]."""
 
     def _synchronise(self) -> None:
         if self._count < START:
@@ -97,6 +115,11 @@ class SabotagedRig(SimulatedRig):
         self._act(self, self._count)
         self._count += 1
         super()._synchronise()
+        self.synchronised += 1
+
+    def _on_any_frame(self, stamp: int, message: can.Message, sent: bool) -> None:
+        super()._on_any_frame(stamp, message, sent)
+        self.sent += sent
 
     def _handle(self, arbitration_id: int, data: bytes) -> None:
         super()._handle(arbitration_id, data)
@@ -108,6 +131,9 @@ class SabotagedRig(SimulatedRig):
 
     def _observe(self) -> None:
         powered = any(drive.powered for drive in self.drives)
+        # A drive has power from the machine's next step on.
+        if all(self.machine.enabled) and hasattr(self, "worst_error"):
+            self.worst_error = max(self.worst_error, *map(abs, self.machine.following_error()))
         if getattr(self, "_was_powered", False) and not powered:
             self.disabled_time = self.machine.time
         self._was_powered = powered
@@ -130,19 +156,29 @@ def run(fault: Fault) -> Outcome:
     master, far = f"master-{os.getpid()}-{number}", f"rig-{os.getpid()}-{number}"
     rig = _rig(master, fault)
     with tempfile.TemporaryDirectory() as folder:
-        request = RunRequest(rig, load("fig5b", rig, cycles=1), Path(folder) / "fault.mcap", fault.pace, 0)
+        trajectory = load("fig5b", rig, cycles=1)
+        feed = None if fault.feedforward is None else fault.feedforward(rig, trajectory)
+        request = RunRequest(rig, trajectory, Path(folder) / "fault.mcap", fault.pace, 0, feedforward=feed)
         bus = can.Bus(interface="virtual", channel=far)
         machine = SabotagedRig(rig, _config(fault, Path(folder)), bus, pace=fault.pace, seed=0)
         machine.sabotage(fault.rig)
         fault.before(machine)
         with Bridge(master, far, fault.cable()) as bridge, machine:
             progress = WatchedProgress()
-            code, reason = record(request, fault, progress)
+            code, reason = record(request, fault, progress, partial(_is_settled, bridge, machine))
             powered = finally_powered(machine.drives)
         disabled = None
         if code and machine.disabled_time is not None:
             disabled = max(0.0, (machine.disabled_time - machine.fault_time) * 1e3)
-        return judge(fault, code, reason, powered, request.out, progress, START, RATE, bridge.syncs, disabled)
+        outcome = judge(fault, code, reason, powered, request.out, progress, START, RATE, bridge.syncs, disabled)
+        held = machine.worst_error <= fault.error_limit
+        return replace(outcome, passed=outcome.passed and held, following_error=machine.worst_error)
+
+
+def _is_settled(bridge: Bridge, machine: SabotagedRig, syncs: int) -> bool:
+    """Whether the rig has heard the master's first `syncs` SYNCs, and the master all that the rig has answered."""
+    heard = bridge.syncs >= syncs and machine.synchronised >= bridge.delivered_syncs
+    return heard and bridge.answers >= machine.sent
 
 
 def _config(fault: Fault, folder: Path) -> SimConfig:
@@ -150,7 +186,9 @@ def _config(fault: Fault, folder: Path) -> SimConfig:
     if fault.eds is not None:
         drive["eds"] = str(folder / "drive.eds")
         (folder / "drive.eds").write_text(fault.eds(EDS.read_text()))
-    return SimConfig.model_validate_json(json.dumps({"drives": [drive]}))
+    return SimConfig.model_validate_json(
+        json.dumps({"drives": [drive], "park": fault.park, "servo": dict(fault.servo)})
+    )
 
 
 def _rig(channel: str, fault: Fault) -> Rig:
@@ -161,7 +199,8 @@ def _rig(channel: str, fault: Fault) -> Rig:
     if fault.pace == "realtime":
         # A busy computer must not cause a fault of its own.
         changed["limits"] = rig.limits.model_copy(update={"host_stall": 10.0})
-    return rig.model_copy(update=changed)
+    rig = rig.model_copy(update=changed)
+    return rig if fault.feedforward is None else rig.with_torque_offset()
 
 
 def finally_powered(drives: Sequence[SimulatedDrive], patience: float = 10.0) -> list[bool]:
@@ -173,13 +212,16 @@ def finally_powered(drives: Sequence[SimulatedDrive], patience: float = 10.0) ->
 
 
 def record(
-    request: RunRequest, fault: Fault, progress: "WatchedProgress", timeout: float | None = _TIMEOUT
+    request: RunRequest,
+    fault: Fault,
+    progress: "WatchedProgress",
+    settled: Callable[[int], bool] | None = None,
 ) -> tuple[int, str]:
-    """Exit code and reason of one run; `timeout`: for answers in lockstep [s], None: unchanged."""
+    """Exit code and reason of one run; `settled`: see PatientClock, None: lockstep's own patience."""
     session = Session(request, lambda *line: None)
     session.progress = progress
-    if request.pace == "lockstep" and timeout is not None:
-        session._clock.answer_timeout = timeout
+    if request.pace == "lockstep" and settled is not None:
+        session._clock = PatientClock(request.rig.rate, settled)
     fault.host(session)
     try:
         session.run(lambda progress: nullcontext())

@@ -65,8 +65,8 @@ def _set_voltage(counts: int) -> Callable[[bytes], bytes]:
 
 def _shift_target(counts: int) -> Callable[[bytes], bytes]:
     def change(data: bytes) -> bytes:
-        word, target = struct.unpack("<Hi", data)
-        return struct.pack("<Hi", word, target + counts)
+        word, target = struct.unpack_from("<Hi", data)
+        return struct.pack("<Hi", word, target + counts) + data[6:]
 
     return change
 

@@ -15,9 +15,12 @@ import numpy as np
 
 from recordings.errors import BadInput
 from recordings.reader import read, read_can
+from recordings.rig import load_rig
 from tests.conftest import launcher
+from tests.daq.feedforward.given import write_nominal_torque
 from tests.faults.campaign import Outcome
 from tests.running import free_port, wait_until_moving
+from trajectories import load
 
 _RIG = """
 name = "fault campaign"
@@ -44,7 +47,7 @@ _RATE = 50.0
 _STRICT = {"silence": 0.2, "host_stall": 0.3}
 _PATIENT = {"silence": 5.0, "host_stall": 5.0}
 """Limits [s] for faults in which a stall must not matter."""
-_TRAJECTORY = "fig5b"
+_TRAJECTORY, _CYCLES = "fig5b", 10
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,8 @@ class ProcessFault:
     drives_alive: bool = True
     may_lose: float = 0.0
     """Longest time before the fault that may be missing in the file [s]."""
+    feedforward: bool = False
+    """Whether the torque of the rig's nominal masses is fed forward."""
     limits: Mapping[str, float] = field(default_factory=lambda: _PATIENT)
 
 
@@ -90,9 +95,13 @@ class Programs:
             preexec_fn=set_limit,
         )
 
-    def record(self, limit: int | None = None) -> subprocess.Popen[str]:
+    def record(self, limit: int | None = None, *, feedforward: bool = False) -> subprocess.Popen[str]:
         """Start the recorder with status output; `limit`: largest size of its file [bytes]."""
-        motion = ["--traj", _TRAJECTORY, "--cycles", "10"]
+        motion = ["--traj", _TRAJECTORY, "--cycles", str(_CYCLES)]
+        if feedforward:
+            rig = load_rig(self.folder / "rig.toml")
+            write_nominal_torque(self.folder / "torque.csv", load(_TRAJECTORY, rig, _CYCLES), rig)
+            motion += ["--feedforward", "torque.csv"]
         self.recorder = self._start(
             "record", *motion, "--rig", "rig.toml", "--out", "run.mcap", "--status", limit=limit
         )
@@ -166,6 +175,14 @@ FAULTS: tuple[ProcessFault, ...] = (
     ProcessFault("SIGTERM", "SIGTERM", 1, _signals(signal.SIGTERM)),
     ProcessFault("SIGHUP", "SIGHUP", 1, _signals(signal.SIGHUP)),
     ProcessFault("SIGKILL of the recorder", "", -9, _signals(signal.SIGKILL), may_lose=0.5),
+    ProcessFault(
+        "SIGKILL of the recorder at full torque offset",
+        "",
+        -9,
+        _signals(signal.SIGKILL),
+        may_lose=0.5,
+        feedforward=True,
+    ),
     ProcessFault("SIGKILL of the simulated rig", "no answer", 1, _kill_rig, drives_alive=False, limits=_STRICT),
     ProcessFault(
         "recorder stopped for 1 s (SIGSTOP)", "master heartbeat lost|host came", 1, _pause_recorder, limits=_STRICT
@@ -179,7 +196,7 @@ def run(fault: ProcessFault) -> Outcome:
     with tempfile.TemporaryDirectory() as name:
         programs = Programs(Path(name), fault.limits)
         try:
-            recorder = programs.record()
+            recorder = programs.record(feedforward=fault.feedforward)
             wait_until_moving(recorder, cycles=50)
             programs.struck = time.time()
             fault.strike(programs)

@@ -5,16 +5,19 @@ Faults that stop all answers run in real time: in lockstep, simulated time would
 
 import tempfile
 from collections.abc import Callable
+from copy import copy
 from pathlib import Path
 from typing import Literal
 
+from daq.feedforward.source import TorqueSource
 from daq.session import RunRequest
 from drivers.simulated.config import SimConfig
 from drivers.simulated.serial_rig import SerialRig
 from recordings.config import validated
 from recordings.rig import Rig
+from tests.faults import feedforward
 from tests.faults.campaign import Fault, Outcome, WatchedProgress, finally_powered, judge, record
-from trajectories import load
+from trajectories import Trajectory, load
 
 RATE = 80.0
 START = 3.5
@@ -80,16 +83,39 @@ FAULTS: tuple[SerialFault, ...] = (
 )
 
 
+def _fed(fault: SerialFault, name: str, feed: Callable[[Rig, Trajectory], TorqueSource]) -> SerialFault:
+    """The fault with a torque that is fed forward."""
+    fed = copy(fault)
+    object.__setattr__(fed, "name", name)
+    object.__setattr__(fed, "feedforward", feed)
+    return fed
+
+
+WITH_FEEDFORWARD: tuple[SerialFault, ...] = (
+    *(_fed(fault, f"feed-forward, {fault.name}", feedforward.model()) for fault in FAULTS),
+    *(
+        _fed(SerialFault(name, feedforward.WRONG, 1), f"serial: {name}", feedforward.model(*factors))
+        for name, factors in (
+            ("model with gravity reversed", (1.0, -1.0)),
+            ("model three times too strong", (3.0, 3.0)),
+        )
+    ),
+)
+"""Faults of lines and drives again, with a good model; and wrong models."""
+
+
 def run(fault: SerialFault) -> Outcome:
     """Record one cycle of fig5b with the fault in mid-motion."""
-    rig = _rig()
+    rig = _rig() if fault.feedforward is None else _rig().with_torque_offset()
+    trajectory = load("fig5b", rig, cycles=1)
+    feed = None if fault.feedforward is None else fault.feedforward(rig, trajectory)
     with tempfile.TemporaryDirectory() as folder:
-        request = RunRequest(rig, load("fig5b", rig, cycles=1), Path(folder) / "fault.mcap", fault.pace, 0)
+        request = RunRequest(rig, trajectory, Path(folder) / "fault.mcap", fault.pace, 0, feedforward=feed)
         machine = SerialRig(rig, SimConfig(), pace=fault.pace, seed=0)
         _sabotage(machine, fault)
         progress = WatchedProgress()
         with machine:
-            code, reason = record(request, fault, progress, timeout=None)
+            code, reason = record(request, fault, progress)
             drives = [drive for j, drive in enumerate(machine.drives) if "unplugged" not in fault.name or j != 1]
             powered = finally_powered(drives)
         start = round(fault.start * RATE)
@@ -97,7 +123,13 @@ def run(fault: SerialFault) -> Outcome:
 
 
 def _rig() -> Rig:
-    bus = {"transport": "serial", "ports": [f"simulated {k}" for k in (1, 2, 3)], "baud": 460800}
+    registers = {"torque_offset": "r0xd5"}
+    bus = {
+        "transport": "serial",
+        "ports": [f"simulated {k}" for k in (1, 2, 3)],
+        "baud": 460800,
+        "registers": registers,
+    }
     drives = [{"node_id": k} for k in (1, 2, 3)]
     # Wide limits: at this rate a lost target costs 12 ms of motion, which must not hide the fault under test.
     limits = {"torque": 500.0, "following_error": 0.3, "silence": 0.1, "host_stall": 0.5}

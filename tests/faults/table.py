@@ -16,15 +16,17 @@ def show(title: str, outcomes: Sequence[Outcome]) -> None:
         "fault",
         "detected ms",
         "disabled ms",
+        "error mrad",
         "samples lost",
         "rows lost",
         "exit",
         "as required",
         "reason",
     ):
-        table.add_column(heading, justify="right" if heading.endswith(("ms", "lost", "exit")) else "left")
+        table.add_column(heading, justify="right" if heading.endswith(("ms", "mrad", "lost", "exit")) else "left")
     for o in outcomes:
-        numbers = (_ms(o.detected), _ms(o.disabled), str(o.samples_lost), str(o.rows_lost), str(o.code))
+        error = "-" if o.following_error is None else f"{o.following_error * 1e3:.1f}"
+        numbers = (_ms(o.detected), _ms(o.disabled), error, str(o.samples_lost), str(o.rows_lost), str(o.code))
         table.add_row(o.fault, *numbers, "yes" if o.passed else "NO", o.reason, style=None if o.passed else "red")
     console = Console(width=180)
     console.print(table)

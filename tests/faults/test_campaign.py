@@ -3,7 +3,7 @@
 import pytest
 
 from tests import timekeeping
-from tests.faults import campaign, canopen, habits, processes
+from tests.faults import campaign, canopen, feedforward, habits, processes, serial
 
 _TESTED = (
     "one answer dropped",
@@ -50,6 +50,34 @@ def test_canopen_fault_in_lockstep(fault: campaign.Fault) -> None:
     assert outcome.passed, outcome
 
 
+_FED_FORWARD = (
+    "feed-forward: all answers of a drive dropped",
+    "feed-forward: drive fault in mid-motion",
+    "feed-forward: host stalls for 200 ms",
+    "model with gravity reversed, from 0, 0, -0.75 m",
+    "model three times too strong, from -0.15, 0.2, -0.65 m",
+    "soft servo, model with gravity reversed, from 0.1, -0.25, -0.7 m",
+    "drive ignores its offset",
+    "drive without torque offset",
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", _FED_FORWARD)
+def test_fault_with_feedforward(name: str) -> None:
+    (fault,) = (fault for fault in (*feedforward.AGAIN, *feedforward.FAULTS) if fault.name == name)
+    outcome = campaign.run(fault)
+    assert outcome.passed, outcome
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["feed-forward, serial: one reply lost", "serial: model with gravity reversed"])
+def test_serial_fault_with_feedforward(name: str) -> None:
+    (fault,) = (fault for fault in serial.WITH_FEEDFORWARD if fault.name == name)
+    outcome = serial.run(fault)
+    assert outcome.passed, outcome
+
+
 @pytest.mark.realtime
 @pytest.mark.parametrize("fault", _tested_at("realtime"), ids=lambda fault: fault.name)
 def test_canopen_fault_in_real_time(fault: campaign.Fault) -> None:
@@ -62,7 +90,11 @@ def test_canopen_fault_in_real_time(fault: campaign.Fault) -> None:
 @pytest.mark.realtime
 @pytest.mark.parametrize(
     "fault",
-    [f for f in processes.FAULTS if f.name in ("SIGINT twenty times", "SIGTERM", "SIGKILL of the recorder")],
+    [
+        f
+        for f in processes.FAULTS
+        if f.name in ("SIGINT twenty times", "SIGTERM") or f.name.startswith("SIGKILL of the rec")
+    ],
     ids=lambda fault: fault.name,
 )
 def test_fault_of_a_program(fault: processes.ProcessFault) -> None:

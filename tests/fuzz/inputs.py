@@ -113,7 +113,7 @@ def files(count: int, seed: int, sample: Path, folder: Path) -> int:
     path = folder / "mutated.mcap"
     refused = 0
     for _ in range(count):
-        path.write_bytes(_mutated(original, rng))
+        path.write_bytes(mutated(original, rng))
         try:
             read(path)
             read_can(path)
@@ -122,7 +122,8 @@ def files(count: int, seed: int, sample: Path, folder: Path) -> int:
     return refused
 
 
-def _mutated(data: bytes, rng: np.random.Generator) -> bytes:
+def mutated(data: bytes, rng: np.random.Generator) -> bytes:
+    """`data` with bytes that are flipped, cut off, inserted or zeroed, one to three times."""
     changed = bytearray(data)
     for _ in range(int(rng.integers(1, 4))):
         at = int(rng.integers(0, len(changed)))

@@ -77,7 +77,8 @@ def write_recording(recording: Recording) -> Path:
         recording.path, recording.rig, recording.run.model_copy(update={"exit_status": None})
     ) as writer:
         for k, stamp in enumerate(np.rint(recording.time * 1e9).astype(np.int64).tolist()):
-            writer.joint_states(stamp, stamp, recording.position[k])
+            effort = None if recording.effort is None else recording.effort[k]
+            writer.joint_states(stamp, stamp, recording.position[k], None, effort)
             writer.joint_commands(stamp, stamp, recording.command[k])
             zeros = [0] * recording.rig.dof
             writer.amplifiers(stamp, stamp, k, recording.repeat[k], 0.0, recording.voltage[k], zeros, zeros)

@@ -27,7 +27,7 @@ def test_an_error_reaches_the_caller() -> None:
 def test_a_forked_process_has_threads_of_its_own() -> None:
     program = (
         "import os; from ident.threads import in_threads; in_threads(str, range(9)); "
-        "child = os.fork(); print(in_threads(str, range(2))); child and os.waitpid(child, 0)"
+        "child = os.fork(); result = in_threads(str, range(2)); child and os.waitpid(child, 0); print(result)"
     )
     command = [sys.executable, "-W", "ignore", "-c", program]
     result = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)

@@ -10,7 +10,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from recordings.command_line import CommandFolder, FiniteRange, refuse_existing, run
+from recordings.command_line import CommandFolder, FiniteRange, refuse_existing, repeated, run
 from recordings.errors import BadInput, RunFailed
 
 
@@ -96,6 +96,11 @@ def test_success_exits_with_zero(capsys: pytest.CaptureFixture[str]) -> None:
 def test_unexpected_errors_propagate() -> None:
     with pytest.raises(ZeroDivisionError):
         run(failing(ZeroDivisionError()))
+
+
+def test_option_is_repeated_for_each_value() -> None:
+    assert repeated("--with", ["stribeck", Path("my.py")]) == ["--with", "stribeck", "--with", "my.py"]
+    assert repeated("--with", ()) == []
 
 
 def test_outputs_have_different_names(tmp_path: Path) -> None:

@@ -15,11 +15,12 @@ from mcap_ros2.writer import Writer as Ros2Writer
 
 from recordings import schemas
 from recordings.errors import BadInput
-from recordings.reader import read, read_can
+from recordings.reader import is_foreign, read, read_can
 from recordings.recording import Run
 from recordings.rig import Rig
 from recordings.writer import RecordingWriter
 
+SAMPLES = Path(__file__).parents[2] / "recordings" / "samples"
 START = 1_700_000_000_000_000_000
 EMPTY_RIG = Rig.model_validate_json('{"name": "r", "drives": [{"node_id": 1}, {"node_id": 2}, {"node_id": 3}]}')
 
@@ -40,6 +41,29 @@ def test_written_recording_is_read_back(written: SimpleNamespace, rig: Rig, run:
         ("error", "cycles", "bus: missed 2"),
     ]
     assert recording.events[0].time == -1.0
+
+
+def test_file_of_another_program_is_known_without_reading_its_messages(
+    written: SimpleNamespace, tmp_path: Path
+) -> None:
+    assert not is_foreign(written.path)
+    assert is_foreign(SAMPLES / "foreign" / "joint_states_0.mcap")
+    for compression in (None, CompressionType.ZSTD):
+        path = tmp_path / "other.mcap"
+        with path.open("wb") as stream:
+            writer = Writer(stream, compression=compression or CompressionType.NONE, use_chunking=bool(compression))
+            writer.start()
+            schema = writer.register_schema("std_msgs/msg/String", "ros2msg", b"string data")
+            channel = writer.register_channel("/talk", "cdr", schema)
+            for k in range(1000):
+                writer.add_message(channel, k, bytes(5000), k)
+            writer.finish()
+        assert is_foreign(path)
+        path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+        assert is_foreign(path), "an interrupted one"
+    path.write_bytes(b"no MCAP")
+    with pytest.raises(BadInput, match="not an MCAP file"):
+        is_foreign(path)
 
 
 def test_can_frames_are_read_back(written: SimpleNamespace) -> None:

@@ -3,20 +3,20 @@
 import json
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
 
 from daq.commands.trajectories import command
 from recordings.errors import BadInput
+from tests.running import invoke
 from trajectories import names
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
-def run(*arguments: str | Path) -> Result:
-    return CliRunner().invoke(command, [str(argument) for argument in arguments], catch_exceptions=True)
+run = partial(invoke, command)
 
 
 def test_lists_every_trajectory() -> None:
@@ -24,10 +24,13 @@ def test_lists_every_trajectory() -> None:
     assert result.exit_code == 0
     for name in names():
         assert name in result.stdout
+    assert result.stderr == "next: daq record --traj fig5a\n"
 
 
 def test_json_is_one_document_with_the_figures() -> None:
-    document = json.loads(run("--json", "--cycles", "2").stdout)
+    result = run("--json", "--cycles", "2")
+    assert result.stderr == ""
+    document = json.loads(result.stdout)
     assert document["schema"] == 1
     assert [entry["name"] for entry in document["trajectories"]] == list(names())
     fig5a = document["trajectories"][names().index("fig5a")]

@@ -71,8 +71,10 @@ def test_every_sync_of_the_kernel_is_accounted_for(run: Run) -> None:
         assert (frames.id == 0x200 + node).sum() == figures["cycles"]
     answered = ~np.isnan(recording.position).all(axis=1)
     assert answered.sum() <= len(run.syncs)
-    # The kernel does not wait for targets: a SYNC before them is a missed cycle of the host.
-    assert max(run.stale()) <= figures["cycles_missed"]
+    # The kernel does not wait for targets: a SYNC before them is a missed cycle of the host, unless the computer
+    # sends them late.
+    stale, missed = max(run.stale()), figures["cycles_missed"]
+    run.machine.expect(stale <= missed, f"{stale} SYNCs without a target, {missed} missed cycles")
 
 
 def test_kernel_keeps_the_period_and_targets_precede_their_sync(run: Run) -> None:

@@ -3,14 +3,15 @@
 import json
 import os
 import re
-import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
-from tests.conftest import Finished, Runner, launcher
+from tests.conftest import Finished, Runner
 from tests.drivers.simulated.dictionaries import MADE_UP
-from tests.running import free_port
+from tests.running import free_port, serve
 
 SHARED = Path(os.environ.get("REAL_DATA", Path(__file__).parents[3].parent / "shared" / "data")) / "eds"
 REAL = ("ipos.eds", "isd860.eds", "PRL120.eds", "elmo_whistle.dcf", "prbt_0_1.dcf")
@@ -45,22 +46,24 @@ def dictionary(name: str, folder: Path) -> tuple[Path, Path]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [*MADE_UP, *REAL])
-def test_from_a_dictionary_to_a_model(name: str, daq: Runner, ident: Runner, tmp_path: Path) -> None:
+def test_from_a_dictionary_to_a_model(
+    name: str, daq: Runner, daq_in_process: Runner, ident_in_process: Runner, tmp_path: Path
+) -> None:
     eds, sim = dictionary(name, tmp_path)
-    proposed = daq("rig", "propose", "--eds", eds, "--bus", f"virtual:{name}")
+    proposed = daq_in_process("rig", "propose", "--eds", eds, "--bus", f"virtual:{name}")
     if name in CANNOT_FOLLOW:
         assert proposed.code == 2
         assert CANNOT_FOLLOW[name] in proposed.err
         return
     assert proposed.code == 0, proposed.err
     decide(tmp_path / "rig.toml")
-    checked = daq("check", "--rig", "rig.toml", "--sim", sim)
+    checked = daq_in_process("check", "--rig", "rig.toml", "--sim", sim)
     if name in NOTHING_TO_IDENTIFY:
         assert NOTHING_TO_IDENTIFY[name] in proposed.err
         assert checked.code == 1
         return
     assert checked.code == 0, checked.out
-    record = ("record", "--rig", "rig.toml", "--sim", sim, "--traj", "fig5a", "--cycles", 2, "--out")
+    record = ("record", "--rig", "rig.toml", "--sim", sim, "--traj", "fig5a", "--cycles", 1, "--out")
     if name in REFUSES:
         refused = daq(*record, "refused.mcap")
         assert refused.code == 1
@@ -69,7 +72,7 @@ def test_from_a_dictionary_to_a_model(name: str, daq: Runner, ident: Runner, tmp
     recorded = daq(*record, "run.mcap")
     assert recorded.code == 0, recorded.err
     assert "SIMULATED" in recorded.err
-    model = ident("fit", "run.mcap", "--json")
+    model = ident_in_process("fit", "run.mcap", "--json")
     assert model.code == 0, model.err
     values = {parameter["name"]: parameter["value"] for parameter in json.loads(model.out)["parameters"]}
     assert values["m_p"] == pytest.approx(PLATFORM, rel=0.02)
@@ -90,24 +93,15 @@ def test_drives_on_the_bus_are_read(daq: Runner, tmp_path: Path) -> None:
     assert 'torque_source = "current_actual"' in text
 
 
-def served(folder: Path, *arguments: object) -> "subprocess.Popen[str]":
-    """`daq sim`, ready; it ends with its block."""
-
-    class Served(subprocess.Popen[str]):
-        def __exit__(self, *_: object) -> None:
-            self.terminate()
-            self.communicate(timeout=120)
-
-    process = Served(
-        [*launcher("daq"), "sim", *map(str, arguments)],
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stdout is not None
-    assert "simulated drives" in process.stdout.readline()
-    return process
+@contextmanager
+def served(folder: Path, *arguments: object) -> Iterator[None]:
+    """`daq sim` while the block runs."""
+    process = serve(folder, *arguments)
+    try:
+        yield
+    finally:
+        process.terminate()
+        process.communicate(timeout=120)
 
 
 @pytest.mark.parametrize(
@@ -125,17 +119,19 @@ def served(folder: Path, *arguments: object) -> "subprocess.Popen[str]":
         (("--eds", "drive.eds", "--out", "drive.eds", "--force"), "one of the inputs"),
     ],
 )
-def test_bad_input_is_explained(arguments: tuple[str, ...], reason: str, daq: Runner, tmp_path: Path) -> None:
+def test_bad_input_is_explained(
+    arguments: tuple[str, ...], reason: str, daq_in_process: Runner, tmp_path: Path
+) -> None:
     MADE_UP["slow"].write(tmp_path)
-    done = daq("rig", "propose", *arguments)
+    done = daq_in_process("rig", "propose", *arguments)
     assert_refused(done, reason)
     assert not (tmp_path / "rig.toml").exists()
 
 
-def test_a_rig_file_is_not_replaced(daq: Runner, tmp_path: Path) -> None:
+def test_a_rig_file_is_not_replaced(daq_in_process: Runner, tmp_path: Path) -> None:
     MADE_UP["slow"].write(tmp_path)
     (tmp_path / "rig.toml").write_text("mine")
-    assert_refused(daq("rig", "propose", "--eds", "drive.eds"), "rig.toml should not exist yet")
+    assert_refused(daq_in_process("rig", "propose", "--eds", "drive.eds"), "rig.toml should not exist yet")
     assert (tmp_path / "rig.toml").read_text() == "mine"
 
 

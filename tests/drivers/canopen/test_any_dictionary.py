@@ -2,158 +2,27 @@
 
 import math
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drivers.canopen import roles
-from drivers.canopen.bus import Link
-from drivers.canopen.drive import CanopenDrives
-from drivers.protocol import Goal, Power, Sample
-from drivers.simulated.habits import Habits
-from recordings.errors import BadInput, RunFailed
-from recordings.rig import Axis, Drive, Limits, Rig, Torque
-from tests.drivers.canopen.lossy_bus import LossyBus
+from recordings.rig import Rig
+from tests.drivers.canopen.made_up_runs import (
+    ACCELERATION,
+    RATED,
+    Outcome,
+    missing_from,
+    outcome_of,
+    rig_of,
+)
 from tests.drivers.simulated.dictionaries import (
-    GEAR,
     MADE_UP,
-    RATED_CURRENT,
-    RATED_TORQUE,
     MadeUpDrive,
     made_up_drives,
 )
 
-RATED = RATED_TORQUE * GEAR / 1000
-"""Rated torque at the joint [N m]."""
-ACCELERATION, SPEED = 20.0, 1.0
-"""Limit of the quick stop [rad/s^2], speed before it [rad/s]."""
-SAFETY = tuple(f"{index:04X}" for index, role in roles.ROLES.items() if role.role == "safety")
 REFUSED = r"refuses to write object (605A|6066|6065|6085|60C2|607D)|shows mode"
-
-
-@dataclass
-class Outcome:
-    """Outcome of one drive: either a stated reason, or what was measured."""
-
-    problems: list[str]
-    refused: str = ""
-    samples: tuple[tuple[Sample, float, float], ...] = ()
-    """Samples with the true voltage [V] and torque [N m]."""
-    deceleration: float = math.nan
-    """Of the quick stop [rad/s^2]."""
-    reports: tuple[str, ...] = ()
-
-
-def missing_from(made_up: MadeUpDrive) -> list[str]:
-    """Objects of safety that the dictionary lacks."""
-    indices = {index for index, _ in made_up.items}
-    return [name for name in SAFETY if int(name, 16) not in indices]
-
-
-def rig_of(made_up: MadeUpDrive, rate: float = 500.0, **changes: Any) -> Rig:
-    """A rig file as an engineer would write it for this drive."""
-    items, habits = made_up.items, made_up.habits
-    modes = int(str(items[0x6502, 0].default)) if (0x6502, 0) in items else 0
-    keys: dict[str, Any] = {
-        "node_id": 1,
-        "assume_mode": True,
-        "mode": "interpolated" if modes & 0xC0 == 0x40 or (0x607A, 0) not in items else "cyclic",
-        "accept_missing": missing_from(made_up),
-    }
-    if not int(str(items[0x60AA, 0].default if (0x60AA, 0) in items else 0)) and (0x608E, 0) not in items:
-        keys["units"] = {"acceleration": "counts/s^2"}
-    if (0x605A, 0) in items and 6 in habits.get("allowed", {}).get("605A", ()):
-        keys["quick_stop_option"] = 6
-    if "voltage" in habits:
-        mappable = items[0x2030, 0].mappable
-        keys["voltage"] = {
-            **{"index": 0x2030, "sub": 0, "scale": habits["voltage_scale"]},
-            "transfer": "pdo" if mappable else "sdo",
-        }
-    elif (0x6077, 0) in items:
-        keys |= {"torque_source": "torque_actual", "rated_torque": RATED}
-    else:
-        keys |= {"torque_source": "current_actual", "rated_current": RATED_CURRENT / 1000}
-    return Rig(
-        name="made up",
-        mechanism="axes",
-        rate=rate,
-        axes=(Axis(),),
-        drives=(Drive.model_validate_json(_json(keys | changes)),),
-        limits=Limits(acceleration=ACCELERATION, following_error=0.2),
-        torque=Torque(gain=(1.0,), per_ampere=(RATED / (RATED_CURRENT / 1000),)),
-    )
-
-
-def _json(keys: dict[str, Any]) -> str:
-    import json
-
-    return json.dumps(keys)
-
-
-def bus_of(made_up: MadeUpDrive, rig: Rig) -> LossyBus:
-    """A bus with one drive that has this dictionary."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "drive.eds"
-        path.write_text(made_up.eds)
-        return LossyBus(rig, path, Habits.model_validate_json(_json(dict(made_up.habits))))
-
-
-def outcome_of(made_up: MadeUpDrive, rig: Rig, seen: set[int] | None = None) -> Outcome:
-    """Check the drive, set it up, move it for half a second, stop it; it never ends with power.
-
-    `seen` collects the ids of the frames that the drive sends during the motion.
-    """
-    bus = bus_of(made_up, rig)
-    reports: list[str] = []
-    link = Link(bus)
-    link.clock = bus.now_ns
-    driver = CanopenDrives(rig, link, lambda level, source, text: reports.append(text))
-    driver.discover()
-    outcome = Outcome([f"{f.what}: {f.found}" for f in driver.check() if f.verdict == "problem"])
-    try:
-        driver.configure()
-        if seen is not None:
-            link.tap = lambda _, message, sent: None if sent else seen.add(message.arbitration_id)
-        _move(driver, bus, rig, outcome)
-    except (BadInput, RunFailed) as error:
-        outcome.refused = str(error)
-    finally:
-        driver.goal = Goal.DISABLED
-        driver.close()
-    assert not bus.enabled
-    outcome.reports = tuple(reports)
-    return outcome
-
-
-def _move(driver: CanopenDrives, bus: LossyBus, rig: Rig, outcome: Outcome) -> None:
-    driver.goal = Goal.ENABLED
-    for _ in range(round(0.5 * rig.rate)):
-        if driver.exchange(None, 0.01).power == (Power.ON,):
-            break
-    else:
-        raise RunFailed("not enabled")
-    generator = bus.drives[0].generator
-    start, samples = generator.position, []
-    count = round(0.5 * rig.rate)
-    for k, setpoint in enumerate(driver.encode((start + SPEED / rig.rate * np.arange(count))[:, None])):
-        bus.volts, bus.torque = 8 * math.sin(0.1 * k), 0.8 * RATED * math.sin(0.07 * k)
-        sample = driver.exchange(setpoint, 0.01)
-        assert sample.trouble is None, sample.trouble
-        samples.append((sample, bus.volts, bus.torque))
-    outcome.samples = tuple(samples)
-    driver.goal = Goal.STOPPED
-    for _ in range(round(rig.rate)):
-        sample = driver.exchange(None, 0.01)
-        if bus.drives[0].powered and generator._deceleration is not None:
-            outcome.deceleration = generator._deceleration
-        if sample.power == (Power.OFF,):
-            return
-    raise RunFailed("still powered after a quick stop")
 
 
 def judge(made_up: MadeUpDrive, rig: Rig, outcome: Outcome) -> None:
@@ -165,6 +34,7 @@ def judge(made_up: MadeUpDrive, rig: Rig, outcome: Outcome) -> None:
     if outcome.refused:
         assert not outcome.samples, outcome.refused
         assert _may_refuse(made_up, outcome.refused), outcome.refused
+        assert any(f"object {address}" in outcome.refused for address in outcome.unproven), outcome.refused
         return
     assert len(outcome.samples) == round(0.5 * rig.rate)
     if (0x6085, 0) in made_up.items:
@@ -199,6 +69,16 @@ def test_random_dictionary(made_up: MadeUpDrive) -> None:
 def test_two_hundred_random_dictionaries(made_up: MadeUpDrive) -> None:
     rig = rig_of(made_up)
     judge(made_up, rig, outcome_of(made_up, rig))
+
+
+@settings(max_examples=20, deadline=None, derandomize=True)
+@given(made_up_drives())
+def test_with_the_file_of_the_drive_the_check_names_every_limit(made_up: MadeUpDrive) -> None:
+    made_up = MadeUpDrive(made_up.items, {key: v for key, v in made_up.habits.items() if key != "allowed"})
+    with tempfile.TemporaryDirectory() as folder:
+        path, _ = made_up.write(Path(folder))
+        outcome = outcome_of(made_up, rig_of(made_up, eds=str(path)))
+    assert outcome.problems or not outcome.refused, outcome.refused
 
 
 @settings(max_examples=20, deadline=None, derandomize=True)
@@ -294,7 +174,7 @@ def test_other_pdos_are_off_during_the_run() -> None:
     made_up = MADE_UP["wide_voltage"]
     rig = rig_of(made_up)
     seen: set[int] = set()
-    outcome = outcome_of(made_up, rig, seen)
+    outcome = outcome_of(made_up, rig, lambda arbitration_id, sent: sent or seen.add(arbitration_id))
     assert outcome.samples
     assert seen & {0x181, 0x281, 0x381, 0x481} == {0x181, 0x281}  # status and position; voltage
 
@@ -315,3 +195,31 @@ def test_units_that_contradict_the_drive_are_refused_before_anything_is_written(
     assert any("1 rad/s^2 of the joint" in problem for problem in outcome.problems)
     assert "200.535" in outcome.refused
     assert "27379.7" in outcome.refused
+
+
+def with_entries(made_up: MadeUpDrive, entries: dict[int, int]) -> MadeUpDrive:
+    """The drive with so many entries in the mapping of each PDO, by the index of the mapping object."""
+    items = {
+        address: item
+        for address, item in made_up.items.items()
+        if address[1] <= entries.get(address[0], 8) or not 0x1600 <= address[0] < 0x1C00
+    }
+    return MadeUpDrive(items, made_up.habits)
+
+
+@pytest.mark.parametrize(
+    ("entries", "sent", "received"),
+    [
+        ({0x1600: 1, 0x1A00: 1}, {0x301}, {0x181, 0x281}),  # one object in the first PDO, more in the second
+        ({0x1600: 1, 0x1601: 1, 0x1A00: 1, 0x1A01: 1, 0x1A02: 1, 0x1A03: 1}, {0x201, 0x301}, {0x181, 0x281, 0x381}),
+    ],
+)
+def test_drive_that_maps_one_object_into_a_pdo(entries: dict[int, int], sent: set[int], received: set[int]) -> None:
+    made_up = with_entries(MADE_UP["wide_voltage"], entries)
+    rig = rig_of(made_up)
+    frames: dict[bool, set[int]] = {True: set(), False: set()}
+    outcome = outcome_of(made_up, rig, lambda arbitration_id, is_sent: frames[is_sent].add(arbitration_id))
+    judge(made_up, rig, outcome)
+    assert outcome.samples
+    assert frames[True] & set(range(0x201, 0x600, 0x100)) == sent
+    assert frames[False] & set(range(0x181, 0x580, 0x100)) == received

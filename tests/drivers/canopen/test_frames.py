@@ -3,17 +3,23 @@
 `python -m tests.drivers.canopen.test_frames` writes the files anew: look at their differences.
 """
 
+import tempfile
 from pathlib import Path
 from typing import Any
 
 import can
 import pytest
 
+from daq.proposal.document import propose
+from daq.proposal.facts import from_file
 from drivers.canopen.bus import Link
 from drivers.canopen.drive import CanopenDrives
 from drivers.protocol import Goal, Power
 from recordings.errors import BadInput, RunFailed
-from tests.drivers.canopen.test_any_dictionary import bus_of, rig_of
+from recordings.rig import CanBus, Rig, load_rig
+from tests.daq.proposal.test_rig_command import REAL, SHARED, decide
+from tests.drivers.canopen.lossy_bus import LossyBus
+from tests.drivers.canopen.made_up_runs import bus_of, rig_of
 from tests.drivers.simulated.dictionaries import MADE_UP
 
 FRAMES = Path(__file__).with_name("frames")
@@ -27,11 +33,25 @@ RIGS: dict[str, tuple[float, dict[str, Any]]] = {
 """Rate and keys of the rig file for each dictionary."""
 
 
-def frames_of(name: str) -> list[str]:
+def bus_with(name: str) -> tuple[Rig, LossyBus]:
+    """The rig file for a drive, and a bus with it; for the dictionary of a real drive, the file that is proposed."""
+    if name in RIGS:
+        rate, keys = RIGS[name]
+        rig = rig_of(MADE_UP[name], rate, **keys)
+        return rig, bus_of(MADE_UP[name], rig)
+    if not (SHARED / name).exists():
+        pytest.skip(f"{name} is not here; set REAL_DATA")
+    proposal = propose([from_file(SHARED / name, 1)], CanBus(interface="virtual", channel=name))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "rig.toml"
+        path.write_text(proposal.text)
+        decide(path)
+        rig = load_rig(path)
+    return rig, LossyBus(rig, SHARED / name)
+
+
+def frames_of(rig: Rig, bus: LossyBus) -> list[str]:
     """Lines "sent > received received ..."; a drive's frames stand behind the one that they follow."""
-    rate, keys = RIGS[name]
-    rig = rig_of(MADE_UP[name], rate, **keys)
-    bus = bus_of(MADE_UP[name], rig)
     link = Link(bus)
     link.clock = bus.now_ns
     lines: list[str] = []
@@ -59,15 +79,16 @@ def frames_of(name: str) -> list[str]:
     return lines
 
 
-@pytest.mark.parametrize("name", RIGS)
+@pytest.mark.parametrize("name", [*RIGS, *REAL])
 def test_every_frame_is_the_kept_one(name: str) -> None:
     assert set(RIGS) == set(MADE_UP)
-    assert frames_of(name) == (FRAMES / f"{name}.txt").read_text().splitlines()
+    assert frames_of(*bus_with(name)) == (FRAMES / f"{name}.txt").read_text().splitlines()
 
 
-@pytest.mark.parametrize("name", sorted(set(RIGS) - {"profile_only"}))
+@pytest.mark.parametrize("name", sorted({*RIGS, *REAL} - {"profile_only", "isd860.eds"}))
 def test_order_of_the_set_up(name: str) -> None:
-    lines = frames_of(name)
+    """Of the drives that can be set up: the others end in the reason that is kept."""
+    lines = frames_of(*bus_with(name))
     sent = [line.split(" >")[0] for line in lines]
     first_write = next(k for k, text in enumerate(sent) if _download(text))
     started = sent.index("000 01 01")
@@ -95,5 +116,5 @@ def _map(parameters: str) -> str:
 
 
 if __name__ == "__main__":
-    for dictionary in RIGS:
-        (FRAMES / f"{dictionary}.txt").write_text("\n".join(frames_of(dictionary)) + "\n")
+    for dictionary in (*RIGS, *REAL):
+        (FRAMES / f"{dictionary}.txt").write_text("\n".join(frames_of(*bus_with(dictionary))) + "\n")

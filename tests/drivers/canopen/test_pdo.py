@@ -31,7 +31,7 @@ def test_tpdos_by_voltage_transfer_and_torque() -> None:
         Drive(node_id=1, torque_source="torque_actual"),
         Drive(node_id=1, torque_source="current_actual", rated_current=2.0),
     )
-    assert [[[field.name for field in fields] for fields in pdo.tpdos(drive)] for drive in drives] == [
+    assert [[[field.name for field in fields] for fields in pdo.tpdos(drive).values()] for drive in drives] == [
         [["status", "position", "voltage"]],
         [["status", "position", "voltage"], ["torque"]],
         [["status", "position", "torque"]],
@@ -39,10 +39,19 @@ def test_tpdos_by_voltage_transfer_and_torque() -> None:
         [["status", "position", "torque"]],
     ]
     assert pdo.pdo_sizes(drives[1]) == [6, 8, 2]
-    assert [hex(fields[-1].mapped) for fields in (pdo.tpdos(d)[-1] for d in drives[3:])] == [
+    assert [hex(fields[-1].mapped) for fields in (list(pdo.tpdos(d).values())[-1] for d in drives[3:])] == [
         "0x60770010",
         "0x60780010",
     ]
+
+
+def test_torque_offset_fills_the_rpdo() -> None:
+    drive = Drive(node_id=1, torque_offset=True)
+    assert [hex(mapped) for mapped in pdo.rpdos(drive)[0]] == ["0x60400010", "0x607a0020", "0x60b20010"]
+    assert pdo.pdo_sizes(drive) == [8, 8]
+    writes = {(write.index, write.sub): write.value for write in pdo.pdo_writes(drive, standard_dictionary(drive))}
+    assert writes[0x1600, 3] == 0x60B2_00_10
+    assert writes[0x1600, 0] == 3
 
 
 @pytest.mark.parametrize(
@@ -57,7 +66,7 @@ def test_tpdos_by_voltage_transfer_and_torque() -> None:
 )
 def test_size_of_the_voltage_is_the_drives(size: int, signed: bool | None, mapped: int, layouts: list[str]) -> None:
     drive = Drive(node_id=1, voltage=Voltage(signed=signed))
-    pdos = pdo.tpdos(drive, with_voltage(drive, size))
+    pdos = list(pdo.tpdos(drive, with_voltage(drive, size)).values())
     assert pdos[-1][-1].mapped == mapped
     assert "|".join("".join(field.layout for field in fields) for fields in pdos) == "".join(layouts)
 
@@ -105,6 +114,13 @@ def test_drive_with_too_few_pdos_is_refused(missing: str, kind: str) -> None:
     drive = Drive(node_id=5, torque_actual=True)
     with pytest.raises(BadInput, match=kind):
         pdo.pdo_writes(drive, dictionary(drive, **{missing: -1}))
+
+
+def test_objects_that_fit_nowhere_are_tried_in_full_mappings() -> None:
+    drive = Drive(node_id=5)
+    data = {address: value for address, value in standard_dictionary(drive).data.items() if address != (0x1801, 1)}
+    objects = DriveDictionary(drive, {**data, (0x1A00, 1): bytes(4)})
+    assert [len(fields) for fields in pdo.tpdos(drive, objects).values()] == [3]
 
 
 def test_effort_per_count() -> None:

@@ -10,7 +10,7 @@ from drivers.canopen.drive import CanopenDrives
 from drivers.simulated.drive_state_machine import PowerState
 from recordings.errors import BadInput, RunFailed
 from tests.drivers.canopen.lossy_bus import LossyBus
-from tests.drivers.canopen.test_any_dictionary import bus_of, rig_of
+from tests.drivers.canopen.made_up_runs import bus_of, rig_of
 from tests.drivers.simulated.dictionaries import MADE_UP, MadeUpDrive
 
 WIDE = MADE_UP["wide_voltage"]

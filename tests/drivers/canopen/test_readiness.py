@@ -34,6 +34,19 @@ def test_watchdog_is_missing_only_where_no_other_one_is_there() -> None:
     assert "does not stop when this program or the cable fails" in problem
 
 
+def test_torque_offset_needs_its_object_and_the_rated_torque_of_the_drive() -> None:
+    drive = Drive(node_id=1, torque_offset=True, rated_torque=21.0, gear=21.0)
+    assert readiness.problems(dictionary(drive)) == []
+    assert readiness.problems(dictionary(drive, x6076=1005)) == []
+    (problem,) = readiness.problems(dictionary(drive, 0x60B2))
+    assert problem.startswith("60B2:00 torque offset: no such object")
+    (problem,) = readiness.problems(dictionary(drive, x6076=1500))
+    assert "6076h of the drive gives 31.5 N m" in problem
+    assert "rated_torque of the rig file is 21 N m" in problem
+    unused = drive.model_copy(update={"torque_offset": False})
+    assert readiness.problems(dictionary(unused, 0x60B2, x6076=1500)) == []
+
+
 @pytest.mark.parametrize("index", [0x6041, 0x6060, 0x6064, 0x607A])
 def test_object_of_motion_cannot_be_accepted_as_missing(index: int) -> None:
     drive = Drive(node_id=1, accept_missing=(f"{index:04X}",))

@@ -26,6 +26,33 @@ def test_settles_on_the_setpoint_whatever_the_load(load: float) -> None:
     assert torque == pytest.approx(load, abs=1e-3)
 
 
+def test_torque_offset_takes_the_load_off_the_integrator() -> None:
+    axis, errors = PositionLoop(SERVO, DT, 10), []
+    for offset in (0.0, 15.0):
+        q, v = 0.0, 0.0
+        axis.restart(0.0)
+        worst = 0.0
+        for _ in range(2000):
+            v += (axis.follow(0.0, q, v, offset) - 15.0) / 0.35 * DT
+            q += v * DT
+            worst = max(worst, abs(q))
+        errors.append(worst)
+    assert errors[1] < 0.1 * errors[0]
+
+
+def test_exact_reference_follows_an_acceleration_with_a_fitting_torque_exactly() -> None:
+    errors = {}
+    for exact in (False, True):
+        axis, q, v = PositionLoop(SERVO.model_copy(update={"exact_reference": exact}), DT, 10), 0.0, 0.0
+        axis.restart(0.0)
+        for step in range(1, 2001):
+            v += axis.follow(0.5 * 20.0 * (step * DT) ** 2, q, v, 0.35 * 20.0) / 0.35 * DT
+            q += v * DT
+        errors[exact] = abs(q - 0.5 * 20.0 * (2000 * DT) ** 2)
+    assert errors[True] < 2e-4
+    assert errors[True] < 0.2 * errors[False]
+
+
 def test_constant_speed_is_followed_without_lag() -> None:
     axis, q, v, speed = PositionLoop(SERVO, DT, 10), 0.0, 0.0, 3.0
     axis.restart(0.0)

@@ -1,11 +1,11 @@
 """Fit and compare of an imported prismatic axis with uneven sampling."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 
 from ident.cli import program
 from recordings.errors import BadInput
@@ -13,6 +13,7 @@ from recordings.imported import imported_rig, measured_torque
 from recordings.recording import Run
 from recordings.rig import Torque
 from recordings.writer import RecordingWriter
+from tests.running import invoke
 
 MASS, VISCOUS, COULOMB, OFFSET = 3.0, 4.0, 1.5, 0.7
 
@@ -55,8 +56,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(program, [*map(str, arguments)], catch_exceptions=True)
+run = partial(invoke, program)
 
 
 def test_fit_and_compare(folder: Path) -> None:

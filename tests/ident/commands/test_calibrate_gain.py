@@ -2,17 +2,18 @@ import json
 import tomllib
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 
 from ident.cli import program
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 from recordings.rig import Torque, load_rig, simulated_rig
 from tests.conftest import Runner
+from tests.running import invoke
 
 GAINS = (0.8, 1.0, 1.3)
 
@@ -38,8 +39,7 @@ def pair(
     return files[0], files[1]
 
 
-def calibrate(*arguments: object) -> Result:
-    return CliRunner().invoke(program, ["calibrate-gain", *map(str, arguments)])
+calibrate = partial(invoke, program, "calibrate-gain")
 
 
 def test_printed_section_is_valid_in_a_rig_file(pair: tuple[Path, Path], tmp_path: Path) -> None:

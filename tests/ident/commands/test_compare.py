@@ -4,14 +4,15 @@ import json
 import re
 import shutil
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
 
 from ident.cli import program
 from recordings.errors import BadInput
 from recordings.recording import Recording
+from tests.running import invoke
 
 
 @pytest.fixture(scope="module")
@@ -27,8 +28,7 @@ def folder(
     return folder
 
 
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(program, [*map(str, arguments)], catch_exceptions=True)
+run = partial(invoke, program)
 
 
 def test_tables_and_page(folder: Path) -> None:

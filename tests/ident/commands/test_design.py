@@ -1,14 +1,15 @@
 """`ident design` as a user types it."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
 
 from ident.cli import program
 from recordings.errors import BadInput
 from recordings.rig import load_rig
+from tests.running import invoke
 from trajectories import load
 from trajectories.checks import check
 
@@ -31,8 +32,7 @@ def rig(tmp_path: Path) -> Path:
     return path
 
 
-def design(*arguments: object) -> Result:
-    return CliRunner().invoke(program, ["design", *map(str, arguments)], catch_exceptions=True)
+design = partial(invoke, program, "design")
 
 
 def test_writes_a_trajectory_and_prints_the_expected_errors(rig: Path, tmp_path: Path) -> None:

@@ -4,16 +4,17 @@ import json
 import re
 import shlex
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 
 from ident.cli import program
 from recordings.errors import BadInput
 from tests.foreign.pairs import TRAIN, VALIDATE, Setting, make
+from tests.running import invoke
 
 pytestmark = pytest.mark.slow
 Hide = Callable[..., Path]
@@ -33,8 +34,7 @@ def hide(tmp_path_factory: pytest.TempPathFactory) -> Hide:
     return folder
 
 
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(program, [*map(str, arguments)], catch_exceptions=True)
+run = partial(invoke, program)
 
 
 def diagnose(folder: Path, *options: object, validate: bool = True) -> dict[str, Any]:

@@ -7,11 +7,11 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 
 from ident.cli import program
 from ident.data.prepared_recording import prepare
@@ -21,6 +21,7 @@ from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording
 from recordings.rig import Geometry, simulated_rig
+from tests.running import invoke
 
 BRIEF = ["--iterations", "150"]
 
@@ -44,8 +45,7 @@ def folder(recorded: Path, tmp_path: Path) -> Path:
     return tmp_path
 
 
-def fit(*arguments: object) -> Result:
-    return CliRunner().invoke(program, ["fit", *map(str, arguments)], catch_exceptions=True)
+fit = partial(invoke, program, "fit")
 
 
 def test_writes_model_and_pictures_and_prints_the_tables(folder: Path, truth: Floats) -> None:
@@ -154,6 +154,10 @@ def test_existing_results_are_kept_unless_forced(folder: Path) -> None:
             ["--paper", "--preprocess", "parallel"],
             r"--preprocess cannot be combined with --paper, .* 'parallel' found",
         ),
+        (["--set", "partcles=9"], r"'partcles' found; did you mean particles\?"),
+        (["--set", "particles=few"], r"particles: an integer expected, 'few' found"),
+        (["--set", "iterations=9"], r"--iterations cannot be combined with --set iterations=9"),
+        (["--method", "svd", "--set", "threshold=2"], r"a setting of threshold expected, 'iterations' found"),
         (["--paper"], r"--iterations cannot be combined with --paper"),
     ],
 )
@@ -164,6 +168,28 @@ def test_bad_input_is_explained_and_leaves_nothing(folder: Path, arguments: list
     assert isinstance(result.exception, BadInput)
     assert re.search(message, str(result.exception))
     assert sorted(folder.iterdir()) == before
+
+
+def test_a_swarm_searches_the_shape_of_an_effect(folder: Path) -> None:
+    brief = ["--set", "particles=4", "--set", "neighbours=2", "--set", "iterations=2"]
+    options = ["--method", "pso_nonlinear", "--with", "stribeck", *brief]
+    assert fit(folder / "a.mcap", *options, "--seed", 5).exit_code == 0
+    model = json.loads((folder / "a.model.json").read_text())
+    assert model["method"]["diagnostics"] == {"evaluations": 12, "iterations": 2}
+    assert [parameter["name"] for parameter in model["searched"]] == ["stribeck.v_s"]
+    assert model["method"]["certified"]["excess"] < 1e-9
+    assert (folder / "a.plots" / "convergence.png").exists()
+    refused = fit(folder / "a.mcap", "--method", "pso_nonlinear", "--force")
+    assert "such as --with stribeck, expected, none found" in str(refused.exception)
+
+
+def test_settings_are_kept_in_the_model(folder: Path) -> None:
+    model = folder / "a.model.json"
+    assert fit(folder / "a.mcap", *BRIEF, "--set", "N_p=40", "--set", "neighbours=8").exit_code == 0
+    kept = json.loads(model.read_text())["method"]["settings"]
+    assert (kept["particles"], kept["neighbours"], kept["iterations"]) == (40, 8, 150)
+    refused = fit(folder / "a.mcap", "--paper", "--set", "tolerance=0.1", "--force")
+    assert "--set tolerance cannot be combined with --paper" in str(refused.exception)
 
 
 def test_validation_on_the_training_data_is_refused(folder: Path, write: Callable[[Recording], Path]) -> None:

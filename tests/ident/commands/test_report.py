@@ -1,18 +1,30 @@
 """`ident report` as a user types it."""
 
 import json
-import os
 import re
-import shutil
 import subprocess
 import sys
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
 from recordings.errors import BadInput
+from tests.chromium import tab
 from tests.foreign.pairs import TRAIN, VALIDATE, Setting, make
+from tests.ident.conftest import write_recording
+from tests.ident.data.test_frequency_response import recording as multisine_recording
 from tests.ident.output.report.cases import Case, make_case, run
+
+_LEGEND_ABOVE_TITLE = """() => {
+    const [legend, title] = [".legend", ".annotation"].map(
+        name => document.querySelector("#plot-ladder " + name)?.getBoundingClientRect());
+    return legend && title && legend.bottom <= title.top;
+}"""
+"""Whether the legend is above the first title, as soon as its height is known."""
+A4_HEIGHT = 1032
+"""Of the printed part of a page [px]."""
 
 
 @pytest.fixture(scope="module")
@@ -47,6 +59,19 @@ def test_inputs_are_checked(case: Case, tmp_path: Path) -> None:
     assert "does not exist" in refused(case.folder / "no.json", case.train, "-o", out)
     assert "does not exist" in refused(case.model, case.train, "-o", tmp_path / "no" / "r.html", "--no-diagnose")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_frequency_response_is_a_part_of_the_report(case: Case, tmp_path: Path) -> None:
+    response = write_recording(replace(multisine_recording(cycles=2), path=tmp_path / "joint2.mcap"))
+    out = tmp_path / "r.html"
+    done = run("report", case.model, case.train, "--response", response, "-o", out, "--no-diagnose")
+    assert done.exit_code == 0, done.output
+    page = out.read_text(encoding="utf-8")
+    assert 'id="plot-response-1"' in page
+    assert "ident response joint2.mcap --json" in page
+    assert "motion of one joint" in refused(
+        case.model, case.train, "--response", case.validate, "-o", tmp_path / "s.html"
+    )
 
 
 def test_models_of_a_later_schema_are_refused(case: Case, tmp_path: Path) -> None:
@@ -91,16 +116,8 @@ def test_the_report_contains_the_json_of_diagnose(reported: Path) -> None:
 
 @pytest.mark.slow
 def test_the_report_opens_in_a_browser(reported: Path) -> None:
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if chromium is None:
-        assert os.environ.get("CI") != "true", "chromium expected on PATH, none found; install it"
-        pytest.skip("no chromium on PATH")
-    from playwright.sync_api import sync_playwright
-
     messages: list[str] = []
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        page = browser.new_page(viewport={"width": 1280, "height": 800})
+    with tab() as page:
         page.on("console", lambda message: messages.append(f"{message.type}: {message.text}"))
         page.on("pageerror", lambda error: messages.append(f"error: {error}"))
         page.on("request", lambda request: messages.append(request.url) if request.url.startswith("http") else None)
@@ -115,5 +132,52 @@ def test_the_report_opens_in_a_browser(reported: Path) -> None:
         assert page.evaluate("document.documentElement.dataset.theme") == "dark"
         assert page.evaluate("document.documentElement.scrollWidth") <= 1280
         page.pdf()
-        browser.close()
     assert messages == []
+
+
+@pytest.mark.slow
+def test_the_report_is_in_the_order_of_the_story(reported: Path) -> None:
+    text = (reported / "report.html").read_text(encoding="utf-8")
+    assert re.findall(r'<section id="([a-z-]+)">', text)[:4] == ["ladder", "findings", "before-after", "remains"]
+    assert text.index('id="plot-finding-1"') < text.index("Usual causes")
+    assert text.index('id="top"') < text.index('<div class="tiles">') < text.index('id="plot-ladder"')
+
+
+@pytest.mark.slow
+def test_plots_stand_below_each_other_on_a_narrow_screen(reported: Path) -> None:
+    with tab() as page:
+        for width in (700, 400):
+            page.set_viewport_size({"width": width, "height": 800})
+            page.goto((reported / "report.html").as_uri())
+            page.wait_for_selector("html[data-drawn]", state="attached")
+            page.wait_for_function(_LEGEND_ABOVE_TITLE)
+            assert not page.evaluate("document.getElementById('contents').open")
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+            boxes = [plot.bounding_box() for plot in page.locator("#plot-ladder .bglayer .bg").all()]
+            assert len(boxes) == 3
+            assert all(box["width"] > 0.4 * width for box in boxes)
+            for above, below in pairwise(boxes):
+                assert below["y"] > above["y"] + above["height"] + 40, "room for labels and title"
+
+
+@pytest.mark.slow
+def test_a_double_click_shows_the_whole_recording_and_paper_takes_twelve_pages(reported: Path) -> None:
+    with tab() as page:
+        page.goto((reported / "report.html").as_uri())
+        page.wait_for_selector("html[data-drawn]", state="attached")
+        plot = page.locator("#before-after details[open] .plot")
+        plot.scroll_into_view_if_needed()
+        size = "plot => plot._fullLayout.xaxis.range[1] - plot._fullLayout.xaxis.range[0]"
+        first = plot.evaluate(size)
+        plot.locator(".nsewdrag").first.dblclick()
+        for _ in range(100):
+            if plot.evaluate(size) > 2 * first:
+                break
+            page.wait_for_timeout(100)
+        assert plot.evaluate(size) > 2 * first
+
+        paper = page.pdf(prefer_css_page_size=True)
+        assert len(re.findall(rb"/Type\s*/Page\b", paper)) <= 12
+        page.evaluate("window.dispatchEvent(new Event('beforeprint'))")
+        heights = page.locator(".js-plotly-plot").evaluate_all("plots => plots.map(plot => plot.offsetHeight)")
+        assert max(heights) < 0.45 * A4_HEIGHT, "a plot that does not fit leaves less than half a page empty"

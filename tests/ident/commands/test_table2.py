@@ -1,16 +1,16 @@
 import json
+import re
+from functools import partial
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
 
 from ident.cli import program
 from ident.paper.methods import PAPER
 from recordings.errors import BadInput
+from tests.running import invoke
 
-
-def table2(*arguments: object) -> Result:
-    return CliRunner().invoke(program, ["table2", *map(str, arguments)], catch_exceptions=True)
+table2 = partial(invoke, program, "table2")
 
 
 def test_the_samples_show_the_papers_order_beside_its_values(tmp_path: Path) -> None:
@@ -25,7 +25,7 @@ def test_the_samples_show_the_papers_order_beside_its_values(tmp_path: Path) -> 
     assert "Not comparable: the values" in printed
     assert "SIMULATED" in printed
     figures = sorted(path.name for path in (tmp_path / "plots").iterdir())
-    assert figures == sorted(f"figure_{number}.png" for number in (3, 6, 7, 8, 9, 10))
+    assert figures == sorted(f"figure_{number}.{kind}" for number in (3, 6, 7, 8, 9, 10) for kind in ("csv", "png"))
 
 
 def test_json_is_one_document_and_nothing_else(tmp_path: Path) -> None:
@@ -34,6 +34,35 @@ def test_json_is_one_document_and_nothing_else(tmp_path: Path) -> None:
     assert document["methods"]["svd"]["diagnostics"]["rank"] == 13
     assert document["methods"]["pso"]["excess"] < 1e-6
     assert document["methods"]["ls"]["excess"] is None
+
+
+def test_a_study_compares_swarms_of_several_sizes_and_seeds(tmp_path: Path) -> None:
+    brief = ["--set", "pso.iterations=40", "--set", "pso_classic.iterations=40", "--plots", tmp_path / "plots"]
+    document = json.loads(table2("--json", "--seed", 3, "--seeds", 2, "--sizes", "12,30", *brief).stdout)
+    groups = {(group["method"], group["particles"]): group for group in document["study"]}
+    assert set(groups) == {(method, size) for method in ("pso", "pso_classic") for size in (12, 30)}
+    assert [groups["pso", size]["neighbours"] for size in (12, 30)] == [2, 6]
+    assert all(group["seeds"] == [3, 4] for group in groups.values())
+    assert groups["pso", 30]["excess"]["median"] < groups["pso", 12]["excess"]["median"]
+    names = {path.name for path in (tmp_path / "plots").iterdir()}
+    assert {"study.png", "study.csv", "convergence.csv"} < names
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--sizes", "many"], "numbers of particles such as 50,100,300 expected, 'many' found"),
+        (["--sizes", "100,2"], "each of 3 or more, expected, '100,2' found"),
+        (["--set", "threshold=0.3"], "METHOD.NAME=VALUE .* 'threshold' found"),
+        (["--set", "svt.threshold=0.3"], "did you mean svd"),
+        (["--set", "svd.treshold=0.3"], "did you mean threshold"),
+    ],
+)
+def test_bad_input_is_explained(arguments: list[str], message: str, tmp_path: Path) -> None:
+    refused = table2(*arguments, "--plots", tmp_path / "plots")
+    assert isinstance(refused.exception, BadInput)
+    assert re.search(message, str(refused.exception))
+    assert not (tmp_path / "plots").exists()
 
 
 def test_existing_pictures_are_kept_unless_forced(tmp_path: Path) -> None:

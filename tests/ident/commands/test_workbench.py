@@ -12,9 +12,11 @@ import pytest
 from tests.conftest import Runner, launcher
 
 
-@pytest.mark.parametrize("places", [["nowhere"], ["a.mcap"], ["."] * 2, ["text.txt"]])
+@pytest.mark.parametrize("places", [["nowhere"], ["a.mcap"], ["."] * 2, ["text.pdf"], ["store"]])
 def test_invalid_places_are_explained(places: list[str], ident: Runner, tmp_path: Path) -> None:
-    (tmp_path / "text.txt").write_text("no recording")
+    (tmp_path / "text.pdf").write_text("no recording")
+    (tmp_path / "store/recordings").mkdir(parents=True)
+    (tmp_path / "store/recordings/part.parquet").touch()
     done = ident("workbench", *places, "--no-browser")
     assert done.code == 2
     assert "expected" in done.err

@@ -66,6 +66,17 @@ def test_known_responses_are_found_with_their_coherence() -> None:
     assert response.loop_coherence[-1] < response.loop_coherence[0]
 
 
+def test_the_motion_of_the_other_joints_is_kept() -> None:
+    quiet = recording()
+    carried = quiet.position + 0.1 * (quiet.position[:, 1:2] - quiet.position[0, 1]) * [1, 0, -2]
+    run = quiet.run.model_copy(update={"torque_age": 2e-4})
+    response = frequency_response(replace(quiet, position=carried, run=run))
+    assert response.others.shape == (len(response.frequency), 2)
+    assert np.median(response.others.real, axis=0) == pytest.approx([0.1, -0.2], rel=0.02)
+    assert response.torque_age == 2e-4
+    assert frequency_response(quiet).torque_age == 0
+
+
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
@@ -77,6 +88,10 @@ def test_known_responses_are_found_with_their_coherence() -> None:
         (
             lambda r: replace(r, position=np.where(r.time[:, None] == 30.0, np.nan, r.position)),
             "the position has gaps",
+        ),
+        (
+            lambda r: replace(r, position=np.where((r.time[:, None] == 30.0) & [1, 0, 0], np.nan, r.position)),
+            "the joints that hold expected",
         ),
         (lambda r: replace(r, command=np.round(r.command, 2)), "lines with gaps between them"),
     ],

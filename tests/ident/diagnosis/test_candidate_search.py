@@ -16,6 +16,8 @@ from recordings.rig import simulated_rig
 
 ROWS = 1000.0
 ZERO_EFFECT_LOSS = 100.0
+ESCAPE = 1.0
+"""Reduction of the loss by an escape from a local minimum, from a fit that has reduced it."""
 
 
 def fitted_model(effect: str, loss: float, parameters: int) -> Any:
@@ -79,6 +81,9 @@ class _Search:
         self.optimized.append(solution.loss)
         return SimpleNamespace(loss=self._final.pop(0), structure=solution.structure, x=solution.x)
 
+    def escape_local_minima(self, solution: Any) -> Any:
+        return SimpleNamespace(loss=solution.loss - ESCAPE, structure=solution.structure, x=solution.x)
+
     def residuals(self, solution: Any) -> Any:
         return ()
 
@@ -86,12 +91,12 @@ class _Search:
 @pytest.mark.parametrize(
     ("effect", "initial", "final", "optimized", "loss"),
     [
-        ("joint_elasticity", (40.0, 90.0), (11.0, 9.0), [40.0], 11.0),  # reaches what screening promised
-        ("joint_elasticity", (40.0, 90.0), (30.0, 9.0), [40.0, 90.0], 9.0),
+        ("joint_elasticity", (40.0, 90.0), (11.0, 9.0), [40.0], 11.0 - ESCAPE),  # reaches what screening promised
+        ("joint_elasticity", (40.0, 90.0), (30.0, 9.0), [40.0, 90.0], 9.0 - ESCAPE),
         ("joint_elasticity", (101.0, 900.0), (11.0, 9.0), [], ZERO_EFFECT_LOSS),  # every start increases the loss
-        ("joint_elasticity", (900.0, 99.0), (50.0, 9.0), [900.0, 99.0], 9.0),
-        ("backlash", (101.0, 900.0), (30.0, 9.0), [101.0, 900.0], 9.0),  # multistart
-        ("backlash", (40.0, 90.0), (11.0, 9.0), [40.0, 90.0], 9.0),
+        ("joint_elasticity", (900.0, 99.0), (50.0, 9.0), [900.0, 99.0], 9.0 - ESCAPE),
+        ("backlash", (101.0, 900.0), (30.0, 9.0), [101.0, 900.0], 9.0 - ESCAPE),  # multistart
+        ("backlash", (40.0, 90.0), (11.0, 9.0), [40.0, 90.0], 9.0 - ESCAPE),
     ],
 )
 def test_further_starts_are_optimized_only_if_needed(

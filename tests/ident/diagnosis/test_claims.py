@@ -7,6 +7,7 @@ import pytest
 
 from ident.diagnosis.candidate_search import CandidateSearch
 from ident.diagnosis.claims import Claims
+from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.steps import FittedModel
 from ident.dynamics.effects.library import library
 from ident.dynamics.structure import Term
@@ -87,3 +88,37 @@ def test_extraordinary_size_needs_extraordinary_evidence(share: float, believed:
     plausible = judged.plausible([large, offset], building.fitted(DATA))
     assert [names(model) for model in plausible] == [["torque_offset"], *([["encoder_eccentricity"]] * believed)]
     assert "at most 0.0175 is plausible" in judged.refused["encoder_eccentricity"]
+
+
+@pytest.mark.parametrize(("order", "kept"), [(5.0, False), (40.0, True)])
+def test_effect_whose_shape_became_implausible_is_refused(order: float, kept: bool) -> None:
+    model, judge = building.fitted(DATA, "cogging", "torque_offset"), claims()
+    moved = [entry.name == "cogging.N" for entry in model.solution.structure.parameters]
+    model = replace(model, solution=replace(model.solution, x=np.where(moved, order, model.solution.x)))
+    assert judge.keeps_shape(model, 0) is kept
+    assert ("cogging" in judge.refused) is not kept
+
+
+def constant(joints: tuple[float, ...]) -> SplitData:
+    return building.split(
+        [building.record(3, noise=0.05, extra=lambda motion: np.array(joints) + 0 * motion.position)]
+    )
+
+
+@pytest.mark.parametrize(("truth", "joints"), [((0.4, 0.0, 0.4), (0, 2)), ((0.0, 0.4, 0.0), (1,))])
+def test_effect_of_differences_is_claimed_on_the_fewest_joints_that_explain_as_much(
+    truth: tuple[float, ...], joints: tuple[int, ...]
+) -> None:
+    data = constant(truth)
+    offset = replace(library()["torque_offset"], differential=True)
+    structure = building.structure(data.recordings[0].recording)
+    structure = structure.with_term(Term("torque_offset", offset, (0, 2)))
+    model = FittedModel(data, data.fit(structure, building.start(structure)))
+    result = Claims(CandidateSearch(data, library())).on_fewest_joints(model)
+    assert result.terms[0].joints == joints
+    assert result.solution.x[-1] == pytest.approx(0.4, abs=0.01)
+
+
+def test_effect_on_few_joints_is_not_moved_to_more() -> None:
+    search = CandidateSearch(DATA, library())
+    assert search.on_other_joints(building.fitted(DATA, "torque_offset"), 0) is None

@@ -1,6 +1,7 @@
 """Inputs and options of a diagnosis: recordings, cut-off, validation data, requested effects."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +10,10 @@ import pytest
 from ident.diagnosis import verdict
 from ident.diagnosis.diagnosis import MAX_TORQUE_LOSS, DiagnosisOptions, _band_share, diagnose, prepare_inputs
 from ident.dynamics.effects.library import library
+from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
-from recordings.recording import Recording
+from recordings.recording import Floats, Recording
+from tests.ident import building
 from tests.ident.conftest import TRUTH
 
 SAMPLE = Path("recordings/samples/fig5a.mcap")
@@ -101,3 +104,26 @@ def test_validation_recordings_that_disagree_are_named(
     assert str(tmp_path / "other" / "b.mcap") in document.held_out
     single = verdict.to_document(diagnose(files[:1], files[1:2], effects, DiagnosisOptions()))
     assert not [caution for caution in single.cautions if "disagree" in caution]
+
+
+def test_held_out_rows_outside_of_the_travel_of_a_curve_are_not_scored(
+    write: Callable[[Recording], Path], tmp_path: Path
+) -> None:
+    """The friction rises where the training never was, so that no curve learned from it is right there."""
+
+    def rubbing(motion: Motion) -> Floats:
+        product: Floats = (0.3 * np.sin(3 * motion.position) + 2 * motion.position.clip(1.2)) * motion.direction
+        return product
+
+    files = [
+        write(replace(building.record(noise=0.02, seed=i, extra=rubbing, size=size), path=tmp_path / f"{i}.mcap"))
+        for i, size in enumerate((0.6, 0.9))
+    ]
+    name = "position_dependent_friction"
+    diagnosis = diagnose(files[:1], files[1:], {name: library()[name]}, DiagnosisOptions())
+    document = verdict.to_document(diagnosis)
+    assert document.verdict == "missing-effect"
+    (caution,) = [caution for caution in document.cautions if "not scored" in caution]
+    assert "(joint 1) are not scored: the joint is outside of the travel of the training data" in caution
+    last = document.rungs[-1]
+    assert last.validate_rms[0] < 1.1 * document.noise_rms[0] < 2 * last.validate_rms_all[0]

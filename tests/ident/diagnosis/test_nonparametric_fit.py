@@ -1,9 +1,19 @@
 """Curves fitted to the unexplained residual."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from ident.diagnosis.nonparametric_fit import KNOTS, SMOOTHNESS, NonparametricFit, _Rows, fit_curves
+from ident.diagnosis.nonparametric_fit import (
+    KNOTS,
+    SMOOTHNESS,
+    NonparametricFit,
+    _Rows,
+    fit_curves,
+    fit_curves_over,
+)
+from ident.diagnosis.residual_dependence import CurveInput, ResidualDependence
 from ident.diagnosis.split_data import SplitData
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats
@@ -49,3 +59,42 @@ def test_drift_is_learned_over_time() -> None:
     assert result is not None
     assert [(curve.joint, curve.variable) for curve in result.curves] == [(2, "time")]
     assert result.supported
+
+
+@pytest.mark.parametrize(("size", "joints"), [(0.1, {1}), (0.6, {1, 2})])
+def test_residual_that_is_small_beside_the_largest_is_not_described(size: float, joints: set[int]) -> None:
+    """It may be what the curves of the other joint left."""
+    _, result = dependent(lambda motion: np.sin(1.5 * motion.velocity) * [1.0, size])
+    assert result is not None
+    assert {curve.joint for curve in result.curves} == {1, 2}
+    assert {dependence.joint + 1 for dependence in result.described} == joints
+
+
+def test_rows_beyond_the_knots_are_not_within_them() -> None:
+    """The second recording moves farther than the first one, whose positions the knots span."""
+    small, large = (building.record(noise=0.02, extra=bump, size=size) for size in (1.0, 2.0))
+    result = fit_curves_over(building.fitted(building.split([small], [large])), [over_position(0)])
+    (curve,) = result.curves
+    for data, inside in zip(result.model.split.recordings, result.within_knots(), strict=True):
+        position = data.motion.position[:, 0]
+        assert (inside == ((position >= curve.knots[0]) & (position <= curve.knots[-1]))).all()
+    shares = [inside.mean() for inside in result.within_knots()]
+    assert shares[0] > 0.9
+    assert 0.1 < shares[1] < 0.9
+
+
+def test_explained_share_is_that_of_the_residual_beside_the_model() -> None:
+    data = building.split([building.record(noise=0.02, extra=bump)])
+    final = building.fitted(data)
+    before = replace(over_position(0), explained=0.5)
+    (after,) = fit_curves_over(final, [before]).with_explained_of(final).dependences
+    assert after.explained > 0.95
+    assert (after.inputs, after.variables) == (before.inputs, before.variables)
+
+
+def bump(motion: Motion) -> Floats:
+    return np.exp(-((4 * motion.position) ** 2))
+
+
+def over_position(joint: int) -> ResidualDependence:
+    return ResidualDependence(joint, (CurveInput("position", joint),), ("position",), 1.0)

@@ -8,8 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnosis.parameter_intervals import QuantizationErrors, confidence_intervals, parameter_uncertainty
+from ident.diagnosis.parameter_intervals import PropagatedErrors, confidence_intervals, parameter_uncertainty
 from ident.diagnosis.split_data import SplitData, split_recordings
+from ident.dynamics.effect_inputs import EffectInputs
+from ident.dynamics.effects.base import Signal, Values
+from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Bools, Floats
 from tests.ident import building
@@ -50,7 +53,7 @@ def _regression(rng: np.random.Generator, repeated: bool) -> tuple[Any, Any, flo
 
 def _encoder_error(split: Any, solution: Any) -> float:
     """Standard error of the only parameter due to encoder steps."""
-    return float(np.sqrt(QuantizationErrors(split, solution).encoder_variance()[0]))
+    return float(np.sqrt(PropagatedErrors(split, solution).encoder_variance()[0]))
 
 
 @pytest.mark.parametrize("repeated", [False, True])
@@ -154,6 +157,23 @@ def test_uncertain_gain_widens_the_intervals_of_linear_parameters_only() -> None
     expected = np.hypot(exact, 1.96 * 0.1 * np.abs(solution.x) * linear)
     np.testing.assert_allclose(uncertain, expected)
     assert linear.tolist() == [True, True, True, True, False]
+
+
+def test_what_an_effect_idealizes_widens_the_intervals() -> None:
+    """An additional torque of 0.2 N m sgn v (one standard deviation) is an error of Coulomb friction alone."""
+    data = building.split([building.record(noise=0.01)])
+    texts = dict.fromkeys(("sentence", "symptom", "causes", "remedy", "equation"), "-")
+    exact = Signal(**texts, axis="load", parameters=(), report=lambda torque, inputs, values: torque)
+
+    def perturbed(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
+        return torque + 0.2 * inputs.motion.direction
+
+    widths = []
+    for effect in (exact, replace(exact, perturbed_report=perturbed)):
+        structure = data.recordings[0].base_structure.with_term(Term("any", effect, (0,)))
+        solution = data.fit(structure, building.start(structure))
+        widths.append(np.ptp(confidence_intervals(data, solution, 0.0), axis=1) / 2)
+    np.testing.assert_allclose(np.sqrt(widths[1] ** 2 - widths[0] ** 2), [0.0, 0.0, 1.96 * 0.2], atol=1e-3)
 
 
 def test_parameter_that_others_replace_has_no_interval() -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from ident.diagnosis.physical_limits import (
     implausibility,
+    implausible_shape,
     is_physical,
     sign_warnings,
     simpler_effect,
@@ -103,6 +104,17 @@ def test_wave_with_a_period_longer_than_the_travel_is_no_ripple(periods: float, 
         model, solution=replace(model.solution, derivatives=(np.zeros((9, 1, 6)),), weights=(np.zeros((9, 1)),))
     )
     assert is_physical(model, before) is plausible
+
+
+@pytest.mark.parametrize(("order", "reason"), [(5.0, "end of the plausible range"), (40.0, None)])
+def test_shape_of_an_earlier_effect_is_judged_as_that_of_the_last_one(order: float, reason: str | None) -> None:
+    """An effect that was beside it when the search began has gone, and its shape has moved since."""
+    model = building.fitted(data(), "cogging", "joint_spring")
+    moved = [entry.name == "cogging.N" for entry in model.solution.structure.parameters]
+    model = replace(model, solution=replace(model.solution, x=np.where(moved, order, model.solution.x)))
+    refused = implausible_shape(model, 0)
+    assert refused is None if reason is None else reason in str(refused)
+    assert implausible_shape(model, 1) is None
 
 
 @pytest.mark.parametrize(("noise", "refused"), [(0.05, True), (20.0, False)])

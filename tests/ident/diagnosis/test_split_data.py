@@ -101,3 +101,10 @@ def test_joint_without_torque_in_motion_is_refused() -> None:
     recording.effort[10:, 1] = 0.0
     with pytest.raises(BadInput, match="that of joint 2 is 0 wherever it moves"):
         building.split([recording])
+
+
+@pytest.mark.parametrize("kept", [0, 1000])
+def test_rows_are_scored_where_none_is_extrapolated_or_hardly_any_is_left(kept: int) -> None:
+    data, _ = _with_saturation(amplified=1.0, share=0.0)
+    unknown = np.arange(1000)[:, None] >= kept
+    assert data.without_extrapolated_rows((unknown, unknown)) is data

@@ -136,6 +136,25 @@ def test_effect_supported_only_beside_another_is_tried_if_it_explains_much(reach
         assert final(select(data, {name: effects[name]})) == set()
 
 
+def test_two_effects_of_a_joint_that_hide_each_other_are_found_if_other_joints_show_one_of_them() -> None:
+    """On the second joint, the sum of both has little in common with either."""
+
+    def second(motion: Motion) -> Floats:
+        return -0.8 * drag(motion) + 1.2 * ripple(motion)
+
+    data = split(lambda motion: drag(motion) + second(motion) * [0.0, 1.0], joints=2)
+    selection = select(data, {"drag": building.effect(drag), "second": building.effect(second)})
+    assert {(term.name, term.joints) for term in selection.model.terms} == {("drag", (0, 1)), ("second", (1,))}
+
+
+def test_power_law_is_found_beside_quadratic_friction_which_it_contains() -> None:
+    def root(motion: Motion) -> Floats:
+        return np.sqrt(np.abs(motion.velocity)) * motion.direction
+
+    effects = {name: LIBRARY[name] for name in ("quadratic_friction", "power_law_friction")}
+    assert final(select(split(drag, root, noise=0.02), effects)) == set(effects)
+
+
 @pytest.mark.parametrize(("size", "names"), [(0.0, {"quadratic_friction"}), (1.0, set())])
 def test_minor_effect_is_not_added_while_a_large_error_remains(size: float, names: set[str]) -> None:
     """Drag of a fifteenth of its size, beside a ripple that no effect explains."""

@@ -14,6 +14,7 @@ from recordings.rig import simulated_rig
 def _warnings(
     standstill_share: float = 0.0,
     insensitive_share: float = 0.0,
+    extrapolated_shares: tuple[float, ...] = (),
     gain_source: str = "calibrated",
     rows: float = 1000.0,
     complete: bool = True,
@@ -28,6 +29,7 @@ def _warnings(
         independent_rows=rows,
         standstill_share=standstill_share,
         insensitive_share=insensitive_share,
+        extrapolated_shares=extrapolated_shares,
         other_motion=False,
         recordings=(data,),
         predictors=(SimpleNamespace(prepared=data),),
@@ -47,6 +49,7 @@ def test_good_recordings_have_no_warnings() -> None:
     [
         ({"standstill_share": 0.08}, "8% of the rows are left out"),
         ({"insensitive_share": 0.041}, "4.1% of the rows are not scored"),
+        ({"extrapolated_shares": (0.0, 0.44, 0.113)}, "44.0% (joint 2) and 11.3% (joint 3) are not scored"),
         ({"gain_source": "assumed"}, "assumed, with an uncertainty of 10%"),
         ({"rows": 150.0}, "Too short: 150 independent rows for 10 parameters"),
         ({"complete": False}, "Truncated: run.mcap"),

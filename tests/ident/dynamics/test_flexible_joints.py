@@ -1,5 +1,7 @@
 """Elastic joints and joints with backlash, compared with analytic solutions."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from ident.dynamics import mechanisms
 from ident.dynamics.flexible_joints import FlexibleJoints, flexible_joints
 from ident.dynamics.motion import Motion
 from ident.dynamics.rods import torque as rod_torque
+from ident.filters import convolve, low_pass
 from recordings.recording import Floats
 from recordings.rig import simulated_rig
 
@@ -101,6 +104,45 @@ def test_an_arm_moves_freely_through_the_gap() -> None:
     # The impact transfers the momentum that was missing during the free motion.
     missing = (inertia * acceleration - torque).sum() / RATE
     assert abs(missing) < 0.05 * inertia * -brake * flight
+
+
+def _axis_with_impacts(rate: float, half_gap: float, delay: float = 0.0) -> Floats:
+    """Torque (n,) of one axis that sways, at `rate` [Hz]."""
+    q, v, a = (signal[:, None] for signal in _sine(2 * np.pi * 2.0, np.arange(0.0, 3.0, 1 / rate)))
+    axis = FlexibleJoints(False, np.array([0.2, 0.0, 0.0, 0.0]), rate)
+    return axis.backlash_torque(Motion(q, v, a, np.sign(v)), np.array([half_gap]), delay)[:, 0]
+
+
+@pytest.mark.parametrize("rate", [125.0, 400.0, 2000.0])
+def test_the_low_passed_torque_changes_steadily_with_the_gap(rate: float) -> None:
+    """Impacts do not jump from sample to sample: a search would be stuck between jumps. Equal steps of the gap change
+    the torque by similar amounts."""
+    taps = low_pass(25.0, rate)
+    torques = [convolve(_axis_with_impacts(rate, gap), taps) for gap in 1e-3 * np.linspace(1.0, 1.05, 51)]
+    changes = [float(np.sqrt(np.nanmean(np.diff(pair, axis=0) ** 2))) for pair in pairwise(torques)]
+    assert max(changes) < 3 * np.mean(changes)
+
+
+@pytest.mark.parametrize(("rate", "error"), [(125.0, 0.03), (250.0, 0.005)])
+def test_free_flight_is_the_same_at_low_rates(rate: float, error: float) -> None:
+    """Except for impacts beside the end of a sample, which are spread over two: the median does not see these.
+
+    Arms would leave their teeth too late or too early, by up to half a sample, if their load were constant over each.
+    """
+    step = round(4000 / rate)
+    window = np.r_[0.5, np.ones(step - 1), 0.5] / step
+    without_gap, errors = _axis_with_impacts(rate, 0.0), []
+    for half_gap in np.geomspace(2e-4, 2e-3, 9):
+        exact = np.convolve(_axis_with_impacts(4000.0, half_gap), window, "same")[::step]
+        torque = _axis_with_impacts(rate, half_gap)
+        errors.append(np.std((torque - exact)[20:-20]) / np.std((torque - without_gap)[20:-20]))
+    assert np.median(errors) < error
+
+
+def test_a_delay_moves_the_torque_of_impacts_only() -> None:
+    first, second, third = (_axis_with_impacts(1000.0, 1e-3, delay) for delay in (0.0, 1e-3, 2e-3))
+    assert np.abs(second - first).max() > 1.0
+    np.testing.assert_allclose((third - second)[1:], (second - first)[:-1], atol=1e-9)
 
 
 def test_screening_finds_motor_share_and_gap() -> None:

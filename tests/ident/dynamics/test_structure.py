@@ -83,3 +83,19 @@ def test_reports_follow_in_the_order_of_the_terms() -> None:
         "torque_gain_mismatch",
         "amplifier_deadband",
     ]
+
+
+def test_joints_may_have_shapes_of_their_own() -> None:
+    term = Term("position_dependent_friction", load("position_dependent_friction"), (0, 2))
+    structure = BARE.with_term(term).with_term(OFFSETS)
+    names = [entry.name.partition(".")[2] for entry in structure.parameters[len(BARE.parameters) :]]
+    assert names[18:] == ["low1", "high1", "low3", "high3", "c2"]
+    x = np.arange(float(len(structure.parameters)))
+    shapes = structure.shapes_by_name(0, x)
+    low1, high1, low3, high3 = x[-5:-1]
+    np.testing.assert_array_equal(shapes["low"], [low1, low1, low3])
+    np.testing.assert_array_equal(shapes["high"], [high1, high1, high3])
+    first, third = structure.instance_entries(0)
+    np.testing.assert_array_equal(x[first], [*x[-23:-14], low1, high1])
+    np.testing.assert_array_equal(x[third], [*x[-14:-5], low3, high3])
+    np.testing.assert_array_equal(structure.instance_entries(1), [[len(x) - 1]])

@@ -13,7 +13,12 @@ from recordings.recording import Floats
 FREQUENCY = np.geomspace(1, 200, 90)
 
 
-def measured(motion: Complex, deviation: float = 0.02, seed: int = 0) -> FrequencyResponse:
+AT_REST = np.zeros((len(FREQUENCY), 2), complex)
+
+
+def measured(
+    motion: Complex, deviation: float = 0.02, seed: int = 0, others: Complex = AT_REST, torque_age: float = 0.0
+) -> FrequencyResponse:
     rng = np.random.default_rng(seed)
     noise = rng.normal(0, deviation, (2, len(motion))) / np.sqrt(2)
     ones = np.ones(len(motion))
@@ -26,6 +31,8 @@ def measured(motion: Complex, deviation: float = 0.02, seed: int = 0) -> Frequen
         loop_coherence=ones,
         motion_coherence=ones,
         motion_deviation=deviation * ones,
+        others=others,
+        torque_age=torque_age,
     )
 
 
@@ -59,6 +66,30 @@ def test_a_rigid_axis_has_no_resonance(delay: float, inertia: float, seed: int) 
     assert model.resonance is None
     assert model.delay == pytest.approx(delay, abs=2e-4)
     assert model.inertia == pytest.approx(inertia, rel=0.05)
+
+
+@settings(max_examples=4)
+@given(delay=st.floats(0, 0.004), coupling=st.floats(-0.3, 0.3), seed=st.integers(0, 99))
+def test_other_motors_that_give_way_are_no_delay(delay: float, coupling: float, seed: int) -> None:
+    """Two joints: [[1, m], [m, 1]] s^2 y = torque - viscous s y; the drive of the other one has a corner at 30 Hz."""
+    s, J, viscous = 2j * np.pi * FREQUENCY, 0.6, 8.0
+    m = coupling * J
+    corner = 2 * np.pi * 30
+    loop = J * (2 * corner * s + corner**2)
+    other = -m * s**2 / (J * s**2 + viscous * s + loop)
+    motion = np.exp(-s * delay) / (J * s**2 + viscous * s + m * s**2 * other)
+    others = np.stack([other, 0 * other], axis=1)
+    model = fit_axis(measured(motion, 0.05, seed, others))
+    assert model.resonance is None
+    assert model.delay == pytest.approx(delay, abs=1e-4)
+    assert model.inertia == pytest.approx(J, rel=0.05)
+
+
+def test_the_age_of_the_torque_is_no_delay() -> None:
+    s = 2j * np.pi * FREQUENCY
+    early = np.exp(s * 2e-4) / (0.6 * s**2 + 5 * s)
+    assert fit_axis(measured(early)).delay == pytest.approx(-2e-4, abs=5e-5)
+    assert fit_axis(measured(early, torque_age=2e-4)).delay == pytest.approx(0, abs=5e-5)
 
 
 def test_noise_alone_is_refused() -> None:

@@ -5,13 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ident.dynamics.effects.base import Additive
+from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
-from ident.estimation.nonlinear_fit import initial_solution, levenberg_marquardt, nonlinear_least_squares
+from ident.dynamics.structure import Term
+from ident.estimation.nonlinear_fit import (
+    escape_local_minima,
+    initial_solution,
+    levenberg_marquardt,
+    nonlinear_least_squares,
+)
 from ident.estimation.predicted_torque import TorquePredictor
 from recordings.recording import Floats, Recording
 from tests.ident import building
 
-BUMP, SPEED = 0.8, 0.6
+BUMP, SPEED, STEP = 0.8, 0.6, 0.04
 
 
 def stribeck(motion: Motion) -> Floats:
@@ -43,6 +51,28 @@ def test_shape_is_found_from_several_starts(start: float) -> None:
     guess = np.array([0.0, 0.0, 0.0, 0.0, start])
     solution = nonlinear_least_squares([predicted], structure, guess, [weight])
     np.testing.assert_allclose(solution.x, [*building.parameters(), BUMP, SPEED], rtol=0.03)
+
+
+@pytest.mark.parametrize("start", [0.35, 0.9])
+def test_search_escapes_from_the_steps_of_a_discontinuous_effect(start: float) -> None:
+    """The torque changes only from step to step of the shape, whose derivative is 0."""
+    predicted, weight = predictor(building.record(extra=stribeck, noise=0.01))
+    smooth = library()["stribeck"]
+    assert isinstance(smooth, Additive)
+    steps = replace(
+        smooth,
+        columns=lambda inputs, shapes: smooth.columns(inputs, {"v_s": STEP * round(shapes["v_s"] / STEP)}),
+        discontinuous=True,
+    )
+    structure = predicted.prepared.base_structure.with_term(Term("steps", steps, (0,)))
+    stuck = nonlinear_least_squares([predicted], structure, np.array([0.0, 0.0, 0.0, 0.0, start]), [weight])
+    assert stuck.x[-1] == pytest.approx(start)
+    escaped = escape_local_minima([predicted], stuck, [weight])
+    assert escaped.x[-1] == pytest.approx(SPEED, abs=STEP)
+    assert escaped.x[-2] == pytest.approx(BUMP, rel=0.03)
+    smoothed = predicted.prepared.base_structure.with_term(Term("stribeck", smooth, (0,)))
+    solution = nonlinear_least_squares([predicted], smoothed, stuck.x, [weight])
+    assert escape_local_minima([predicted], solution, [weight]) is solution
 
 
 def test_iteration_never_raises_the_loss() -> None:

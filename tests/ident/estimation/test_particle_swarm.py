@@ -77,7 +77,7 @@ def test_progress_counts_steps_and_gives_the_excess() -> None:
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
-        ({"particles": 1}, "at least two particles expected, 1 found"),
+        ({"particles": 1}, "2 to 100000 particles expected, 1 found"),
         ({"iterations": 0}, "at least one iteration expected, 0 found"),
         ({"tolerance": 1.0}, "tolerance from 0 to below 1 expected, 1 found"),
     ],

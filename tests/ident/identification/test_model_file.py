@@ -65,6 +65,13 @@ def test_an_invalid_model_is_refused(tmp_path: Path, changes: dict[str, Any], me
         model_file.load(written(tmp_path / "a.json", **changes))
 
 
+def test_a_recording_in_place_of_a_model_is_named_as_such(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    path.write_bytes(b"\x89MCAP0\r\n")
+    with pytest.raises(BadInput, match="a file that is no text found; give the model"):
+        model_file.load(path)
+
+
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"{", b"[1]", b"89"])
 def test_a_file_that_is_not_a_model_is_refused(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "a.json"

@@ -9,11 +9,13 @@ import pytest
 from ident.dynamics.effects.library import library
 from ident.estimation import estimators
 from ident.identification.identify import FitOptions, identify
+from ident.identification.model import rig_of
 from ident.identification.model_file import ModelFile
-from ident.identification.prediction import predict
+from ident.identification.prediction import predict, structure_of
 from recordings.errors import BadInput
 from recordings.recording import Recording
 from recordings.rig import Geometry, Torque, simulated_rig
+from tests.ident.export.models import model_with
 
 
 @pytest.fixture(scope="module")
@@ -63,3 +65,16 @@ def test_a_recording_of_another_rig_is_refused(
 def test_unknown_parameters_are_refused(model: ModelFile, file: Path) -> None:
     with pytest.raises(BadInput, match=r"m_p, .* expected in the model, T_g, .* fit it again"):
         predict(model.model_copy(update={"parameters": model.parameters[1:]}), [file], library())
+
+
+def test_shapes_of_an_earlier_file_are_those_of_every_joint() -> None:
+    model = model_with(["position_dependent_friction"])
+    assert sorted(model.file.terms[0].shapes) == ["high1", "high3", "low1", "low3"]
+    structure, x = structure_of(model.file, rig_of(model.file), library())
+    np.testing.assert_array_equal(x, model.dynamics.values)
+    (term,) = model.file.terms
+    earlier = model.file.model_copy(
+        update={"terms": (term.model_copy(update={"shapes": {"low": -0.5, "high": 0.7}}),)}
+    )
+    _, shared = structure_of(earlier, rig_of(model.file), library())
+    np.testing.assert_array_equal(structure.shape_values(0, shared), [-0.5, 0.7, -0.5, 0.7])

@@ -10,7 +10,7 @@ from ident.paper.methods import MethodComparison
 from recordings.recording import Recording
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def recorded(
     make: Callable[..., Recording], write: Callable[[Recording], Path], tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Path, Path]:
@@ -21,6 +21,6 @@ def recorded(
     return write(recordings[0]), write(recordings[1])
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def comparison(recorded: tuple[Path, Path]) -> MethodComparison:
     return methods.compare_methods(recorded, "central", 0, lambda *_: None)

@@ -1,45 +1,41 @@
-from itertools import pairwise
+"""The worst intervals of a recording, and the phase of the motion in which they lie."""
+
+from dataclasses import replace
 
 import numpy as np
-import pytest
 
-from ident.data.prepared_recording import PreparedRecording
-from ident.residuals.windows import DURATION, worst_windows
-from recordings.recording import Floats
-from tests.ident.residuals.conftest import Planted
-
-
-def test_a_burst_is_located(planted: Planted, prepared: PreparedRecording, noise: Floats) -> None:
-    burst = (prepared.time >= 9.0) & (prepared.time < 9.0 + DURATION)
-    first, second = worst_windows([planted(noise + 1.0 * burst[:, None] * [0, 1, 0])], 2)
-    assert (first.joint, first.recording) == (2, "made.mcap")
-    assert first.start == pytest.approx(9.0, abs=0.05)
-    assert first.end - first.start == pytest.approx(DURATION, abs=0.01)
-    assert first.mean == pytest.approx(1.0, abs=0.1)
-    assert first.cycle == prepared.repeat[np.searchsorted(prepared.time, 9.1)] + 1
-    assert first.times_overall > 2 * second.times_overall
+from ident.identification.prediction import Prediction
+from ident.residuals.phases import phases
+from ident.residuals.windows import worst_windows
+from recordings.recording import Bools
+from tests.ident import building
 
 
-def test_the_same_part_of_the_motion_is_reported_once(
-    planted: Planted, prepared: PreparedRecording, noise: Floats
-) -> None:
-    at_phases = (abs(prepared.phase - 1.0) < 0.1) | (abs(prepared.phase - 2.5) < 0.1)
-    windows = worst_windows([planted(noise + 1.0 * at_phases[:, None] * [1, 0, 0])], 3)
-    named = sorted(
-        float(prepared.phase[np.searchsorted(prepared.time, window.start + DURATION / 2)]) for window in windows[:2]
-    )
-    assert named == pytest.approx([1.0, 2.5], abs=0.15)
-    assert windows[2].times_overall < windows[1].times_overall / 2
+def prediction(where: Bools) -> Prediction:
+    """A model that is wrong in the rows `where` (m,) of one joint."""
+    prepared = building.prepared(building.record(noise=0.001))
+    computed = prepared.torque - 0.01
+    computed[where[: len(computed)]] -= 1.0
+    return Prediction(prepared, computed)
 
 
-def test_windows_do_not_overlap(planted: Planted, noise: Floats) -> None:
-    windows = sorted(
-        (window for window in worst_windows([planted(noise)], 12) if window.joint == 1),
-        key=lambda window: window.start,
-    )
-    assert len(windows) > 1
-    assert all(first.end <= second.start + 1e-9 for first, second in pairwise(windows))
+def test_an_interval_with_a_reversal_is_one_whatever_surrounds_it() -> None:
+    phase = phases(building.prepared(building.record(noise=0.001)))[:, 0]
+    edges = np.diff((phase == "reversal").astype(int))
+    start = int(np.flatnonzero(edges == 1)[4]) + 1
+    end = start + int(np.argmax(phase[start:] != "reversal"))
+    beside = np.zeros(len(phase), bool)
+    beside[start - 3 : start] = beside[end : end + 3] = True
+    (worst,) = worst_windows([prediction(beside)], 1)
+    assert worst.phase == "reversal"
 
 
-def test_a_zero_residual_has_no_windows(planted: Planted, noise: Floats) -> None:
-    assert worst_windows([planted(0 * noise)], 3) == ()
+def test_an_interval_without_one_has_the_phase_of_most_of_its_error() -> None:
+    recording = building.prepared(building.record(noise=0.001))
+    phase = phases(recording)[:, 0]
+    length = round(0.25 * recording.rate)
+    clear = [row for row in range(len(phase) - length) if "reversal" not in phase[row - length : row + 2 * length]]
+    inside = np.zeros(len(phase), bool)
+    inside[clear[len(clear) // 2]] = True
+    (worst,) = worst_windows([replace(prediction(inside))], 1)
+    assert worst.phase == phase[inside][0]

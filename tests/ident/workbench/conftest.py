@@ -1,18 +1,27 @@
-"""Fixtures: a running workbench server and a Chromium tab."""
+"""Fixtures: running workbench servers and a Chromium tab."""
 
+import re
+import shutil
 import signal
 import subprocess
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from tests import chromium
+from ident.fleet import alarms
+from ident.fleet.alarms import FleetFile
+from ident.fleet.settings import FleetSettings
+from ident.fleet.store import Store
+from tests import axe, chromium
 from tests.conftest import launcher
+from tests.ident.fleet.conftest import rows_of
+from tests.ident.fleet.test_alarms import a_cause
 
 ARTEFACTS = Path("runs") / "workbench-screenshots"
 
@@ -24,6 +33,19 @@ name = "stribeck"
 joints = [2]
 size = 0.03
 """
+_ENABLED = """name => {
+    const control = document.querySelector(`[data-test='${name}']`);
+    return control && !control.closest("[disabled], .disabled");
+}"""
+"""Whether a control is there and can be used; it may be drawn anew just then."""
+_FITS = """() => document.documentElement.scrollWidth <= document.documentElement.clientWidth
+    && [...document.querySelectorAll(".js-plotly-plot, .js-plotly-plot .main-svg")]
+        .every(plot => plot.getBoundingClientRect().right <= innerWidth)"""
+"""Whether nothing is wider than the window, as soon as all plots are drawn."""
+_NIGHTS = 20
+"""Nights of the fleet."""
+_MAX_TABS = 200
+"""Presses of Tab after which a control counts as out of reach."""
 
 
 @dataclass
@@ -36,11 +58,12 @@ class RunningWorkbench:
 
 
 Serve = Callable[..., RunningWorkbench]
+NewFolder = Callable[[], Path]
 
 
-@pytest.fixture
-def serve() -> Iterator[Serve]:
-    """Return a function that starts `ident workbench` on a folder or files; it is ended with Ctrl-C."""
+@contextmanager
+def servers() -> Iterator[Serve]:
+    """Give a function that starts `ident workbench` on a folder or files; it is ended with Ctrl-C."""
     with ExitStack() as stack:
 
         def start(folder: Path, *paths: str) -> RunningWorkbench:
@@ -57,6 +80,13 @@ def serve() -> Iterator[Serve]:
         yield start
 
 
+@pytest.fixture
+def serve() -> Iterator[Serve]:
+    """Return a function that starts a workbench for one test."""
+    with servers() as start:
+        yield start
+
+
 def _end(process: "subprocess.Popen[str]") -> None:
     if process.poll() is not None:  # the test has ended it
         process.communicate()
@@ -68,14 +98,40 @@ def _end(process: "subprocess.Popen[str]") -> None:
 
 
 @pytest.fixture(scope="session")
-def hidden(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two recordings of a simulated robot with a hidden Stribeck effect in joint 2."""
-    folder = tmp_path_factory.mktemp("hidden")
+def hidden(tmp_path_factory: pytest.TempPathFactory) -> NewFolder:
+    """Return a function that gives a new folder with two recordings: a Stribeck effect is hidden in joint 2.
+
+    A workbench that opens a folder of two recordings chooses both, so none may work in the folder of another.
+    """
+    folder = tmp_path_factory.mktemp("recorded")
     (folder / "sim.toml").write_text(HIDDEN)
     for motion in ("fig5a", "fig5b"):
-        command = ["record", "--traj", motion, "--sim", "sim.toml", "--out", f"{motion}.mcap"]
-        subprocess.run([*launcher("daq"), *command], cwd=folder, check=True, capture_output=True, timeout=900)
-    return folder
+        options = ["--cycles", "2", "--rate", "250", "--sim", "sim.toml", "--out", f"{motion}.mcap"]
+        command = [*launcher("daq"), "record", "--traj", motion, *options]
+        subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=900)
+    return lambda: shutil.copytree(folder, tmp_path_factory.mktemp("hidden"), dirs_exist_ok=True)
+
+
+@pytest.fixture
+def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the store of a fleet with one open alarm."""
+    monkeypatch.setattr(alarms, "cause", lambda *_: a_cause())
+    kept, settings = Store(tmp_path / "store"), FleetSettings()
+    values = 1 + np.random.default_rng(0).normal(0, 0.01, _NIGHTS) + 0.3 * (np.arange(_NIGHTS) >= 12)
+    with kept.locked():
+        kept.add(rows_of("r07", {"c_c1": values}))
+    content = FleetFile(
+        schema=1, settings=settings.digest, folders=("f",), recordings={}, alarms=tuple(alarms.find(kept, settings))
+    )
+    alarms.save(kept, content)
+    return kept.folder
+
+
+@pytest.fixture(scope="module")
+def workbench(hidden: NewFolder) -> Iterator[RunningWorkbench]:
+    """Return a workbench on the two recordings for all tests of a module."""
+    with servers() as start:
+        yield start(hidden())
 
 
 class Browser:
@@ -84,15 +140,11 @@ class Browser:
     def __init__(self, page: Any) -> None:
         self.page = page
         self.errors: list[str] = []
-        page.on("pageerror", self._on_error)
+        page.on("pageerror", lambda error: self.errors.append(str(error)))
         page.on("console", lambda message: self.errors.append(message.text) if message.type == "error" else None)
 
-    def _on_error(self, error: Any) -> None:
-        # NiceGUI lets Plotly resize a plot even if its tab has just been left.
-        if "Resize must be passed a displayed plot" not in str(error):
-            self.errors.append(str(error))
-
-    def open(self, address: str) -> None:
+    def open(self, address: str, width: int = 1280) -> None:
+        self.page.set_viewport_size({"width": width, "height": 800})
         self.page.goto(address)
         self.page.locator('[data-test="tab-data"]').wait_for()
 
@@ -103,8 +155,37 @@ class Browser:
     def click(self, name: str) -> None:
         self.at(name).click()
 
+    def press(self, name: str, key: str = "Enter") -> None:
+        """Move to a control with Tab alone, among tabs with an arrow, and press a key there."""
+        self.at(name).wait_for()
+        self.page.wait_for_function(_ENABLED, arg=name)
+        next_key = "Tab"
+        for _ in range(_MAX_TABS):
+            self.page.keyboard.press(next_key)
+            if name.startswith("tab-") and self._focused().startswith("tab-"):
+                next_key = "Home" if next_key == "Tab" else "ArrowRight"
+            if self._focused() == name:
+                self.page.keyboard.press(key)
+                return
+        raise AssertionError(f"{name} cannot be reached with Tab")
+
+    def _focused(self) -> str:
+        return self.page.evaluate("document.activeElement?.closest('[data-test]')?.dataset.test") or ""
+
     def text(self, name: str) -> str:
         return str(self.at(name).inner_text())
+
+    def wait_for_text(self, name: str, text: "str | re.Pattern[str]") -> None:
+        """Wait until the element with this test identifier holds `text`."""
+        self.at(name).filter(has_text=text).first.wait_for()
+
+    def check_accessibility(self) -> None:
+        """Assert that axe-core finds nothing serious, and that nothing is wider than the window."""
+        self.page.wait_for_timeout(500)  # what fades in has begun to, and ends late on a busy machine
+        fading = '[class*="-enter-active"], [class*="-leave-active"]'
+        self.page.wait_for_function("fading => !document.querySelector(fading)", arg=fading)
+        assert not axe.findings(self.page)
+        self.page.wait_for_function(_FITS)
 
     def screenshot(self, name: str) -> None:
         """Save a screenshot."""

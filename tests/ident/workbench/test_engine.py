@@ -1,5 +1,6 @@
 """Manual stepwise selection without a page: the same models and numbers as `ident diagnose`."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from ident.identification.identify import FitOptions, identify
 from ident.workbench import views
 from ident.workbench.cli_equivalent import shell_script
 from ident.workbench.engine import Engine
-from ident.workbench.time_span import describe_span, rank_effects, summary
+from ident.workbench.time_span import describe_span, explain_gaps, rank_effects, summary
 from recordings.errors import BadInput
 from tests.ident.commands.test_axes import write
 
@@ -57,6 +58,12 @@ def test_fit_add_remove_and_return(engine: Engine) -> None:
     assert [step.label for step in ladder.steps] == ["base model", "+ rod_inertia"]
     assert isinstance(series, tuple)
     assert [item.held_out for item in series] == [False, True]
+    for item, before in zip(
+        series, ladder.steps[0].entry.train_rms[:1] + ladder.steps[0].entry.validate_rms[:1], strict=True
+    ):
+        assert item.previous is not None
+        rms = np.sqrt(np.mean((item.measured - item.previous)[item.scored[:, 0], 0] ** 2))
+        np.testing.assert_allclose(rms, before)
     for number, item in enumerate(series):
         rms = np.sqrt(np.nanmean(item.residual**2, axis=0))
         entry = ladder.steps[-1].entry
@@ -202,3 +209,18 @@ def test_long_recording_is_analysed_in_excerpts(engine: Engine, monkeypatch: pyt
     assert residuals.windows
     for window in residuals.windows:
         assert any(item.held_out and item.time[0] <= window.start < window.end <= item.time[-1] for item in series)
+
+
+def test_gaps_of_the_residual_are_explained(slow_then_fast: views.TorqueSeries) -> None:
+    assert explain_gaps(slow_then_fast, 0) == ""
+    scored, measured, cycle = (
+        slow_then_fast.scored.copy(),
+        slow_then_fast.measured.copy(),
+        slow_then_fast.cycle.copy(),
+    )
+    scored[:40], cycle[:40] = False, 0
+    measured[100:120] = np.nan
+    scored[200:220] = False
+    text = explain_gaps(replace(slow_then_fast, scored=scored, measured=measured, cycle=cycle), 0)
+    assert "10% outside of the repeated motion; 5% lost" in text
+    assert "5% at standstill" in text

@@ -1,5 +1,6 @@
 """The page has access only to files of the chosen folder."""
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,9 @@ import pytest
 from ident.workbench.folder import SUFFIX, Folder
 from ident.workbench.session import open_session
 from recordings.errors import BadInput
+
+SAMPLES = Path("recordings/samples").resolve()
+FOREIGN = SAMPLES / "foreign"
 
 
 @pytest.fixture
@@ -23,6 +27,26 @@ def folder(tmp_path: Path) -> Folder:
 
 def test_only_recordings_directly_in_the_folder_are_listed(folder: Folder) -> None:
     assert folder.names(SUFFIX) == ["a.mcap"]
+
+
+def test_files_of_other_programs_are_to_be_imported(folder: Folder) -> None:
+    shutil.copy(FOREIGN / "joint_states_0.mcap", folder.root / "bare.mcap")
+    shutil.copy(SAMPLES / "fig5a.mcap", folder.root / "own.mcap")
+    (folder.root / "scope.csv").touch()
+    (folder.root / "bag").mkdir()
+    (folder.root / "bag" / "metadata.yaml").touch()
+    assert folder.foreign() == ["bag", "bare.mcap", "scope.csv"]
+    assert folder.recordings() == ["a.mcap", "own.mcap"]
+
+
+def test_files_of_other_programs_are_not_chosen(tmp_path: Path) -> None:
+    bare = shutil.copy(FOREIGN / "joint_states_0.mcap", tmp_path / "bare.mcap")
+    scope = shutil.copy(FOREIGN / "scope-fig5a.csv", tmp_path / "scope.csv")
+    shutil.copy(SAMPLES / "fig5a.mcap", tmp_path / "own.mcap")
+    for paths in ([tmp_path], [bare], [scope]):
+        session = open_session(paths)
+        assert session.recordings.train is session.recordings.validate is None
+        session.close()
 
 
 @pytest.mark.parametrize(
@@ -67,4 +91,18 @@ def test_only_one_folder_can_be_opened(folder: Folder, tmp_path: Path) -> None:
             open_session(paths)
     session = open_session([folder.root])
     assert session.recordings.train is None
+    session.close()
+
+
+def test_pair_is_chosen_although_the_first_choice_was_deleted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in "abc":
+        shutil.copy(SAMPLES / "fig5a.mcap", tmp_path / f"{name}.mcap")
+    session = open_session([tmp_path])
+    monkeypatch.setattr(session.recordings, "read", lambda: None)
+    session.choose("a.mcap", None)
+    (tmp_path / "a.mcap").unlink()
+    session.choose_the_only_pair()
+    assert (session.recordings.train, session.recordings.validate) == ("b.mcap", "c.mcap")
     session.close()

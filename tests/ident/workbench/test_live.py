@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from ident.workbench.pages.live import live_figures, run_summary
+from ident.workbench.pages.live import has_plots, live_figures, run_summary
 from ident.workbench.recording_process import RunStatus
 
 SIMULATED = ("daq", "record", "--traj", "fig5a")
@@ -25,6 +25,19 @@ def test_summary_of_an_ended_run(command: tuple[str, ...], code: int, message: s
     run = RunStatus(command, Path("run.mcap"), exit_code=code)
     run.messages.append(message)
     assert expected in run_summary(run)
+
+
+def test_only_what_moves_has_plots_and_a_jog_at_its_end() -> None:
+    row = {"time": 0.0, "position": [0.1]}
+    recorded, jog = RunStatus(SIMULATED, Path("run.mcap")), RunStatus(("daq", "jog"), None)
+    assert not has_plots(recorded), "nothing has come yet"
+    for run in (recorded, jog):
+        run.rows.append(row)
+    assert has_plots(recorded)
+    assert not has_plots(jog)
+    jog.exit_code = 0
+    assert has_plots(jog)
+    assert not has_plots(RunStatus(("daq", "axis-check"), None, exit_code=0)), "it prints a table"
 
 
 def test_plots_of_a_prismatic_joint_are_in_metres() -> None:

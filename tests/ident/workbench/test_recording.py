@@ -1,5 +1,6 @@
 """Recording from the page: `daq` runs as a separate process that STOP ends safely."""
 
+import re
 import signal
 import time
 from pathlib import Path
@@ -33,9 +34,7 @@ def wait_for(out: Path, timeout: float = PATIENCE) -> Recording:
 
 
 def wait_until_moving(browser: Browser) -> None:
-    browser.page.wait_for_function(
-        "() => document.querySelector('[data-test=\"run-state\"]').innerText.endsWith('stream')"
-    )
+    browser.wait_for_text("run-state", re.compile("stream$"))
     time.sleep(1.0)
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from ident.workbench.pages.live import run_summary
 from ident.workbench.recording_process import RecordingProcess, RunStatus
 from ident.workbench.topics import Changes
 from recordings.errors import BadInput
@@ -64,3 +65,15 @@ def test_invalid_rig_file_is_refused_before_anything_starts(tmp_path: Path) -> N
     with pytest.raises(BadInput, match=r"bad\.toml"):
         process.start({"--rig": "bad.toml"}, tmp_path / "run.mcap")
     assert process.run is None
+
+
+def test_wrong_option_is_told_without_raw_usage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = [
+        "Usage: daq record [OPTIONS]",
+        "Try 'daq record --help' for help.",
+        "",
+        "Error: '--cycles': -3 is too small.",
+    ]
+    status = run(tmp_path, monkeypatch, f"import sys; print(*{lines!r}, sep=chr(10), file=sys.stderr); sys.exit(2)")
+    assert list(status.messages) == ["error: '--cycles': -3 is too small."]
+    assert run_summary(status) == "run.mcap: did not start. error: '--cycles': -3 is too small."

@@ -26,6 +26,7 @@ def test_the_effects_of_the_library_are_valid(name: str) -> None:
         ({"needs": ("luck",)}, "needs: any of temperature, both directions expected, 'luck' found"),
         ({"coefficients": ()}, "at least one Quantity expected"),
         ({"coefficients": ("a",)}, "coefficients: a tuple of Quantity expected"),
+        ({"local_shapes": True, "whole_robot": True}, "local_shapes: an additive effect of single joints expected"),
         ({"suggest": None}, "v_s: initial_guesses .* expected, none found"),
     ],
 )

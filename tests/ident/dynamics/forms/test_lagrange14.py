@@ -83,3 +83,10 @@ def test_every_form_belongs_to_a_mechanism() -> None:
     assert "lagrange14" in forms
     for name in forms:
         assert plugins.load("ident.dynamics.forms", name).MECHANISM in plugins.names("ident.dynamics.mechanisms")
+
+
+def test_inertia_and_gravity_are_what_the_columns_give() -> None:
+    mechanism, moving = mechanisms.create(RIG, "lagrange14"), motion()
+    forces = np.einsum("nij,nj->ni", mechanism.inertia(moving, THETA_HAT), moving.acceleration)
+    whole = mechanism.regressor(moving) @ THETA_HAT
+    np.testing.assert_allclose(forces + mechanism.gravity(moving, THETA_HAT), whole, rtol=1e-9)

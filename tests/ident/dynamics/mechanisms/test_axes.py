@@ -55,3 +55,15 @@ def test_columns_are_nan_at_an_unknown_instant_of_that_joint_only(motion: Motion
 
 def test_axes_have_no_nominal_torque(motion: Motion) -> None:
     assert mechanisms.create(RIG).nominal_torque(motion) is None
+
+
+def test_inertia_and_gravity_are_what_the_columns_give_at_rest() -> None:
+    mechanism = mechanisms.create(RIG)
+    values = np.linspace(1.0, 2.0, len(mechanism.parameters))
+    zero, q = np.zeros((4, 3)), np.linspace(-1.0, 1.0, 12).reshape(4, 3)
+    at_rest = Motion(q, zero, zero, zero)
+    gravity = mechanism.regressor(at_rest) @ values
+    np.testing.assert_allclose(mechanism.gravity(at_rest, values), gravity, rtol=1e-12)
+    for joint, unit in enumerate(np.eye(3)):
+        column = mechanism.regressor(Motion(q, zero, zero + unit, zero)) @ values - gravity
+        np.testing.assert_allclose(mechanism.inertia(at_rest, values)[:, :, joint], column, atol=1e-12)

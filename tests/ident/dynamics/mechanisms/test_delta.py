@@ -123,3 +123,43 @@ def test_parameters_are_those_of_eq_30() -> None:
     assert [parameter.name for parameter in parameters] == names.split()
     assert all(parameter.unit and parameter.meaning for parameter in parameters)
     assert [parameter.paper_sign for parameter in parameters] == [1] * 5 + [-1] * 6
+
+
+VALUES = np.array([2.4, 5.3, 0.38, 0.32, 0.30, 3.2, 1.2, 3.1, 9.1, 7.6, 9.3])
+"""Parameters of the size of Eq. (36)."""
+
+
+def test_inertia_is_the_matrix_of_eq_27(motion: Motion) -> None:
+    P = kinematics.forward(GEOMETRY, motion.position)
+    J = kinematics.jacobian(GEOMETRY, motion.position, P)
+    expected = np.diag(VALUES[2:5]) + VALUES[0] * J.swapaxes(1, 2) @ J
+    np.testing.assert_allclose(ROBOT.inertia(motion, VALUES), expected, rtol=1e-10)
+
+
+def test_inertia_is_that_of_the_kinetic_energy(motion: Motion) -> None:
+    D = ROBOT.inertia(motion, VALUES)
+    h = 1e-3
+    P = np.array([kinematics.forward(GEOMETRY, motion.position + k * h * motion.velocity) for k in (-2, -1, 0, 1, 2)])
+    energy = VALUES[0] / 2 * (derivative(P, h) ** 2).sum(axis=1) + motion.velocity**2 @ VALUES[2:5] / 2
+    of_matrix = np.einsum("ni,nij,nj->n", motion.velocity, D, motion.velocity) / 2
+    np.testing.assert_allclose(of_matrix, energy, rtol=1e-7)
+
+
+def test_gravity_is_that_of_eq_29_and_the_slope_of_the_potential_energy(motion: Motion) -> None:
+    P = kinematics.forward(GEOMETRY, motion.position)
+    J = kinematics.jacobian(GEOMETRY, motion.position, P)
+    by_paper = -VALUES[0] * np.einsum("nki,k->ni", J, G) + VALUES[1] * np.cos(motion.position)
+    gravity = ROBOT.gravity(motion, VALUES)
+    np.testing.assert_allclose(gravity, by_paper, rtol=1e-10, atol=1e-12)
+    work = virtual_work(motion.position, np.tile(-VALUES[0] * G, (len(P), 1))) + VALUES[1] * np.cos(motion.position)
+    np.testing.assert_allclose(gravity, work, rtol=1e-6)
+
+
+def test_what_is_left_of_the_torque_is_eq_28(motion: Motion) -> None:
+    P = kinematics.forward(GEOMETRY, motion.position)
+    J = kinematics.jacobian(GEOMETRY, motion.position, P)
+    J_dot = kinematics.jacobian_derivative(GEOMETRY, motion.position, P, motion.velocity, J)
+    coriolis = VALUES[0] * np.einsum("nki,nkj,nj->ni", J, J_dot, motion.velocity)
+    rigid = ROBOT.regressor(motion)[:, :, :5] @ VALUES[:5]
+    forces = np.einsum("nij,nj->ni", ROBOT.inertia(motion, VALUES), motion.acceleration)
+    np.testing.assert_allclose(rigid - forces - ROBOT.gravity(motion, VALUES), coriolis, atol=1e-9)

@@ -102,6 +102,25 @@ def test_recursive_least_squares_matches_the_published_recursion() -> None:
     np.testing.assert_allclose(solve("rls", first_rows, covariance=1e3).parameters, theta, rtol=1e-7)
 
 
+def test_recursive_least_squares_forgets_instant_by_instant() -> None:
+    """The recursion in matrix form, three rows of an instant at a time, with the rows given joint by joint."""
+    data, forgetting = problem(), 0.98
+    P, theta = 1e3 * np.eye(6), np.zeros(6)
+    for first in range(0, 399, 3):
+        phi, y = data.regressor[first : first + 3], data.torque[first : first + 3]
+        if first:
+            P = P / forgetting
+        P = P - P @ phi.T @ np.linalg.inv(np.eye(3) + phi @ P @ phi.T) @ phi @ P
+        theta = theta + P @ phi.T @ (y - phi @ theta)
+    by_joint = np.arange(399).reshape(133, 3).T.ravel()
+    rows = Problem(data.regressor[by_joint], data.torque[by_joint], BOUNDS, instant=by_joint // 3)
+    result = solve("rls", rows, covariance=1e3, forgetting=forgetting)
+    np.testing.assert_allclose(result.parameters, theta, rtol=1e-7)
+    weight = forgetting ** (132 - np.arange(399) // 3)
+    residual = data.torque[:399] - data.regressor[:399] @ theta
+    assert result.objective == pytest.approx(weight @ residual**2 + forgetting**132 * theta @ theta / 1e3)
+
+
 def test_least_absolute_deviations_matches_the_linear_program(
     least_absolute_deviations: Callable[[Floats, Floats, Floats], tuple[Floats, float]],
 ) -> None:
@@ -114,7 +133,13 @@ def test_least_absolute_deviations_matches_the_linear_program(
 
 @pytest.mark.parametrize(
     ("name", "setting", "value"),
-    [("dls", "damping", -1.0), ("svd", "threshold", 1.0), ("rls", "covariance", 0.0), ("dls", "damping", np.nan)],
+    [
+        ("rls", "forgetting", 1.1),
+        ("dls", "damping", -1.0),
+        ("svd", "threshold", 1.0),
+        ("rls", "covariance", 0.0),
+        ("dls", "damping", np.nan),
+    ],
 )
 def test_invalid_settings_are_refused(name: str, setting: str, value: float) -> None:
     assert name in plugins.names("ident.estimation.estimators")

@@ -75,6 +75,21 @@ def test_the_result_is_within_the_search_region() -> None:
     assert ((result.parameters >= 0.5) & (result.parameters <= 0.6)).all()
 
 
+def test_a_swarm_that_diverges_stays_finite() -> None:
+    """Without limit, its positions would overflow after some hundred steps, with warnings."""
+    result = estimate(pso.Settings(particles=20, neighbours=4, inertia=1.0, cognitive=9.0, social=9.0))
+    assert np.isfinite(result.parameters).all()
+
+
+def test_draws_for_each_dimension_end_elsewhere() -> None:
+    brief = {"particles": 20, "neighbours": 4, "iterations": 10}
+    objectives = {
+        estimate(pso.Settings(**brief, draws=draws)).objective  # type: ignore[arg-type]
+        for draws in ("particle", "dimension")
+    }
+    assert len(objectives) == 2
+
+
 def test_results_depend_on_neighbourhood_and_seed() -> None:
     brief = {"particles": 20, "neighbours": 4, "iterations": 10}
     objectives = [
@@ -110,6 +125,8 @@ def test_the_best_neighbour_is_taken_from_a_ring_of_indices(values: list[float],
         {"iterations": 0},
         {"particles": 1, "neighbours": 0},
         {"tolerance": -1},
+        {"inertia": 1.5},
+        {"social": -1.0},
     ],
 )
 def test_invalid_settings_are_refused(invalid: dict[str, int]) -> None:

@@ -1,19 +1,18 @@
 """Recordings and a model with hostile names, for tests of reports."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-
-from click.testing import CliRunner, Result
 
 from ident.cli import program
 from recordings.rig import simulated_rig
 from tests.ident.conftest import make_recording, write_recording
+from tests.running import invoke
 
 HOSTILE = "<script>alert('x')</script>&amp;"
 
 
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(program, [*map(str, arguments)], catch_exceptions=True)
+run = partial(invoke, program)
 
 
 @dataclass(frozen=True)

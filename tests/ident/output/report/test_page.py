@@ -92,7 +92,7 @@ def test_policy_allows_only_the_embedded_scripts(elements: Elements) -> None:
     assert policy is not None
     assert "default-src 'none'" in policy
     code = [body for attributes, body in elements.scripts if "type" not in attributes]
-    assert len(code) == 2
+    assert len(code) == 3
     for body in code:
         digest = base64.b64encode(hashlib.sha256(body.encode()).digest()).decode()
         assert f"'sha256-{digest}'" in policy

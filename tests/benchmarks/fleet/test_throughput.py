@@ -1,0 +1,32 @@
+"""A rate is counted from the first results on; memory is the largest of all workers; the table follows from rates."""
+
+from pathlib import Path
+
+import pytest
+
+from benchmarks.fleet import throughput
+from recordings.errors import BadInput
+
+
+def test_rate_leaves_the_start_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = iter([100.0, 104.0])
+    monkeypatch.setattr(throughput.time, "monotonic", lambda: next(clock))
+    rate, peak = throughput._rate(iter([3.0, 9.0, 4.0, 1.0, 1.0, 1.0]), 6)
+    assert rate == pytest.approx(4 / 4.0)  # the first two results are not counted
+    assert peak == 9.0
+
+
+def test_ratio_is_of_pairs_with_their_spread() -> None:
+    assert throughput._ratio([2.0, 1.0, 3.0], [2.0, 2.0, 2.0]) == "1.000 (median of 3 pairs, 0.500 to 1.500)"
+
+
+def test_needs_of_a_night_follow_from_the_rates() -> None:
+    lines = throughput._needs({1: 2.0, 2: 4.0}).splitlines()
+    assert lines[3] == "| 1 | 2.00 | 8.3 min | 57,600 |"
+    assert lines[-1] == "| 16 | 32.00 | 0.5 min | 921,600 |"
+
+
+def test_folder_with_too_few_recordings_is_left_as_it_is(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="100 recordings expected, 0 found"):
+        throughput._recordings(tmp_path, 100)
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,98 @@
+"""`ident export` as users call it."""
+
+import csv
+import json
+import shutil
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ident
+from ident.commands.export import command
+from recordings.errors import BadInput
+from tests.ident.export.models import model_with
+from tests.ident.test_old_files import OLD
+from tests.running import printed
+
+MODEL = OLD / "stateful.model.json"
+
+
+run = partial(printed, command)
+
+
+def test_every_target_says_what_is_lost_on_the_motion_of_the_fit(tmp_path: Path) -> None:
+    model = tmp_path / "worn.model.json"
+    shutil.copy(MODEL, model)
+    shutil.copy(OLD / "fig5a.mcap", tmp_path)
+    for target, out, document in (
+        ("c", "worn", "worn/carried.json"),
+        ("mjcf", "worn.xml", "worn.carried.json"),
+        ("csv", "worn.csv", "worn.carried.json"),
+    ):
+        printed = json.loads(run(model, "--to", target, "-o", tmp_path / out, "--json", "--force"))
+        assert printed == json.loads((tmp_path / document).read_text())
+        assert printed["motion"] == "fig5a.mcap"
+        assert printed["target"] == target
+        lost = [entry["effect"] for entry in printed["not_carried"]]
+        assert lost == ([] if target == "csv" else ["joint_elasticity"])
+        assert (max(printed["torque_lost_rms"]) > 0.01) == bool(lost)
+
+
+def test_the_table_is_the_torque_of_the_model(tmp_path: Path) -> None:
+    run(MODEL, "--to", "csv", "--traj", "fig5b", "-o", tmp_path / "a.csv")
+    with (tmp_path / "a.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    q, qd, qdd, torque = (
+        np.array([[float(row[f"{name}_{joint}"]) for joint in (1, 2, 3)] for row in rows])
+        for name in ("position", "velocity", "acceleration", "torque")
+    )
+    time = np.array([float(row["time"]) for row in rows])
+    expected = ident.load_model(MODEL).torque(q, qd, qdd, time[1], time)
+    np.testing.assert_allclose(torque, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--to", "simulink", "-o", "a"), "one of c, csv, fmu, mjcf expected, 'simulink' found"),
+        (("--to", "c", "-o", "a", "--traj", "fig5a", "--on", "b.mcap"), "one of --traj, --csv and --on expected"),
+        (("--to", "c", "-o", "no/such/folder"), "folder no/such does not exist"),
+        (("--to", "c", "-o", "a", "--on", "gone.mcap"), "gone.mcap does not exist"),
+        (("--to", "fmu", "-o", "a.fmu", "--precision", "float"), "double precision"),
+    ],
+)
+def test_wrong_input_is_refused(
+    arguments: tuple[object, ...], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(BadInput, match=message):
+        run(MODEL, *arguments)
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_existing_output_is_kept(tmp_path: Path) -> None:
+    (tmp_path / "robot.carried.json").write_text("mine")
+    with pytest.raises(BadInput, match=r"robot.carried.json should not exist yet"):
+        run(MODEL, "--to", "mjcf", "-o", tmp_path / "robot.xml")
+    assert (tmp_path / "robot.carried.json").read_text() == "mine"
+
+
+def test_a_model_of_temperature_needs_one(tmp_path: Path) -> None:
+    model_with(["temperature_friction"]).save(tmp_path / "m.json")
+    arguments = (tmp_path / "m.json", "--to", "c", "--traj", "fig5b", "-o", tmp_path / "warm")
+    with pytest.raises(BadInput, match="effect temperature_friction needs temperature"):
+        run(*arguments)
+    assert not (tmp_path / "warm").exists()
+    run(*arguments, "--temperature", 30)
+    assert "delta_model_temperature(&state" in (tmp_path / "warm" / "example.c").read_text()
+
+
+def test_an_axis_needs_its_motion(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="is not beside the model; give --on or --csv"):
+        run(OLD / "slide.model.json", "--to", "c", "-o", tmp_path / "slide")
+    lines = [f"{k / 100},{0.01 * k * k}" for k in range(20)]
+    (tmp_path / "path.csv").write_text("\n".join(["time,position_1", *lines]))
+    run(OLD / "slide.model.json", "--to", "c", "--csv", tmp_path / "path.csv", "-o", tmp_path / "slide")
+    assert "#define DELTA_MODEL_DOF 1" in (tmp_path / "slide" / "delta_model.h").read_text()

@@ -1,0 +1,80 @@
+"""Rows of made-up fleets, without recordings, and small recordings of one robot."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pytest
+
+from ident.fleet.recording_rows import Row
+from ident.fleet.settings import FleetSettings
+from ident.fleet.store import SCHEMA
+from recordings.recording import Floats, Recording
+
+FIRST = datetime(2026, 1, 5, 22, tzinfo=UTC)
+HALF_WIDTH = 0.01
+
+
+def rows_of(
+    robot: str,
+    values: Mapping[str, Floats],
+    temperature: Floats | None = None,
+    motion: list[list[float]] | None = None,
+) -> list[Row]:
+    """Rows of one recording per night; values: (n,) of each name, NaN where a recording does not show it."""
+    rows: list[Row] = []
+    count = len(next(iter(values.values())))
+    for night in range(count):
+        about: Row = {
+            "key": f"{robot}-{night:03d}",
+            "settings": FleetSettings().digest,
+            "content": f"{robot}{night}",
+            "path": f"/fleet/{robot}/{night:03d}.mcap",
+            "size": 1,
+            "changed": 1,
+            "robot": robot,
+            "start": FIRST + timedelta(days=night),
+            "simulated": True,
+            "seconds": 8.0,
+            "motion": motion[night] if motion else [4.0, 0.5, 0.5, 0.5],
+            "temperature": None if temperature is None else float(temperature[night]),
+            "kind": "recording",
+            "name": "recording",
+            "status": "done",
+        }
+        rows.append(about)
+        for name, series in values.items():
+            if np.isfinite(series[night]):
+                value = float(series[night])
+                interval = {"value": value, "low": value - HALF_WIDTH, "high": value + HALF_WIDTH}
+                rows.append(
+                    {**about, "kind": "parameter", "name": name, "joint": int(name[-1]), "unit": "N m", **interval}
+                )
+    return rows
+
+
+@pytest.fixture(scope="session")
+def rows() -> Callable[..., list[Row]]:
+    return rows_of
+
+
+@pytest.fixture(scope="session")
+def table() -> Callable[[list[Row]], pa.Table]:
+    return lambda rows: pa.Table.from_pylist(rows, SCHEMA)
+
+
+@pytest.fixture(scope="session")
+def night(make: Callable[..., Recording], write: Callable[[Recording], Path]) -> Callable[..., Path]:
+    """Write the recording of one night; the robot is "r01" unless another is named."""
+
+    def written(
+        path: Path, number: int, robot: str | None = "r01", start: str | None = None, **options: object
+    ) -> Path:
+        made = make("fig5a", cycles=1, rate=250.0, noise=0.01, seed=number, path=path, **options)
+        begin = start or (FIRST + timedelta(days=number)).isoformat()
+        return write(replace(made, run=made.run.model_copy(update={"start": begin, "robot": robot})))
+
+    return written

@@ -1,0 +1,65 @@
+"""Every engine gives the same results, survives its workers, and is found by its name."""
+
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from ident.fleet import engines
+from ident.fleet.engines import EngineOptions
+from recordings.errors import BadInput
+
+LOCAL = EngineOptions(workers=2)
+
+
+def square(number: int) -> int:
+    return number * number
+
+
+def deadly(item: tuple[int, Path]) -> int:
+    """Kill the worker: at 3 always, at 5 once."""
+    number, folder = item
+    mark = folder / str(number)
+    if number == 3 or (number == 5 and not mark.exists()):
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number * number
+
+
+def threads(number: int) -> str:
+    return os.environ["NUMBA_NUM_THREADS"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["processes", "dask"])
+def test_workers_have_one_thread_and_this_process_is_left_as_it_was(name: str) -> None:
+    before = os.environ.get("NUMBA_NUM_THREADS")
+    assert dict(engines.load(name).run(threads, [1, 2], LOCAL)) == {1: "1", 2: "1"}
+    assert os.environ.get("NUMBA_NUM_THREADS") == before
+
+
+def test_names() -> None:
+    assert engines.names() == ("dask", "processes", "serial")
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["serial", pytest.param("processes", marks=pytest.mark.slow), pytest.param("dask", marks=pytest.mark.slow)],
+)
+def test_every_item_has_its_result(name: str) -> None:
+    results = dict(engines.load(name).run(square, range(30), LOCAL))
+    assert results == {number: number * number for number in range(30)}
+
+
+@pytest.mark.slow
+def test_process_that_dies_is_replaced_and_only_what_kills_each_time_is_given_up(tmp_path: Path) -> None:
+    items = [(number, tmp_path) for number in range(12)]
+    results = dict(engines.load("processes").run(deadly, items, LOCAL))
+    assert results == {item: None if item[0] == 3 else item[0] ** 2 for item in items}
+
+
+def test_scheduler_that_does_not_exist_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ident.fleet.engines.dask._PATIENCE", 0.2)
+    with pytest.raises(BadInput, match=r"a Dask scheduler at tcp://127\.0\.0\.1:9 expected"):
+        list(engines.load("dask").run(square, [1], EngineOptions(scheduler="tcp://127.0.0.1:9")))

@@ -1,0 +1,99 @@
+"""Alarms of a store: found, kept, acknowledged, and diagnosed once."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ident.fleet import alarms
+from ident.fleet.cause import Cause
+from ident.fleet.recording_rows import Row
+from ident.fleet.settings import FleetSettings
+from ident.fleet.store import Store
+from recordings.errors import BadInput
+
+NIGHTS = 20
+SINCE = 12
+SETTINGS = FleetSettings()
+
+
+def a_cause(**other: object) -> Cause:
+    content = {
+        "verdict": "missing-effect",
+        "effect": "stribeck",
+        "joints": (1,),
+        "confusable_with": ("cogging",),
+        "origin": "mechanics",
+        "explained": 0.9,
+        "torque_share": 0.02,
+        "depends_on": (),
+        "before": ("/a.mcap",),
+        "after": ("/b.mcap",),
+        "why": "stribeck explains 90 % of what is different since then",
+    }
+    return Cause.model_validate({**content, **other})
+
+
+@pytest.fixture
+def store(tmp_path: Path, rows: Callable[..., list[Row]]) -> Store:
+    values = 1 + np.random.default_rng(0).normal(0, 0.01, NIGHTS) + 0.3 * (np.arange(NIGHTS) >= SINCE)
+    result = Store(tmp_path / "store")
+    with result.locked():
+        result.add(rows("r07", {"c_c1": values}))
+    return result
+
+
+@pytest.fixture
+def diagnosed(monkeypatch: pytest.MonkeyPatch) -> list[object]:
+    """The events that were diagnosed."""
+    seen: list[object] = []
+    monkeypatch.setattr(alarms, "cause", lambda event, series, settings: seen.append(event) or a_cause())
+    return seen
+
+
+def saved(store: Store) -> alarms.FleetFile:
+    present = alarms.find(store, SETTINGS)
+    content = alarms.FleetFile(
+        schema=1, settings=SETTINGS.digest, folders=("recordings",), recordings={}, alarms=tuple(present)
+    )
+    alarms.save(store, content)
+    return alarms.load(store)
+
+
+def test_alarm_says_who_what_and_since_when(store: Store, diagnosed: list[object]) -> None:
+    (alarm,) = saved(store).alarms
+    assert (alarm.id, alarm.robot, alarm.effect, alarm.joints) == ("r07-20260117", "r07", "stribeck", (1,))
+    assert (alarm.since, alarm.kind, alarm.acknowledged) == ("2026-01-17", "sudden", False)
+    assert alarm.since_ci95[0] <= alarm.since <= alarm.since_ci95[1]
+    assert alarm.shown_by == ("c_c1",)
+    assert alarm.log10_e > 4
+
+
+def test_same_recordings_are_diagnosed_once(store: Store, diagnosed: list[object]) -> None:
+    assert saved(store) == saved(store)
+    assert len(diagnosed) == 1
+
+
+def test_acknowledged_alarm_stays_so_until_it_is_undone(store: Store, diagnosed: list[object]) -> None:
+    saved(store)
+    alarms.acknowledge(store, ["r07-20260117"], "gear replaced")
+    (alarm,) = saved(store).alarms
+    assert (alarm.acknowledged, alarm.note) == (True, "gear replaced")
+    alarms.acknowledge(store, ["r07-20260117"], "", undo=True)
+    assert not alarms.load(store).alarms[0].acknowledged
+
+
+def test_unknown_alarm_and_missing_or_damaged_result_are_refused(store: Store, diagnosed: list[object]) -> None:
+    with pytest.raises(BadInput, match="run it to its end"):
+        alarms.load(store)
+    saved(store)
+    with pytest.raises(BadInput, match=r"\(r07-20260117\), 'r8' found"):
+        alarms.acknowledge(store, ["r8"], "")
+    (store.folder / "fleet.json").write_text("{")
+    with pytest.raises(BadInput, match="is damaged"):
+        alarms.load(store)
+
+
+def test_rows_of_other_settings_are_left_out(store: Store, diagnosed: list[object]) -> None:
+    assert alarms.find(store, FleetSettings(cutoff=20.0)) == []

@@ -1,0 +1,62 @@
+"""The page of a fleet holds the alarms first, every robot, and what cannot be used, and loads nothing."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ident.fleet import alarms, page
+from ident.fleet.recording_rows import Row
+from ident.fleet.settings import FleetSettings
+from ident.fleet.store import Store
+from tests.ident.fleet.test_alarms import a_cause
+
+NIGHTS = 20
+
+
+@pytest.fixture
+def store(tmp_path: Path, rows: Callable[..., list[Row]], monkeypatch: pytest.MonkeyPatch) -> Store:
+    monkeypatch.setattr(
+        alarms, "cause", lambda *_: a_cause(effect=None, verdict="unknown-structure", depends_on=("load",))
+    )
+    rng = np.random.default_rng(0)
+    result = Store(tmp_path / "store")
+    broken = {**rows("r02", {"c_c1": np.ones(1)})[0], "key": "x", "status": "failed", "reason": "it is <empty>"}
+    with result.locked():
+        changed = 1 + rng.normal(0, 0.01, NIGHTS) + 0.3 * (np.arange(NIGHTS) >= 12)
+        result.add(rows("r01", {"c_c1": changed, "c_c2": 1 + rng.normal(0, 0.01, NIGHTS)}))
+        result.add(rows("r02", {"c_c1": 1 + rng.normal(0, 0.01, NIGHTS)}))
+        result.add([broken])
+    settings = FleetSettings()
+    present = tuple(alarms.find(result, settings))
+    content = alarms.FleetFile(schema=1, settings=settings.digest, folders=("f",), recordings={}, alarms=present)
+    alarms.save(result, content)
+    return result
+
+
+def test_page_shows_alarms_robots_and_reasons(store: Store, tmp_path: Path) -> None:
+    page.write(store, alarms.load(store), tmp_path / "fleet.html")
+    text = (tmp_path / "fleet.html").read_text(encoding="utf-8")
+    assert "1 alarm is open" in text
+    assert "r01: an unknown effect on joint 1 has been there since 2026-01-17; it depends on load." in text
+    assert text.index('id="alarms"') < text.index('id="robots"')
+    assert "r02: 20 recordings" in text
+    assert "it is &lt;empty&gt;" in text
+    assert "SIMULATED" in text
+    assert not re.search(r"""<(img|script|link)[^>]+(src|href)=""", text)
+
+
+def test_acknowledged_alarm_is_no_longer_open(store: Store) -> None:
+    alarms.acknowledge(store, ["r01-20260117"], "a new gear")
+    text = page.render(store, alarms.load(store))
+    assert "No alarm is open" in text
+    assert "Note: a new gear" in text
+
+
+def test_empty_fleet_has_a_page(tmp_path: Path) -> None:
+    empty = Store(tmp_path / "empty")
+    with empty.locked():
+        content = alarms.FleetFile(schema=1, settings="x", folders=(), recordings={}, alarms=())
+        assert "No recording can be used." in page.render(empty, content)

@@ -1,0 +1,40 @@
+"""Rows become series: sorted by time, motions told apart, gaps kept."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pyarrow as pa
+
+from ident.fleet.recording_rows import Row
+from ident.fleet.series import motions, nights_and_series
+
+
+def test_series_are_sorted_by_time_and_keep_gaps(
+    rows: Callable[..., list[Row]], table: Callable[[list[Row]], pa.Table]
+) -> None:
+    values = np.array([1.0, np.nan, 3.0, 4.0])
+    made = rows("r02", {"c_c1": values}, temperature=np.array([20.0, 21.0, 22.0, 23.0])) + rows(
+        "r01", {"c_c2": values[:2]}
+    )
+    nights, series = nights_and_series(table(made[::-1]))
+    assert [each.robot for each in nights] == ["r01", "r02"]
+    (c_c1,) = (each for each in series if each.name == "c_c1")
+    np.testing.assert_array_equal(c_c1.value, values)
+    np.testing.assert_array_equal(c_c1.known, [True, False, True, True])
+    assert c_c1.temperature[3] == 23.0
+    assert c_c1.joint == 1
+    assert np.allclose(np.diff(c_c1.nights.day), 1.0)
+    assert c_c1.logarithmic
+
+
+def test_quantity_that_may_be_zero_is_not_watched_by_its_logarithm(
+    rows: Callable[..., list[Row]], table: Callable[[list[Row]], pa.Table]
+) -> None:
+    for values in (np.array([1.0, -1.0]), np.array([0.001, 0.002])):
+        _, (series,) = nights_and_series(table(rows("r01", {"c_c1": values})))
+        assert not series.logarithmic
+
+
+def test_motions_are_the_same_within_two_percent() -> None:
+    features = [[4.0, 0.5, 0.1], [4.001, 0.504, 0.1], [3.0, 0.5, 0.1], [4.0, 0.5, 0.2], [4.0, 0.5]]
+    assert motions(features).tolist() == [0, 0, 1, 2, 3]

@@ -1,0 +1,123 @@
+"""The store: each recording once, whole or not at all, one run at a time."""
+
+import errno
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from ident.fleet.recording_rows import Row
+from ident.fleet.store import SCHEMA, Store
+from recordings.errors import BadInput
+from tests.ident.fleet.conftest import rows_of
+
+
+@pytest.fixture
+def nights(rows: Callable[..., list[Row]]) -> list[list[Row]]:
+    """Rows of six recordings."""
+    flat = rows("r01", {"c_c1": np.arange(6.0)})
+    return [flat[i : i + 2] for i in range(0, 12, 2)]
+
+
+def filled(folder: Path, nights: list[list[Row]]) -> Store:
+    store = Store(folder)
+    with store.locked():
+        for night in nights:
+            store.add(night)
+    return store
+
+
+def test_table_is_the_same_in_any_order_and_after_joining(tmp_path: Path, nights: list[list[Row]]) -> None:
+    store, other = filled(tmp_path / "a", nights), filled(tmp_path / "b", nights[::-1])
+    before = store.table()
+    assert before.schema.equals(SCHEMA)
+    assert before.num_rows == 12
+    assert other.table().equals(before)
+    store.join(least=7)
+    assert len(list((tmp_path / "a" / "recordings").iterdir())) == 6
+    store.join(least=6)
+    assert len(list((tmp_path / "a" / "recordings").iterdir())) == 1
+    assert store.table().equals(before)
+
+
+def test_crash_between_joining_and_removing_repeats_nothing(
+    tmp_path: Path, nights: list[list[Row]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store = filled(tmp_path / "a", nights)
+    before = store.table()
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "unlink", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            store.join(least=1)
+    assert store.table().equals(before)
+
+
+def test_partly_written_file_is_no_part_of_the_table(tmp_path: Path, nights: list[list[Row]]) -> None:
+    store = filled(tmp_path / "a", nights)
+    (tmp_path / "a" / "recordings" / "one-x.parquet.part").write_bytes(b"PAR1")
+    assert store.table().num_rows == 12
+    (tmp_path / "a" / "recordings" / "one-x.parquet").write_bytes(b"PAR1")
+    with pytest.raises(BadInput, match=r"one-x.parquet is damaged .*remove it"):
+        store.table()
+
+
+def test_full_disk_is_explained_and_leaves_the_store_as_it_was(
+    tmp_path: Path, nights: list[list[Row]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store = filled(tmp_path / "a", nights[:3])
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", lambda _: (_ for _ in ()).throw(OSError(errno.ENOSPC, "no space")))
+        with store.locked(), pytest.raises(BadInput, match="the disk is full; what it holds is kept"):
+            store.add(nights[3])
+    assert store.table().num_rows == 6
+    assert len(list((tmp_path / "a" / "recordings").iterdir())) == 3
+
+
+def test_store_on_a_disk_that_is_really_full_goes_on_when_there_is_room(tmp_path: Path) -> None:
+    namespace = ["unshare", "-rm"]
+    probe = [*namespace, "mount", "-t", "tmpfs", "none", str(tmp_path)]
+    if shutil.which("unshare") is None or subprocess.run(probe, capture_output=True, check=False).returncode:
+        pytest.skip("a disk of its own needs `unshare -rm` and `mount`, which are not there or not allowed")
+    code = f"from tests.ident.fleet.test_store import fill_a_disk; fill_a_disk({str(tmp_path)!r})"
+    done = subprocess.run([*namespace, sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def fill_a_disk(place: str) -> None:
+    """Keep recordings on a disk of 64 KiB until it is full, and go on when it is larger."""
+    flat, disk = rows_of("r01", {"c_c1": np.arange(40.0)}), Path(place)
+    subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "none", disk], check=True)
+    store = Store(disk / "store")
+    with store.locked():
+        first = 0
+        with pytest.raises(BadInput, match="the disk is full; what it holds is kept"):  # noqa: PT012
+            while True:
+                store.add(flat[first : first + 2])
+                first += 2
+        assert store.table().num_rows == first > 0
+        assert not list(disk.rglob("*.part"))
+        subprocess.run(["mount", "-o", "remount,size=1m", disk], check=True)
+        store.add(flat[first : first + 2])
+        assert store.table().num_rows == first + 2
+
+
+def test_second_run_and_foreign_folders_are_refused(tmp_path: Path) -> None:
+    with Store(tmp_path / "a").locked(), pytest.raises(BadInput, match="in use"), Store(tmp_path / "a").locked():
+        pass
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b" / "thesis.tex").write_text("")
+    with pytest.raises(BadInput, match=r"'thesis.tex' found"), Store(tmp_path / "b").locked():
+        pass
+    with pytest.raises(BadInput, match="none found"):
+        Store(tmp_path / "c").table()
+
+
+def test_files_open_as_ordinary_parquet(tmp_path: Path, nights: list[list[Row]]) -> None:
+    filled(tmp_path / "a", nights)
+    assert pq.read_table(tmp_path / "a" / "recordings").num_rows == 12

@@ -1,0 +1,67 @@
+"""Only what is new is analysed, with the same rows from any engine."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ident.fleet import engines
+from ident.fleet.engines import EngineOptions
+from ident.fleet.settings import FleetSettings
+from ident.fleet.store import Store
+from ident.fleet.update import Count, plan, update
+
+
+def run(store: Store, folder: Path) -> Count:
+    settings = FleetSettings()
+    with store.locked():
+        return update(store, plan(store, [folder], settings), settings, "serial", EngineOptions())
+
+
+@pytest.fixture
+def folder(tmp_path: Path, night: Callable[..., Path]) -> Path:
+    place = tmp_path / "recordings"
+    place.mkdir()
+    night(place / "a.mcap", 1)
+    (place / "broken.mcap").write_bytes(b"nothing")
+    (place / "copy.mcap").write_bytes(b"nothing")
+    return place
+
+
+def test_second_run_does_only_what_is_new(tmp_path: Path, folder: Path, night: Callable[..., Path]) -> None:
+    store = Store(tmp_path / "store")
+    assert run(store, folder) == Count(seen=3, new=2, failed=2)  # both broken files have a row
+    first = store.table()
+    assert run(store, folder) == Count(seen=3, new=0, failed=2)
+    assert store.table().equals(first)
+    (folder / "again.mcap").write_bytes((folder / "a.mcap").read_bytes())
+    night(folder / "b.mcap", 2)
+    assert run(store, folder) == Count(seen=5, new=1, failed=2)
+
+
+def test_other_settings_say_what_is_done_again(tmp_path: Path, folder: Path) -> None:
+    store = Store(tmp_path / "store")
+    assert plan_of(store, folder, FleetSettings()).outdated == 0
+    run(store, folder)
+    work = plan_of(store, folder, FleetSettings(cutoff=20.0))
+    assert (len(work.pending), work.outdated) == (2, 2)
+
+
+def plan_of(store: Store, folder: Path, settings: FleetSettings) -> Any:
+    with store.locked():
+        return plan(store, [folder], settings)
+
+
+def test_recording_that_kills_its_worker_is_a_row(
+    tmp_path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Deadly:
+        @staticmethod
+        def run(function: Any, items: Sequence[Any], options: EngineOptions) -> Any:
+            return ((item, None) for item in items)
+
+    monkeypatch.setattr(engines, "load", lambda name: Deadly)
+    store = Store(tmp_path / "store")
+    run(store, folder)
+    assert set(store.table()["reason"].to_pylist()) == {"its worker died each time, perhaps for want of memory"}

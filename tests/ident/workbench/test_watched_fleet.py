@@ -1,0 +1,71 @@
+"""The workbench shows the store of a fleet and acknowledges its alarms."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from ident.fleet import alarms
+from ident.fleet.store import Store
+from ident.workbench.pages.shell import shown_tabs
+from ident.workbench.session import WorkbenchSession, open_session
+from recordings.errors import BadInput
+from tests.chromium import PATIENCE
+from tests.ident.workbench.conftest import Browser, Serve
+
+
+@pytest.fixture
+def session(store: Path, tmp_path: Path) -> Iterator[WorkbenchSession]:
+    opened = open_session([tmp_path], store=store)
+    yield opened
+    opened.close()
+
+
+def test_alarm_is_acknowledged_and_the_tab_drawn_again(session: WorkbenchSession, store: Path) -> None:
+    assert session.fleet is not None
+    assert session.display.tab == "fleet"
+    assert shown_tabs(session)[-1][0] == "fleet"
+    (alarm,) = session.fleet.alarms()
+    assert "stribeck on joint 1 has been there since 2026-01-17" in session.fleet.sentence(alarm)
+    session.fleet.acknowledge(alarm.id, "gear replaced")
+    assert session.changes.count(("fleet",)) == 1
+    (acknowledged,) = alarms.load(Store(store)).alarms
+    assert (acknowledged.acknowledged, acknowledged.note) == (True, "gear replaced")
+    with pytest.raises(BadInput, match="an alarm of this store expected"):
+        session.fleet.acknowledge("r99-20260101", "")
+
+
+def test_page_of_the_fleet_is_the_report(session: WorkbenchSession) -> None:
+    assert session.fleet is not None
+    assert "1 alarm is open" in session.fleet.page()
+
+
+def test_without_a_store_there_is_no_tab(tmp_path: Path) -> None:
+    opened = open_session([tmp_path])
+    assert "fleet" not in [key for key, *_ in shown_tabs(opened)]
+    opened.close()
+
+
+def test_folder_that_is_no_store_is_named(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="a store of `ident fleet` expected"):
+        open_session([tmp_path], store=tmp_path)
+
+
+@pytest.mark.slow
+def test_alarm_is_acknowledged_with_the_keyboard(store: Path, tmp_path: Path, serve: Serve, browser: Browser) -> None:
+    (alarm,) = alarms.load(Store(store)).alarms
+    browser.open(serve(tmp_path, ".", "--store", str(store)).address, width=700)
+    browser.press("tab-fleet")
+    browser.check_accessibility()
+    browser.screenshot("fleet")
+    with browser.page.context.expect_page(timeout=1e3 * PATIENCE) as opened:
+        browser.press("open-fleet")
+    fleet = opened.value
+    fleet.get_by_text("1 alarm is open").first.wait_for()
+    fleet.close()
+    browser.press(f"note-{alarm.id}", "g")
+    browser.page.keyboard.type("ear replaced")
+    browser.press(f"ack-{alarm.id}")
+    browser.page.get_by_text("Acknowledged. gear replaced").wait_for()
+    browser.page.get_by_text("no open alarms").wait_for()
+    assert alarms.load(Store(store)).alarms[0].note == "gear replaced"
