@@ -1,9 +1,11 @@
 """Every engine gives the same results, survives its workers, and is found by its name."""
 
 import os
+import resource
 import signal
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from ident.fleet import engines
@@ -29,6 +31,23 @@ def deadly(item: tuple[int, Path]) -> int:
 
 def threads(number: int) -> str:
     return os.environ["NUMBA_NUM_THREADS"]
+
+
+def new_pages(number: int) -> int:
+    """Return how many pages the kernel had to clear for arrays of 1 MiB, of which each is freed before the next."""
+    before = resource.getrusage(resource.RUSAGE_THREAD).ru_minflt
+    for _ in range(20):
+        np.ones(2**17)
+    return resource.getrusage(resource.RUSAGE_THREAD).ru_minflt - before
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["processes", "dask"])
+def test_workers_use_freed_memory_again(name: str) -> None:
+    *_, last = engines.load(name).run(new_pages, range(5), EngineOptions(workers=1))
+    one_array = 2**20 // resource.getpagesize()
+    assert last[1] is not None
+    assert last[1] < 2 * one_array
 
 
 @pytest.mark.slow
