@@ -135,8 +135,7 @@ class Stream:
 
     def _wait_for_answers(self) -> Floats:
         for _ in range(self._cycle_count(_POWER_TIMEOUT)):
-            if self._stop.count:
-                raise StopRequested(self._stop.reason)
+            self._raise_stop()
             sample = self._exchange.without_target()
             self._raise_fault(self._supervisor.drives(sample))
             if not sample.missing:
@@ -153,8 +152,7 @@ class Stream:
         return self._feedforward.plan(self._exchange.time, path, trajectory, self._idle)
 
     def _idle(self) -> None:
-        if self._stop.count:
-            raise StopRequested(self._stop.reason)
+        self._raise_stop()
         if self._exchange.clock.simulated:
             # The number of cycles must not depend on how long the computation takes.
             time.sleep(_PAUSE)
@@ -164,8 +162,10 @@ class Stream:
     def _enable(self) -> Floats:
         """Switch power on; returns the position at which the drives hold (dof,) [rad]."""
         self._progress.phase = "enable"
+        self._raise_stop()  # of the planning, which may have taken long
         self._amplifiers.goal = Goal.ENABLED
         for _ in range(self._cycle_count(self._rig.enable_timeout)):
+            self._raise_stop()
             sample = self._exchange.without_target()
             self._raise_fault(self._supervisor.drives(sample))
             if all(power is Power.ON for power in sample.power) and not sample.missing:
@@ -255,6 +255,10 @@ class Stream:
             ):
                 break
         return sample.power if not unanswered else (Power.UNKNOWN,)
+
+    def _raise_stop(self) -> None:
+        if self._stop.count:
+            raise StopRequested(self._stop.reason)
 
     def _raise_fault(self, reason: str | None) -> None:
         if reason is not None:

@@ -55,10 +55,15 @@ class Driven(PerfectDrives):
         return sample
 
 
-def run(drives: Driven, torque: NDArray[np.float64] = TORQUE, stop: StopRequest | None = None) -> Rows:
+def run(
+    drives: Driven,
+    torque: NDArray[np.float64] = TORQUE,
+    stop: StopRequest | None = None,
+    computed_after: float = 0.05,
+) -> Rows:
+    """computed_after: time of the computation [s]; as a rule longer than the first look at it."""
     rows, ready = Rows(), Event()
-    # The computation takes longer than the first look at it.
-    Timer(0.05, ready.set).start()
+    Timer(computed_after, ready.set).start()
     feedforward = Feedforward(GivenTorque(torque, ready=ready), RIG, frozenset(), lambda *line: None)
     stream = Stream(
         RIG,
@@ -122,7 +127,8 @@ def test_stop_request_lets_the_offset_fall_along_the_path() -> None:
     assert np.abs(np.diff(ramp, axis=0)).max() < 1.0
 
 
-def test_stop_request_while_the_torque_is_computed_never_enables() -> None:
+@pytest.mark.parametrize("computed_after", [0.0, 0.2])
+def test_stop_request_while_the_torque_is_computed_never_enables(computed_after: float) -> None:
     stop, drives = StopRequest(), Driven()
 
     def interfere(drives: PerfectDrives, cycle: int, sample: Sample) -> Sample:
@@ -131,5 +137,5 @@ def test_stop_request_while_the_torque_is_computed_never_enables() -> None:
 
     drives._interfere = interfere
     with pytest.raises(RunFailed, match="SIGTERM"):
-        run(drives, stop=stop)
+        run(drives, stop=stop, computed_after=computed_after)
     assert Goal.ENABLED not in drives.goals
