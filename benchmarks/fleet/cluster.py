@@ -1,5 +1,6 @@
 """A Dask scheduler and workers that are started by hand, as on several machines: joined over TCP, by a file."""
 
+import os
 import subprocess
 import sys
 import tempfile
@@ -13,6 +14,8 @@ from ident.fleet.engines import EngineOptions
 
 _PATIENCE = 120.0
 """Time in which a scheduler has to start [s]."""
+_SETTINGS = {"DASK_DISTRIBUTED__WORKER__PROFILE__INTERVAL": "1s"}
+"""As docs/how-to/watch-a-fleet.md says."""
 _Process = subprocess.Popen[bytes]
 
 
@@ -47,4 +50,4 @@ def started(workers: int) -> Iterator[Cluster]:
 
 def _start(module: str, *arguments: str) -> _Process:
     command = [sys.executable, "-m", f"distributed.cli.{module}", *arguments]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return subprocess.Popen(command, env=os.environ | _SETTINGS, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
