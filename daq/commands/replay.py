@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from recordings.command_line import FiniteRange, say
+from recordings.command_line import FiniteRange, say, say_next
 
 if TYPE_CHECKING:
     from daq.replay import Plan, Replayed
@@ -74,6 +74,7 @@ def command(
     _show(result, plan_, as_json)
     if result.stopped:
         raise RunFailed(f"{result.stopped} after {result.sent} of {plan_.total} frames")
+    say_next("daq", "info", file)
 
 
 def _bus(name: str | None, interface: str | None, channel: str | None, port: int | None) -> "CanBus":

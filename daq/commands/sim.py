@@ -6,6 +6,7 @@ from pathlib import Path
 import click
 
 from daq.command_options import SEED, SIM
+from recordings.command_line import say_next
 
 _FILE = click.Path(path_type=Path)
 
@@ -68,6 +69,7 @@ def command(
         signal.signal(number, lambda *_: machine.stop())
     nodes = ", ".join(str(drive.node_id) for drive in rig.drives)
     click.echo(f"simulated drives (nodes {nodes}) on {simulations.of(rig).place(rig)}, {pace}; Ctrl-C ends")
+    say_next("daq", "record", "--traj", "fig5a", "--rig", rig_file)
     try:
         machine.run()
     finally:

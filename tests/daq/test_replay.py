@@ -245,6 +245,7 @@ def test_command_announces_the_replay(monkeypatch: pytest.MonkeyPatch) -> None:
     result = CliRunner().invoke(command, [*arguments, "--id", "0x80", "--direction", "tx", "--yes"])
     assert "COMMAND DRIVES: any real drive on this bus will move" in result.stderr
     assert "frames: 2840 of 2840" in result.stdout
+    assert f"next: daq info {SAMPLE}" in result.stderr
 
 
 def test_speed_that_is_no_number_is_rejected() -> None:

@@ -19,7 +19,7 @@ def test_signal_ends_the_program_orderly(number: signal.Signals, tmp_path: Path)
     assert Path(ports[0]).is_symlink()
     process.send_signal(number)
     _, error = process.communicate(timeout=120)
-    assert (process.returncode, error) == (0, "")
+    assert (process.returncode, error) == (0, "next: daq record --traj fig5a --rig lines.toml\n")
     assert not any(Path(port).is_symlink() for port in ports)
 
 
