@@ -1,8 +1,11 @@
 """Compute on a Dask cluster: one of this machine, or one that runs already. Paths travel, arrays do not."""
 
 import logging
+import math
 import signal
 import threading
+import time
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -15,8 +18,12 @@ T = TypeVar("T")
 R = TypeVar("R")
 MEMORY = "2 GiB"
 """Memory of each worker of a local cluster."""
-_WINDOW = 64
-"""Items per worker that the scheduler knows of; a path is small."""
+_WINDOW = 8
+"""Tasks per worker that the scheduler knows of."""
+_MOMENT = 0.5
+"""Time of a task, and of what is lost with it [s]; one item may take longer."""
+_MOST = 32
+"""Items of a task."""
 _SETTINGS = {"distributed.worker.profile.interval": "1s"}
 """Of a local cluster. Sampling 100 times a second where a worker is, which Dask does, takes a tenth of the time."""
 _PATIENCE = 30
@@ -28,7 +35,7 @@ _MISSING = (
 
 
 def run(function: Callable[[T], R], items: Sequence[T], options: EngineOptions) -> Iterator[tuple[T, R | None]]:
-    """See `Engine`.
+    """See `Engine`. What is short is given out several at a time, because each message takes some milliseconds.
 
     Raises:
         BadInput: Dask is not installed, or the scheduler cannot be reached.
@@ -41,19 +48,49 @@ def run(function: Callable[[T], R], items: Sequence[T], options: EngineOptions) 
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what it reports is reported below
     with _client(options) as client:
         options.say(f"dashboard: {client.dashboard_link}")
-        waiting = list(range(len(items)))[::-1]
-        window = _WINDOW * max(len(client.scheduler_info(n_workers=-1)["workers"]), 1)
-        running: dict[Any, int] = {}
-        done = distributed.as_completed(loop=client.loop)
-        while waiting or running:
-            if waiting and len(running) <= window // 2:  # many at once: each message to the scheduler takes its time
-                given = [waiting.pop() for _ in range(min(window - len(running), len(waiting)))]
-                work = partial(alone, function)
-                futures = client.map(work, [items[index] for index in given], pure=False, retries=TRIES - 1)
+        workers = max(len(client.scheduler_info(n_workers=-1)["workers"]), 1)
+        waiting, suspected = deque(range(len(items))), deque[int]()
+        running: dict[Any, list[int]] = {}
+        done, fastest = distributed.as_completed(loop=client.loop), math.inf
+        while waiting or suspected or running:
+            if len(running) <= _WINDOW * workers // 2:  # many at once: each message to the scheduler takes its time
+                given = list(_tasks(waiting, suspected, _WINDOW * workers - len(running), workers, fastest))
+                tasks = [[items[index] for index in task] for task in given]
+                futures = client.map(partial(_all, function), tasks, pure=False, retries=TRIES - 1)
                 running.update(zip(futures, given, strict=True))
                 done.update(futures)
             future = next(done)
-            yield items[running.pop(future)], _result(future, distributed)
+            task = running.pop(future)
+            result = _result(future, distributed)
+            if result is None and len(task) > 1:
+                suspected += task  # of these one has killed its workers
+                continue
+            results, seconds = result or ([None], math.inf)
+            fastest = min(fastest, seconds)
+            yield from zip((items[index] for index in task), results, strict=True)
+
+
+def _tasks(
+    waiting: deque[int], suspected: deque[int], most: int, workers: int, seconds: float
+) -> Iterator[list[int]]:
+    """Take up to `most` tasks from what is `waiting`; each item that is `suspected` is a task.
+
+    A task takes a moment, and in the end so little that no worker has much more to do than the others.
+
+    seconds: time that an item takes.
+    """
+    for _ in range(most):
+        if suspected:
+            yield [suspected.popleft()]
+        elif waiting:
+            count = min(int(_MOMENT / max(seconds, _MOMENT / _MOST)), len(waiting) // (2 * workers))
+            yield [waiting.popleft() for _ in range(max(count, 1))]
+
+
+def _all(function: Callable[[T], R], items: Sequence[T]) -> tuple[list[R], float]:
+    """Results of a task's `items`, and the time for each [s]."""
+    begin = time.monotonic()
+    return [alone(function, item) for item in items], (time.monotonic() - begin) / len(items)
 
 
 def _result(future: Any, distributed: Any) -> Any:

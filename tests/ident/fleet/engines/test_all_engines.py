@@ -1,15 +1,17 @@
 """Every engine gives the same results, survives its workers, and is found by its name."""
 
+import math
 import os
 import resource
 import signal
+from collections import deque
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from ident.fleet import engines
-from ident.fleet.engines import EngineOptions
+from ident.fleet.engines import EngineOptions, dask
 from recordings.errors import BadInput
 
 LOCAL = EngineOptions(workers=2)
@@ -69,6 +71,23 @@ def test_names() -> None:
 def test_every_item_has_its_result(name: str) -> None:
     results = dict(engines.load(name).run(square, range(30), LOCAL))
     assert results == {number: number * number for number in range(30)}
+
+
+@pytest.mark.slow
+def test_of_several_items_given_to_a_dask_worker_only_what_kills_it_is_given_up(tmp_path: Path) -> None:
+    items = [(number + (number > 3), tmp_path) for number in range(-400, 200)]  # -400 … 3, 5 … 200
+    results = dict(engines.load("dask").run(deadly, items, LOCAL))
+    assert results == {item: None if item[0] == 3 else item[0] ** 2 for item in items}
+
+
+@pytest.mark.parametrize(("seconds", "largest"), [(math.inf, 1), (2.0, 1), (0.1, 5), (1e-4, 32)])
+def test_short_items_are_given_to_dask_several_at_a_time(seconds: float, largest: int) -> None:
+    waiting, suspected = deque(range(1000)), deque([-1, -2])
+    tasks = list(dask._tasks(waiting, suspected, 2000, 2, seconds))
+    assert tasks[:2] == [[-1], [-2]]
+    assert [index for task in tasks[2:] for index in task] == list(range(1000))
+    assert max(map(len, tasks)) == largest
+    assert len(tasks[-1]) == 1  # so that none waits long for the last
 
 
 @pytest.mark.slow
