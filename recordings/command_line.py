@@ -80,9 +80,8 @@ class NameChoice(click.Choice[str]):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         if str(value) not in self.choices:
             listing = ", ".join(self.choices)
-            self.fail(
-                f"one of {listing} expected, '{value}' found;{did_you_mean(str(value), self.choices)}", param, ctx
-            )
+            advice = did_you_mean(str(value), self.choices) or " choose one of them"
+            self.fail(f"one of {listing} expected, '{value}' found;{advice}", param, ctx)
         return str(super().convert(value, param, ctx))
 
 

@@ -1,6 +1,7 @@
 """Command-line support: commands found by file name, errors mapped to exit codes."""
 
 import errno
+import re
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -10,7 +11,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from recordings.command_line import CommandFolder, FiniteRange, refuse_existing, repeated, run
+from recordings.command_line import CommandFolder, FiniteRange, NameChoice, refuse_existing, repeated, run
 from recordings.errors import BadInput, RunFailed
 
 
@@ -113,6 +114,17 @@ def test_output_in_a_missing_folder_is_refused_before_the_work(tmp_path: Path) -
         refuse_existing(tmp_path / "none" / "model.json")
     # The input in the same folder is missing too, which is the better reason.
     refuse_existing(tmp_path / "none" / "a.model.json", read=[tmp_path / "none" / "a.mcap"])
+
+
+@pytest.mark.parametrize(
+    ("name", "advice"),
+    [("serail", "did you mean serial?"), ("ray", "choose one of them"), ("", "choose one of them")],
+)
+def test_unknown_name_is_refused_with_advice(name: str, advice: str) -> None:
+    with pytest.raises(
+        click.BadParameter, match=rf"one of dask, serial expected, '{name}' found; {re.escape(advice)}$"
+    ):
+        NameChoice(["dask", "serial"]).convert(name, None, None)
 
 
 @pytest.mark.parametrize("text", ["nan", "inf"])
