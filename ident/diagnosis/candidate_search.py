@@ -219,10 +219,7 @@ class CandidateSearch:
         """
         structure = model.solution.structure.with_term(candidate.term)
         before, multistart = model.solution.loss, candidate.term.effect.multistart > 1
-        starts = in_threads(
-            lambda guess: self._split.fit_linear(structure, np.concatenate([model.solution.x, guess])),
-            candidate.initial_guesses,
-        )
+        starts = self._starts(model, structure, candidate.initial_guesses)
         if not multistart and min(start.loss for start in starts) > before:
             zeros = np.zeros(len(candidate.initial_guesses[0]) - len(candidate.shapes))
             x = np.concatenate([model.solution.x, zeros, candidate.shapes])
@@ -233,6 +230,20 @@ class CandidateSearch:
             yield solution
             if not multistart and before - solution.loss >= _MIN_REALISED * (before - candidate.loss):
                 return
+
+    def _starts(self, model: FittedModel, structure: ModelStructure, guesses: Sequence[Floats]) -> Sequence[Solution]:
+        """Fit the linear parameters of `structure`, `model` with one more effect, at each of the `guesses` of it.
+
+        If all increase the loss, the nonlinear parameters of `model` move with the effect, as screening assumed.
+        """
+        starts = in_threads(
+            lambda guess: self._split.fit_linear(structure, np.concatenate([model.solution.x, guess])), guesses
+        )
+        if model.solution.structure.linear.all() or min(start.loss for start in starts) <= model.solution.loss:
+            return starts
+        of_model = ~structure.parameter_mask(len(structure.terms) - 1)
+        moved = in_threads(lambda start: self._split.adapted(start, of_model), starts)
+        return [min(pair, key=lambda start: start.loss) for pair in zip(starts, moved, strict=True)]
 
     def _drop_impossible_joints(self, model: FittedModel, before: FittedModel) -> FittedModel:
         """Remove the joints on which the coefficients of the last effect are outside of their physical limits."""

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from ident.diagnosis.candidate_search import CandidateSearch
 from ident.diagnosis.physical_limits import (
     implausibility,
@@ -11,11 +13,13 @@ from ident.diagnosis.physical_limits import (
     simpler_effect,
     unresolved,
 )
+from ident.diagnosis.split_data import rms
 from ident.diagnosis.steps import FittedModel
 
 EXTRAORDINARY_RATIO = 5.0
-"""An effect larger than hardware usually has is believed only if each plausible one leaves this many times its
-loss."""
+"""An effect larger than hardware usually has is believed only if each plausible one leaves this many times its mean
+square on the test rows of its joints."""
+_TINY = 1e-12
 
 
 class Claims:
@@ -37,11 +41,12 @@ class Claims:
             for candidate in candidates
             if self._is_accepted(candidate.terms[-1].name, implausibility(candidate, before))
         ]
-        least = min((candidate.solution.loss for candidate in plausible), default=before.solution.loss)
+        rivals = [before, *plausible]
         return plausible + [
             candidate
             for candidate in candidates
-            if EXTRAORDINARY_RATIO * candidate.solution.loss < least and is_only_large(candidate, before)
+            if is_only_large(candidate, before)
+            and min(_error_ratio(rival, candidate) for rival in rivals) > EXTRAORDINARY_RATIO
         ]
 
     def is_resolved(self, model: FittedModel) -> bool:
@@ -82,3 +87,13 @@ class Claims:
         if reason:
             self.refused[name] = reason
         return reason is None
+
+
+def _error_ratio(rival: FittedModel, model: FittedModel) -> float:
+    """Mean square of `rival` over that of `model` on test rows, on average over the joints of the last effect.
+
+    The error of other joints is common to both, and training rows may flatter either.
+    """
+    joints = list(model.terms[-1].joints)
+    errors, least = (rms(each.residuals, model.split.test)[joints] for each in (rival, model))
+    return float(np.mean((errors / np.maximum(least, _TINY)) ** 2))

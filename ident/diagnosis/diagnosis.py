@@ -21,8 +21,8 @@ from ident.diagnosis.ripple import Ripple, below_low_pass, find_ripple
 from ident.diagnosis.split_data import SplitData, split_recordings
 from ident.diagnosis.steps import FittedModel, Selection
 from ident.diagnosis.stepwise_selection import Selector
-from ident.diagnosis.unexplained_residual import UnexplainedResidual, estimate_unexplained
-from ident.diagnosis.vibration_check import with_vibrations
+from ident.diagnosis.unexplained_residual import UnexplainedResidual, estimate_unexplained, with_vibrations
+from ident.diagnosis.vibration_check import with_vibration_alternatives
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure
 from ident.identification.chosen_effects import check_effect_name
@@ -158,17 +158,18 @@ def diagnose(
         if not selection.model.noise_floor.known:
             dependences = learned.described if learned and is_structure(learned.improvement) else ()
         unexplained = estimate_unexplained(selection.model, dependences)
-    selection = with_vibrations(selection)
+    selection = with_vibration_alternatives(selection)
     progress("searching ripple above the low-pass")
     wanted = {name: effect for name, effect in effects.observable.items() if not options.only or name in options.only}
+    ripple = find_ripple(selection.model, wanted)
     return Diagnosis(
         split,
         library,
         effects,
         selection,
-        unexplained,
+        with_vibrations(unexplained, ripple.vibrations, split.torque_rms),
         learned,
-        find_ripple(selection.model, wanted),
+        ripple,
         inputs.excerpt_share,
         bool(options.only),
     )

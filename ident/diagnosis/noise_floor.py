@@ -118,7 +118,7 @@ def _perturbation_torque(split: SplitData, solution: Solution) -> tuple[list[Flo
     """
     structure = solution.structure
     mandatory = tuple(term for term in structure.terms if term.effect.mandatory)
-    parameters = structure.load_parameters(solution.x)
+    parameters = structure.rigid_parameters(solution.x)
     regressors, bias = split.perturbed_regressors(replace(structure, terms=mandatory))
     fixed = [(perturbed - measured) @ parameters for measured, perturbed in regressors]
     return fixed, [

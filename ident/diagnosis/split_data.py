@@ -15,6 +15,7 @@ from ident.dynamics.effects.base import Signal
 from ident.dynamics.structure import ModelStructure
 from ident.estimation.nonlinear_fit import (
     Solution,
+    adapted,
     escape_local_minima,
     initial_solution,
     levenberg_marquardt,
@@ -166,6 +167,10 @@ class SplitData:
     def fit_linear(self, structure: ModelStructure, x: Floats) -> Solution:
         """Fit the linear parameters of `structure` to the training rows, with the others as in `x` (K,)."""
         return initial_solution(self._train_predictors, structure, x, self._train_weights)
+
+    def adapted(self, solution: Solution, entries: Bools) -> Solution:
+        """Adapt the parameters `entries` (K,) to the others, by a single step."""
+        return adapted(self._train_predictors, solution, self._train_weights, entries)
 
     def fit_nonlinear(self, solution: Solution) -> Solution:
         """Fit all parameters, starting from those of a `solution`."""

@@ -1,14 +1,14 @@
 """Test whether the residual of a model is larger than the noise floor, and on which variables it depends."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ident.data import cycle_statistics
-from ident.data.spectral_lines import SpectralLine
 from ident.diagnosis.noise_floor import NoiseFloor
 from ident.diagnosis.residual_dependence import ResidualDependence, find_dependences
+from ident.diagnosis.ripple import Vibration
 from ident.diagnosis.ripple_search import HIGHEST, MIN_SAMPLES, SAME_SHARE
 from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.split_data import rms as rms_of
@@ -84,6 +84,30 @@ def estimate_unexplained(
     )
 
 
+def with_vibrations(
+    unexplained: UnexplainedResidual, vibrations: Sequence[Vibration], torque_rms: Floats
+) -> UnexplainedResidual:
+    """Add relevant `vibrations` above the low-pass, which are as unexplained as those below it.
+
+    Its RMS and its share are still those of the residual below the low-pass. torque_rms: (dof,) [N m].
+    """
+    least = MIN_TORQUE_SHARE * torque_rms
+    clauses = [
+        _vibration(each.joint, each.frequency)
+        for each in vibrations
+        if each.amplitude / np.sqrt(2) > least[each.joint]
+    ]
+    if not clauses:
+        return unexplained
+    known = [unexplained.sentence.removesuffix(".")] if unexplained.significant else []
+    return replace(
+        unexplained,
+        significant=True,
+        variables=tuple(sorted({*unexplained.variables, "frequency"})),
+        sentence="; ".join([*known, *clauses]) + ".",
+    )
+
+
 def _without_floor(
     model: FittedModel, total: Floats, joints: Sequence[int], known: Sequence[ResidualDependence] | None
 ) -> UnexplainedResidual:
@@ -97,7 +121,7 @@ def _without_floor(
     for joint, line in vibrations.items():
         assert line is not None
         structured[joint] = max(structured[joint], min(np.sqrt(line.mean_square), total[joint]))
-        clauses.append(_vibration(joint, line))
+        clauses.append(_vibration(joint, line.frequency))
     variables = {variable for dependence in dependences for variable in dependence.variables}
     variables |= {"frequency"} if vibrations else set()
     return UnexplainedResidual(
@@ -133,8 +157,8 @@ def _is_vibration(model: FittedModel, joint: int) -> bool:
     return True
 
 
-def _vibration(joint: int, line: SpectralLine) -> str:
-    return f"joint {joint + 1}: a vibration of {line.frequency:.2f} Hz"
+def _vibration(joint: int, frequency: float) -> str:
+    return f"joint {joint + 1}: a vibration of {frequency:.2f} Hz"
 
 
 def _sentence(
@@ -145,7 +169,7 @@ def _sentence(
     clauses = _clauses(dependences)
     for joint, line in enumerate(floor.lines):
         if vibrates[joint] and line:
-            clauses.append(_vibration(joint, line))
+            clauses.append(_vibration(joint, line.frequency))
     for joint, trend in enumerate(floor.trends):
         if drifts[joint] and trend:
             kind = "from cycle to cycle" if trend.pattern == "linear" else f"at one instant ({trend.pattern})"

@@ -20,7 +20,7 @@ VIBRATION = "vibration"
 """Stands beside the names of effects; no effect of the library."""
 
 
-def with_vibrations(selection: Selection) -> Selection:
+def with_vibration_alternatives(selection: Selection) -> Selection:
     """The `selection` with a vibration as an alternative to each ripple that it explains as well."""
     findings = [
         replace(finding, alternatives=(*finding.alternatives, VIBRATION))

@@ -45,6 +45,8 @@ class EffectInputs:
     """(n, dof) of the drives [degC]."""
     end: float | None = None
     """Time at which the run ends [s]; None: with these instants."""
+    arm_load_at: Callable[["EffectInputs"], Floats] | None = None
+    """Computes the torque (n, dof) [N m] of the model's effects on the arms for these or other inputs; None: 0."""
 
     @cached_property
     def rigid(self) -> Floats:
@@ -96,8 +98,15 @@ class EffectInputs:
         return share * joint_inertia(self.parameters, self.motion.position.shape[1])
 
     def flexible_joints(self, share: float) -> FlexibleJoints:
-        """Return the arms without the motors, whose inertia is a `share` of each joint's own."""
-        return flexible_joints(self.rig, self.parameters, share, self.rate)
+        """Return the arms without the motors, whose inertia is a `share` of each joint's own.
+
+        Their load is that along the `motion` of these inputs.
+        """
+        return flexible_joints(self.rig, self.parameters, share, self.rate, self._arm_load)
+
+    @cached_property
+    def _arm_load(self) -> Floats | None:
+        return None if self.arm_load_at is None else self.arm_load_at(self)
 
     def arm_torque(self, share: float) -> Floats:
         """Torque (n, dof) [N m] that moves the arms if they follow the motors."""

@@ -181,6 +181,7 @@ def _elastic_torque(  # noqa: C901 - compiled: one loop
     q: Floats,
     v: Floats,
     a: Floats,
+    load: Floats,
     compliance: Floats,
     damping_ratio: float,
     dt: float,
@@ -189,6 +190,7 @@ def _elastic_torque(  # noqa: C901 - compiled: one loop
 ) -> Floats:
     """`FlexibleJoints.elastic_torque` (n, dof) by Newmark's method, with `substeps` steps per sample.
 
+    load: (n, dof) further torque of the arms, along the motors' motion.
     beta: 1/12 (Fox-Goodwin) has the smallest period error; 1/4 (average acceleration) is stable for any step.
     The arms start in static equilibrium, at the beginning and after each gap; NaN where the motion is NaN.
     """
@@ -209,6 +211,7 @@ def _elastic_torque(  # noqa: C901 - compiled: one loop
             twist_rate[:], twist_acceleration[:] = 0.0, 0.0
             for _ in range(_SETTLING_STEPS):
                 _arm_dynamics(delta, constants, q[k] - twist, v[k], a[k], torque, inertia, workspace)
+                torque += load[k]
                 for s in range(count):
                     i = int(flexible[s])
                     twist[i] += 0.5 * (torque[i] * compliance[i] - twist[i])
@@ -233,6 +236,8 @@ def _elastic_torque(  # noqa: C901 - compiled: one loop
                 position[i] = q[k, i] - v[k, i] * time_left + a[k, i] * time_left**2 / 2 - jerk * time_left**3 / 6
                 position[i] -= twist[i] + h * twist_rate[i] + h * h / 2 * twist_acceleration[i]
             _arm_dynamics(delta, constants, position, speed, acceleration, torque, inertia, workspace)
+            for i in range(dof):
+                torque[i] += load[k, i] - (load[k, i] - load[k - 1, i]) * (time_left / dt)
             for s in range(count):
                 i = int(flexible[s])
                 damping = 2 * damping_ratio * math.sqrt(inertia[i, i] / compliance[i])
@@ -309,6 +314,7 @@ def _backlash_torque(  # noqa: C901 - compiled: one loop
     q: Floats,
     v: Floats,
     a: Floats,
+    load: Floats,
     half_gap: Floats,
     impact: float,
     delay: float,
@@ -321,6 +327,7 @@ def _backlash_torque(  # noqa: C901 - compiled: one loop
     their new speed within one step, but the torque of the impact is spread over the time `impact` [s] around the
     contact (at most one sample), or the `delay` [s] later: if all of it fell into the sample of the contact, it would
     jump to the next one as the gap grows, and a search over the gap would be stuck between such jumps.
+    load: (n, dof) further torque of the arms, along the motors' motion.
     Arms start in contact on the side of their load; NaN where the motion is NaN.
     """
     n, dof = q.shape
@@ -344,6 +351,7 @@ def _backlash_torque(  # noqa: C901 - compiled: one loop
             continue
         if not running:
             _arm_dynamics(delta, constants, q[k], v[k], a[k], torque, inertia, workspace)
+            torque += load[k]
             w[:], free[:] = 0.0, False
             for i in range(dof):
                 x[i] = half_gap[i] if torque[i] > 0 else -half_gap[i]
@@ -356,14 +364,16 @@ def _backlash_torque(  # noqa: C901 - compiled: one loop
             for i in range(dof):
                 position[i], speed[i], acceleration[i] = q[k, i] - x[i], v[k, i], a[k, i]
             _arm_dynamics(delta, constants, position, speed, acceleration, torque, inertia, workspace)
+            torque += load[k]
             if _in_firm_contact(torque, previous, x, half_gap):
                 for i in range(dof):
                     result[k, i] = previous[i] = torque[i]
                 continue
         for substep in range(substeps):
             offset = (substep + 0.5) * h - dt / 2
+            beside_k = min(max(k + (1 if offset > 0 else -1), 0), n - 1)
             for i in range(dof):
-                neighbor = a[min(max(k + (1 if offset > 0 else -1), 0), n - 1), i]
+                neighbor = a[beside_k, i]
                 jerk = (neighbor - a[k, i]) / dt if offset > 0 else (a[k, i] - neighbor) / dt
                 jerk = jerk if math.isfinite(jerk) else 0.0
                 acceleration[i] = a[k, i] + jerk * offset
@@ -371,6 +381,8 @@ def _backlash_torque(  # noqa: C901 - compiled: one loop
                 position[i] = q[k, i] + v[k, i] * offset + a[k, i] * offset**2 / 2 + jerk * offset**3 / 6 - x[i]
             _arm_dynamics(delta, constants, position, speed, acceleration, torque, inertia, workspace)
             for i in range(dof):
+                change = load[beside_k, i] - load[k, i]
+                torque[i] += load[k, i] + (change * abs(offset) / dt if math.isfinite(change) else 0.0)
                 rigid_torque[i] = torque[i]
             _contact_torque(torque, inertia, free, gap_acceleration, matrix, vector, separated)
             released = False

@@ -39,13 +39,15 @@ class FlexibleJoints:
     """Lengths, angles and inertial parameters, in the order of the kernels."""
     rate: float
     """Sampling rate of the motions [Hz]."""
+    load: Floats | None = None
+    """Further torque (n, dof) [N m] of the arms along the motion with which it is used; None: there is none."""
 
     def rigid_torque(self, motion: Motion) -> Floats:
         """Torque (n, dof) [N m] of the arms if they follow the motors."""
         from ident.dynamics.flexible_joint_kernels import dynamics_along
 
         torque: Floats = dynamics_along(self.delta, self.constants, *_contiguous(motion))[0]
-        return torque
+        return torque + self._load_along(motion)
 
     def elastic_torque(self, motion: Motion, compliance: Floats, damping_ratio: float) -> Floats:
         """Torque (n, dof) [N m] of the springs that connect motors and arms.
@@ -58,7 +60,15 @@ class FlexibleJoints:
         substeps = int(np.clip(np.ceil(phase / _PHASE_STEP), 1, _MAX_SUBSTEPS))
         beta = 1 / 12 if phase < _RESOLVED * substeps else 1 / 4
         torque: Floats = elastic_torque(
-            self.delta, self.constants, *_contiguous(motion), compliance, damping_ratio, 1 / self.rate, substeps, beta
+            self.delta,
+            self.constants,
+            *_contiguous(motion),
+            self._load_along(motion),
+            compliance,
+            damping_ratio,
+            1 / self.rate,
+            substeps,
+            beta,
         )
         return torque
 
@@ -74,6 +84,7 @@ class FlexibleJoints:
             self.delta,
             self.constants,
             *_contiguous(motion),
+            self._load_along(motion),
             half_gap,
             _IMPACT,
             impact_delay,
@@ -99,6 +110,7 @@ class FlexibleJoints:
         for joint, offset in enumerate(_DIFFERENCE * np.eye(load.shape[1])):
             shifted = dynamics_along(self.delta, self.constants, position - offset, velocity, acceleration)[0]
             gradient[:, joint] = (shifted[:, joint] - load[:, joint]) / _DIFFERENCE
+        load += self._load_along(motion)
         motor_torque = joint_inertias * motion.acceleration
         substeps = int(np.ceil(1 / (self.rate * _SCREENING_STEP)))
         reductions: Floats = cost_reductions(
@@ -115,6 +127,9 @@ class FlexibleJoints:
         )
         return reductions
 
+    def _load_along(self, motion: Motion) -> Floats:
+        return np.zeros_like(motion.position) if self.load is None else np.ascontiguousarray(self.load)
+
     def natural_frequencies(self, motion: Motion, compliance: Floats) -> Floats:
         """Approximate natural frequencies (s,) [rad/s] of the joints whose `compliance` (dof,) is positive."""
         from ident.dynamics.flexible_joint_kernels import dynamics_along
@@ -130,15 +145,20 @@ class FlexibleJoints:
         return frequencies
 
 
-def flexible_joints(rig: Rig, parameters: Mapping[str, float], share: float, rate: float) -> FlexibleJoints:
-    """Return the arms of `rig` with a mechanism's `parameters` by name; motors have a `share` of joint inertia."""
+def flexible_joints(
+    rig: Rig, parameters: Mapping[str, float], share: float, rate: float, load: Floats | None = None
+) -> FlexibleJoints:
+    """Return the arms of `rig` with a mechanism's `parameters` by name; motors have a `share` of joint inertia.
+
+    load: further torque (n, dof) [N m] of the arms along the motion with which they are used.
+    """
     joints = range(1, rig.dof + 1)
     inertia = joint_inertia(parameters, rig.dof) * (1 - share)
     if rig.mechanism == "delta":
         masses = (max(parameters["m_p"], 0.0), parameters["T_g"], max(parameters.get("m_d", 0.0), 0.0))
-        return FlexibleJoints(True, kernel_constants(rig.geometry, masses, inertia), rate)
+        return FlexibleJoints(True, kernel_constants(rig.geometry, masses, inertia), rate, load)
     weight = [[parameters.get(f"{name}{j}", 0.0) for j in joints] for name in ("G_c", "G_s", "G_")]
-    return FlexibleJoints(False, np.concatenate([inertia, *weight]), rate)
+    return FlexibleJoints(False, np.concatenate([inertia, *weight]), rate, load)
 
 
 def joint_inertia(parameters: Mapping[str, float], dof: int) -> Floats:

@@ -66,8 +66,9 @@ class InverseDynamics:
             motion = _corrected(motion, correct)
         rate = np.nan if dt is None else 1 / dt
         time = np.full(len(motion.position), np.nan) if t is None else t
+        load, arm_load_at = self.structure.load(self.structure.load_parameters(self.values))
         known = MechanismMotion(rig, motion, self.structure.mechanism_of(rig)).effect_inputs(
-            rate, time, rate / 2, self.structure.load_parameters(self.values), temperature, end
+            rate, time, rate / 2, load, temperature, end, arm_load_at
         )
         missing = {name for name, value in zip(_GIVEN, (dt, t, temperature), strict=True) if value is None}
         return _Inputs(**vars(known), missing=frozenset(missing))

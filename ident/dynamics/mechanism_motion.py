@@ -1,5 +1,6 @@
 """A mechanism in a motion: the columns of its parameters, and what effects are computed from."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -34,12 +35,13 @@ class MechanismMotion:
         load_parameters: Floats,
         temperature: Floats | None = None,
         end: float | None = None,
+        arm_load_at: Callable[[EffectInputs], Floats] | None = None,
     ) -> EffectInputs:
         """Inputs of effects.
 
         rate: instants per second [Hz]. time: (n,) [s]. bandwidth: of the analysis [Hz].
-        load_parameters: (k or k + 1,) of a model structure. temperature: (n, dof) of the drives [degC].
-        end: time at which the run ends [s]; None: with the last instant.
+        load_parameters: (k or k + 1,) of mechanism and rods. temperature: (n, dof) of the drives [degC].
+        end: time at which the run ends [s]; None: with the last instant. arm_load_at: as in the inputs.
         """
         known = self.mechanism.parameters
         parameters, m_d = load_parameters[: len(known)], float(load_parameters[len(known) :].sum())
@@ -62,4 +64,5 @@ class MechanismMotion:
             {**by_name, "m_d": m_d},
             unknown if temperature is None else temperature,
             end,
+            arm_load_at,
         )

@@ -188,10 +188,37 @@ class ModelStructure:
         mask[self._entries[index]] = True
         return mask
 
-    def load_parameters(self, x: Floats) -> Floats:
-        """Parameters (k or k + 1,) of the load that effects depend on: the mechanism's, and the mass of the rods."""
+    def rigid_parameters(self, x: Floats) -> Floats:
+        """Parameters (k or k + 1,) of the rigid model: the mechanism's, and the mass of the rods."""
         mandatory = [x[self._entries[index]] for index, term in enumerate(self.terms) if term.effect.mandatory]
         return np.concatenate([x[self._entries[-1]], *mandatory])
+
+    def load_parameters(self, x: Floats) -> Floats:
+        """Parameters of the load that effects depend on: those of the rigid model, and of the effects on the arms."""
+        return np.concatenate([self.rigid_parameters(x), *(x[self._entries[index]] for index in self.arm_terms)])
+
+    def load(self, load_parameters: Floats) -> tuple[Floats, Callable[[EffectInputs], Floats] | None]:
+        """Split `load_parameters` into those of the rigid model and what computes the torque (n, dof) on the arms.
+
+        They may be those of a structure that lacks the last terms, which then do not load the arms.
+        """
+        x = np.zeros(len(self.parameters))
+        rigid, on_arms = np.split(load_parameters, [len(self.rigid_parameters(x))])
+        entries = np.concatenate([np.arange(len(x))[self._entries[index]] for index in (*self.arm_terms, -1)])
+        x[entries[: len(on_arms)]] = on_arms
+        loading = [index for index in self.arm_terms if self.local_values(index, x).any()]
+
+        def arm_load(inputs: EffectInputs) -> Floats:
+            torques = (self.terms[i].torque(self.columns(i, x, inputs), self.local_values(i, x)) for i in loading)
+            return sum(torques, start=np.zeros_like(inputs.motion.position))
+
+        return rigid, arm_load if loading else None
+
+    @cached_property
+    def arm_terms(self) -> tuple[int, ...]:
+        """Indices of the terms whose torque acts on the arms."""
+        terms = enumerate(self.terms)
+        return tuple(i for i, term in terms if isinstance(term.effect, Additive) and term.effect.on_arm)
 
     def local_values(self, index: int, x: Floats) -> Floats:
         """Local parameters (instances, c) of the term `index` in the vector `x` (K,)."""

@@ -82,7 +82,7 @@ class TorquePredictor:
     def torque(self, structure: ModelStructure, x: Floats, load_parameters: Floats | None = None) -> Floats:
         """Predict the reported torque (m, dof) [N m], conditioned as the measured torque, for parameters `x` (K,).
 
-        load_parameters: (k or k + 1,) parameters from which effects compute the load; None: those in `x`.
+        load_parameters: parameters from which effects compute the load; None: those in `x`.
         """
         load = structure.load_parameters(x) if load_parameters is None else load_parameters
         return self.prepared.condition(self._reported_torque(structure, x, load))
@@ -153,17 +153,21 @@ class TorquePredictor:
         corrected = self.corrected_motion(structure, x)
         load = structure.load_parameters(x) if load_parameters is None else load_parameters
         prepared = self.prepared
-        return self._cache.get(
-            ("effect inputs", corrected, load.tobytes()),
-            lambda: corrected.effect_inputs(
+
+        def inputs() -> EffectInputs:
+            rigid, arm_load_at = structure.load(load)
+            return corrected.effect_inputs(
                 prepared.samples.rate,
                 prepared.instant_time,
                 prepared.bandwidth,
-                load,
+                rigid,
                 prepared.temperature,
                 prepared.end,
-            ),
-        )
+                arm_load_at,
+            )
+
+        on_arms = tuple((structure.terms[index].name, structure.terms[index].joints) for index in structure.arm_terms)
+        return self._cache.get(("effect inputs", corrected, load.tobytes(), on_arms), inputs)
 
     def corrected_motion(self, structure: ModelStructure, x: Floats) -> MechanismMotion:
         """Motion and mechanism after the corrections of encoders and geometry given by `x` (K,)."""

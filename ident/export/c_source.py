@@ -134,7 +134,7 @@ def _mechanism_constants(model: Model, carried: frozenset[int]) -> Iterator[tupl
         return
     rig, _ = structure.corrections(values)
     geometry, phi = rig.geometry, np.array(rig.geometry.phi)
-    m_d = structure.load_parameters(values)[len(parameters) :].sum()
+    m_d = structure.rigid_parameters(values)[len(parameters) :].sum()
     yield "masses", np.array([named["m_p"], named["T_g"], m_d])
     yield "lengths", np.array([geometry.L1, geometry.L2, geometry.R - geometry.r, -GRAVITY[2]])
     yield "cosines", np.cos(phi)

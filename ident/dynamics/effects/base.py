@@ -161,6 +161,8 @@ class Additive(Effect):
 
     coefficients: tuple[Quantity, ...]
     """The c coefficients, per joint or for the whole robot."""
+    on_arm: bool = False
+    """True if the torque acts on the arm, so that springs and backlash between motor and arm transmit it."""
     columns: Callable[[EffectInputs, Shapes], Floats]
     """Torque per unit of each coefficient (n, dof, c); NaN where the motion is NaN. It must not depend on the
     coefficients, nor on any measurement but the motion."""

@@ -81,6 +81,10 @@ class _Search:
         self.optimized.append(solution.loss)
         return SimpleNamespace(loss=self._final.pop(0), structure=solution.structure, x=solution.x)
 
+    def adapted(self, solution: Any, entries: Any) -> Any:
+        np.testing.assert_array_equal(entries, np.arange(len(entries)) < len(entries) - 1)  # all but the gain
+        return SimpleNamespace(loss=0.1 * solution.loss, structure=solution.structure, x=solution.x)
+
     def escape_local_minima(self, solution: Any) -> Any:
         return SimpleNamespace(loss=solution.loss - ESCAPE, structure=solution.structure, x=solution.x)
 
@@ -113,3 +117,16 @@ def test_further_starts_are_optimized_only_if_needed(
     split: Any = _Search(initial, final)
     best = CandidateSearch(split, library()).add(before, candidate)
     assert (split.optimized, best.solution.loss) == (optimized, loss)
+
+
+def test_nonlinear_parameters_of_the_model_move_with_an_effect_that_increases_the_loss_alone() -> None:
+    rig, known = simulated_rig(), library()
+    mechanism = mechanisms.create(rig)
+    bent = ModelStructure(mechanism, rig, (Term("torque_map_exponent", known["torque_map_exponent"], (2,)),))
+    x = np.zeros(len(bent.parameters))
+    before: Any = SimpleNamespace(solution=SimpleNamespace(structure=bent, x=x, loss=100.0), terms=bent.terms)
+    gain = Term("torque_gain_mismatch", known["torque_gain_mismatch"], (2,))
+    candidate = Candidate(gain, (np.array([0.1]),), 10.0, 1, np.ones(1), np.ones((1, 1)), np.ones(0))
+    split: Any = _Search((400.0,), (9.0,))
+    best = CandidateSearch(split, known).add(before, candidate)
+    assert (split.optimized, best.solution.loss) == ([40.0], 9.0 - ESCAPE)

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.diagnosis.unexplained_residual import UnexplainedResidual, estimate_unexplained
+from ident.diagnosis.ripple import Vibration
+from ident.diagnosis.unexplained_residual import UnexplainedResidual, estimate_unexplained, with_vibrations
 from recordings.recording import Recording
 from tests.ident import building
 
@@ -49,6 +50,18 @@ def test_vibration_depends_on_frequency() -> None:
     assert result.significant
     assert "frequency" in result.variables
     assert "a vibration of 7.37 Hz" in result.sentence
+
+
+@pytest.mark.parametrize(("share", "relevant"), [(0.02, True), (0.002, False)])
+def test_vibration_above_the_low_pass_is_structure_if_it_is_relevant(share: float, relevant: bool) -> None:
+    """Below it, nothing is left."""
+    before = unexplained(building.record(2, 5, noise=0.1))
+    line = Vibration(1, 43.21, share * np.sqrt(2) * 7.0)
+    result = with_vibrations(before, [line], np.array([100.0, 7.0]))
+    assert result.significant is relevant
+    assert result.variables == (("frequency",) if relevant else ())
+    assert result.sentence == ("joint 2: a vibration of 43.21 Hz." if relevant else before.sentence)
+    assert (result.rms == before.rms).all()
 
 
 def test_steady_change_depends_on_time() -> None:

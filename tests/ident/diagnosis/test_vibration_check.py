@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ident.diagnosis.stepwise_selection import Selector
-from ident.diagnosis.vibration_check import VIBRATION, with_vibrations
+from ident.diagnosis.vibration_check import VIBRATION, with_vibration_alternatives
 from ident.dynamics.effects.library import library
 from tests.ident import building
 
@@ -17,6 +17,6 @@ def test_only_one_speed_leaves_ripple_and_vibration_apart(size: float, drift: fl
     data = building.split([recording])
     selector = Selector(data, {"cogging": library()["cogging"]}, lambda text: None)
     model = building.structure(recording)
-    selection = with_vibrations(selector.select(model, building.start(model)))
+    selection = with_vibration_alternatives(selector.select(model, building.start(model)))
     (finding, *_) = selection.findings
     assert (VIBRATION in finding.alternatives) is uncertain

@@ -145,6 +145,20 @@ def test_a_delay_moves_the_torque_of_impacts_only() -> None:
     np.testing.assert_allclose((third - second)[1:], (second - first)[:-1], atol=1e-9)
 
 
+def test_a_load_on_the_arms_is_transmitted_like_a_weight_of_the_mechanism() -> None:
+    """An axis with a constant weight, of the mechanism or as a further load."""
+    weight, (q, v, a) = 3.0, (x[:, None] for x in _sine(2 * np.pi * 2.0, np.arange(0.0, 3.0, 1 / RATE)))
+    motion, gap, compliance = Motion(q, v, a, np.sign(v)), np.array([1e-3]), np.array([1e-4])
+    heavy = FlexibleJoints(False, np.array([0.2, 0.0, 0.0, weight]), RATE)
+    loaded = FlexibleJoints(False, np.array([0.2, 0.0, 0.0, 0.0]), RATE, np.full_like(q, weight))
+    for torques in (
+        [joints.backlash_torque(motion, gap) for joints in (heavy, loaded)],
+        [joints.elastic_torque(motion, compliance, 0.03) for joints in (heavy, loaded)],
+        [joints.rigid_torque(motion) for joints in (heavy, loaded)],
+    ):
+        np.testing.assert_allclose(torques[1], torques[0], atol=1e-9)
+
+
 def test_screening_finds_motor_share_and_gap() -> None:
     rig, motion = simulated_rig(), _swaying(6.0)
     inertias = np.array([PARAMETERS["I_1"], PARAMETERS["I_2"], PARAMETERS["I_3"]])

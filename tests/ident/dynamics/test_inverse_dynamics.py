@@ -58,6 +58,34 @@ def test_torque_is_that_which_is_predicted_for_a_recording(
     np.testing.assert_allclose(dynamics.reported(inputs)[known], expected[known], atol=1e-9 * scale)
 
 
+@pytest.mark.parametrize("name", ["backlash", "joint_elasticity"])
+def test_effects_on_the_arms_load_what_is_between_motor_and_arm(
+    prepared: PreparedRecording, truth: Floats, name: str
+) -> None:
+    """Arms that are heavier by an effect are transmitted like arms whose parameter T_g says so."""
+    base, everywhere = prepared.base_structure, (0, 1, 2)
+    between = Term(name, library()[name], everywhere)
+    heavier = Term("arm_mass_mismatch", library()["arm_mass_mismatch"], everywhere)
+    size, beyond = (5e-4 if name == "backlash" else 1e-3), 0.7
+    values = np.array([*[size] * 3, 0.3, *([0.05] if name == "joint_elasticity" else [])])
+    by_parameter = truth.copy()
+    by_parameter[[entry.name for entry in base.parameters].index("T_g")] += beyond
+    inputs = {"dt": 1 / prepared.samples.rate, "t": prepared.instant_time}
+    computed, predicted = [], []
+    for structure, x in (
+        (base.with_term(between), np.r_[by_parameter, values]),
+        (base.with_term(heavier).with_term(between), np.r_[truth, [beyond] * 3, values]),
+    ):
+        dynamics = InverseDynamics(structure, x)
+        computed.append(dynamics.terms(dynamics.inputs(prepared.as_recorded.motion, **inputs))[name])
+        predicted.append(TorquePredictor(prepared).unfiltered(structure, x))
+    known = np.isfinite(predicted[0]).all(axis=1)
+    added = np.sqrt(np.mean(computed[0][known] ** 2))
+    for of_parameter, of_effect in (computed, predicted):
+        error = np.sqrt(np.mean((of_effect - of_parameter)[known] ** 2))
+        assert 0 < error < 0.02 * added  # the load is that at the motors' angles, which hardly differ from the arms'
+
+
 @pytest.mark.parametrize(
     ("name", "given", "needed"),
     [

@@ -27,6 +27,7 @@ effect = Additive(
     whole_robot=True,
     coefficients=(Quantity(name="c", unit="N s^2/m^2", meaning="force per squared speed", lower=0.0),),
     columns=columns,
+    on_arm=True,
     c=CCode(
         statements="const real speed = sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1] "
         "+ velocity[2] * velocity[2]);",

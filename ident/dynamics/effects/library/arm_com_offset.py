@@ -24,5 +24,6 @@ effect = Additive(
     mechanisms=("delta",),
     coefficients=(Quantity(name="a", unit="{effort}", meaning="weight times distance from the line"),),
     columns=columns,
+    on_arm=True,
     c=CCode(expression="a * sin(q)"),
 )

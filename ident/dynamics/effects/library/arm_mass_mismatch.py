@@ -24,5 +24,6 @@ effect = Additive(
     mechanisms=("delta",),
     coefficients=(Quantity(name="a", unit="{effort}", meaning="gravity torque beyond that of the other arms"),),
     columns=columns,
+    on_arm=True,
     c=CCode(expression="a * cos(q)"),
 )

@@ -38,5 +38,6 @@ effect = Additive(
         Quantity(name="b", unit="{effort}", meaning="weight times lever that goes with the cosine"),
     ),
     columns=columns,
+    on_arm=True,
     c=CCode(expression="a * sin(q) + b * cos(q)"),
 )

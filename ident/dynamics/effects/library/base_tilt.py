@@ -35,6 +35,7 @@ effect = Additive(
         Quantity(name="g_y", unit="m/s^2", meaning="gravity along y", lower=-GRAVITY, upper=GRAVITY),
     ),
     columns=columns,
+    on_arm=True,
     c=CCode(
         statements="""
             const real moment = T_g / R(9.81) * sin(q), rod = m_d / 2, turn = L1 * sin(q);

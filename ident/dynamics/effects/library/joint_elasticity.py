@@ -30,12 +30,12 @@ def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
 
 def _change(inputs: EffectInputs, share: float, damping_ratio: float, compliance: Floats) -> Floats:
     """Torque (n, dof) that springs add to that of stiff joints; 0 where it is unknown."""
-    joints = inputs.flexible_joints(share)
-    slowest = joints.natural_frequencies(inputs.motion, compliance).min(initial=np.inf) / (
+    slowest = inputs.flexible_joints(share).natural_frequencies(inputs.motion, compliance).min(initial=np.inf) / (
         2 * np.pi * inputs.bandwidth
     )
     inputs = inputs.low_passed(float(np.clip((slowest - 1) / (_FILTER_ABOVE - 1), 0.0, 1.0)))
-    changed = joints.elastic_torque(inputs.motion, compliance, damping_ratio) - inputs.arm_torque(share)
+    elastic = inputs.flexible_joints(share).elastic_torque(inputs.motion, compliance, damping_ratio)
+    changed = elastic - inputs.arm_torque(share)
     return np.where(np.abs(changed) < _DIVERGED, changed, 0.0)
 
 

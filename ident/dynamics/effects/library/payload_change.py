@@ -85,6 +85,7 @@ effect = Additive(
     ),
     suggest=suggest,
     columns=columns,
+    on_arm=True,
     c=CCode(
         statements="const real length = hypot(t_r, dt);",
         expression="dm * (clip((t - t_c) / length + R(0.5)) - clip((t - t_e) / length + R(0.5))) * torque_per_mass",
