@@ -63,8 +63,9 @@ class PropagatedErrors:
         self._residual = float(np.linalg.norm(residual))
 
     def variance(self) -> Floats:
-        """(K,) variance due to the steps of all signals and to effects; 0 where not identifiable."""
-        return self.encoder_variance() + self.drive_variance() + self.effect_variance()
+        """(K,) mean square error due to the steps of all signals and to effects; 0 where not identifiable."""
+        variance = self.encoder_variance() + self.drive_variance() + self.effect_variance()
+        return variance + self.attenuation_bias() ** 2
 
     def effect_variance(self) -> Floats:
         """(K,) variance due to what effects idealize (their perturbed reports); 0 where not identifiable."""
@@ -93,6 +94,29 @@ class PropagatedErrors:
         variance: Floats = _repetition_factor(split) * np.mean(shifts**2, axis=0)
         return variance
 
+    def attenuation_bias(self) -> Floats:
+        """(K,) bias due to the steps of the encoders; 0 where not identifiable.
+
+        The regressor contains the same errors as the torque that is computed from it. Their product does not average
+        out, and it is large beside what distinguishes two parameters that nearly imitate each other, as masses and
+        inertias. One draw is enough, because the product is summed over all rows.
+        """
+        solution, split = self._solution, self._split
+        normal, errors = np.zeros(len(solution.x)), []
+        indexed = zip(split.train_indices, split.perturbed_draws[0], strict=True)
+        for (index, perturbed), weight, derivatives in zip(
+            indexed, solution.weights, solution.derivatives, strict=True
+        ):
+            nominal = split.predictors[index].torque(solution.structure, solution.x)
+            torque, by_x = perturbed.linearized(solution.structure, solution.x)
+            error = np.nan_to_num(weight * (torque - nominal))
+            normal += np.einsum("mjk,mj->k", np.nan_to_num(weight[:, :, None] * (by_x - derivatives)), error)
+            errors.append(torque - nominal)
+        bias, identifiable = np.zeros(len(solution.x)), self._identifiable
+        inner = np.linalg.solve(self._triangle.T, normal[identifiable])
+        bias[identifiable] = -np.linalg.solve(self._triangle, inner) * self._scale(errors) ** 2
+        return bias
+
     def drive_variance(self) -> Floats:
         """(K,) variance due to the steps of the drives' signal, as far as they repeat; 0 where not identifiable."""
         structure, x = self._solution.structure, self._solution.x
@@ -111,13 +135,21 @@ class PropagatedErrors:
 
     def _shift(self, errors: Sequence[Floats]) -> Floats:
         """(K,) change of the parameters due to `errors` (m, dof) of the torque of each training recording [N m]."""
-        pairs = zip(self._solution.weights, errors, strict=True)
-        weighted = np.concatenate([(weight * np.nan_to_num(error))[weight > 0] for weight, error in pairs])
-        projection = self._basis.T @ weighted
-        remaining = max(float(np.linalg.norm(weighted - self._basis @ projection)), _TINY)
         shift = np.zeros(len(self._solution.x))
-        shift[self._identifiable] = np.linalg.solve(self._triangle, projection) * min(1.0, self._residual / remaining)
+        projection = self._basis.T @ self._weighted(errors)
+        shift[self._identifiable] = np.linalg.solve(self._triangle, projection) * self._scale(errors)
         return shift
+
+    def _scale(self, errors: Sequence[Floats]) -> float:
+        """Factor at most 1 after which `errors` (m, dof) leave no larger residual than the measured one."""
+        weighted = self._weighted(errors)
+        remaining = float(np.linalg.norm(weighted - self._basis @ (self._basis.T @ weighted)))
+        return min(1.0, self._residual / max(remaining, _TINY))
+
+    def _weighted(self, errors: Sequence[Floats]) -> Floats:
+        """(r,) weighted `errors` (m, dof) of all training rows."""
+        pairs = zip(self._solution.weights, errors, strict=True)
+        return np.concatenate([(weight * np.nan_to_num(error))[weight > 0] for weight, error in pairs])
 
 
 def _repetition_factor(split: SplitData) -> float:

@@ -18,6 +18,8 @@ from recordings.recording import Bools, Floats
 from tests.ident import building
 
 ROWS, STEPS = 4000, 0.05
+BIAS = -2.0 * STEPS**2 / (0.5 + STEPS**2)
+"""Of the parameter of `_regression`, 2.0, because the signal contains errors."""
 
 
 def _regression(rng: np.random.Generator, repeated: bool) -> tuple[Any, Any, float]:
@@ -29,7 +31,10 @@ def _regression(rng: np.random.Generator, repeated: bool) -> tuple[Any, Any, flo
     x = np.array([read @ torque / (read @ read)])
 
     def predictor(signal: Any) -> Any:
-        return SimpleNamespace(torque=lambda structure, x: signal[:, None] * x)
+        return SimpleNamespace(
+            torque=lambda structure, x: signal[:, None] * x,
+            linearized=lambda structure, x: (signal[:, None] * x, signal[:, None, None]),
+        )
 
     perturbed = tuple((predictor(read + STEPS * rng.normal(size=ROWS)),) for _ in range(8))
     split = SimpleNamespace(
@@ -45,10 +50,10 @@ def _regression(rng: np.random.Generator, repeated: bool) -> tuple[Any, Any, flo
         x=x,
         weights=(np.ones((ROWS, 1)),),
         residuals=(residual,),
+        derivatives=(read[:, None, None],),
         rows=lambda: (read[:, None], residual[:, 0]),
     )
-    bias = -2.0 * STEPS**2 / (0.5 + STEPS**2)
-    return split, solution, float(x[0] - 2.0 - bias)
+    return split, solution, float(x[0] - 2.0 - BIAS)
 
 
 def _encoder_error(split: Any, solution: Any) -> float:
@@ -74,6 +79,22 @@ def test_encoder_step_errors_are_limited_by_the_residual() -> None:
     regressor, residual = solution.rows()
     solution.rows = lambda: (regressor, residual / 10)
     assert _encoder_error(split, solution) == pytest.approx(before / 10, rel=0.1)
+
+
+def test_attenuation_by_encoder_steps_is_found_from_one_draw() -> None:
+    for seed in range(5):
+        split, solution, _ = _regression(np.random.default_rng(seed), True)
+        assert PropagatedErrors(split, solution).attenuation_bias()[0] == pytest.approx(BIAS, rel=0.1)
+
+
+def test_intervals_hold_inertias_that_a_coarse_encoder_attenuates() -> None:
+    """The inertia is half a percent too small, always to the same side, and by more than its scatter."""
+    for shape in range(4):
+        data = building.split([building.record(noise=0.1, seed=shape, shape=shape, encoder_step=3e-4)])
+        solution = building.fitted(data).solution
+        scatter = parameter_uncertainty(data, solution).half_width()[0]
+        assert building.INERTIA - solution.x[0] > scatter
+        assert _covered(confidence_intervals(data, solution, 0.0), ())[0]
 
 
 DRAG = 0.3
