@@ -7,7 +7,11 @@ is
 - high enough to keep most of the torque's power, and at least DEFAULT_CUTOFF, because friction at reversals is
   broadband;
 - not above the frequency at which the propagated noise of the position reaches MAX_NOISE_SHARE of the torque;
-- not above what the sampling rate permits, including the transition band of the filter.
+- not above what the sampling rate permits, including the transition band of the filter;
+- below that, where the noise reaches WANTED_NOISE_SHARE already, if hardly any torque is lost by it. Effects are
+  small, and noise attenuates masses and inertias, which the motion tells only just from each other.
+
+Several recordings that are analysed together have one cut-off, the lowest, whatever is asked of them.
 """
 
 from collections.abc import Sequence
@@ -17,16 +21,24 @@ from typing import Literal
 
 import numpy as np
 
+from ident import filters
 from ident.data import welch
-from ident.data.samples import Samples
+from ident.data.excerpts import excerpts
+from ident.data.samples import Samples, sample
 from ident.filters import contiguous_slices
 from recordings.errors import BadInput
-from recordings.recording import Floats
+from recordings.recording import Floats, Recording
 
 DEFAULT_CUTOFF = 30.0
 """[Hz]"""
 MAX_NOISE_SHARE = 0.02
 """Maximum of the position noise propagated to torque, relative to the torque (both RMS within the band)."""
+WANTED_NOISE_SHARE = 0.004
+"""The same where a lower cut-off loses hardly any torque: the smallest relevant effects are not much larger."""
+MIN_BANDWIDTH = 10.0
+"""The cut-off is not lowered below this for that, because friction at reversals matters more [Hz]."""
+MAX_TORQUE_LOSS = 0.1
+"""Largest share of the torque RMS that it may remove: otherwise ripple would be lost."""
 POWER_SHARE = 0.95
 """Share of the torque's power to keep."""
 MIN_CUTOFF = 1.0
@@ -38,6 +50,7 @@ _EMPTY = 0.35
 """Above this share of the rate, the spectra are assumed to contain only noise."""
 _CLEAR = 10.0
 """A spectrum that exceeds the noise by this factor is attributed to the motion."""
+_TINY = 1e-12
 
 Reason = Literal["given", "usual", "signal", "encoder", "rate"]
 
@@ -64,28 +77,45 @@ class Cutoff:
         return f"{self.hz:g} Hz, chosen from the spectra: {why[self.reason]}"
 
 
-def given_or_chosen(hz: float | None, samples: Samples) -> Cutoff:
-    """Return the cut-off `hz` given by the user, or choose one from the spectra of `samples`.
+def given_or_chosen(cutoff: "float | Cutoff | None", samples: Samples) -> Cutoff:
+    """Return the `cutoff` that is given, in Hz or as chosen for several recordings, or choose one for `samples`.
 
     Raises:
         BadInput: the given cut-off is not above 0 or exceeds a fifth of the rate.
     """
-    if hz is None:
+    if cutoff is None:
         return choose(samples.position, samples.torque, samples.rate)
-    if not 0 < hz <= samples.rate / 5:
+    if isinstance(cutoff, Cutoff):
+        return cutoff
+    if not 0 < cutoff <= samples.rate / 5:
         raise BadInput(
-            f"a cut-off above 0 and up to a fifth of the rate ({samples.rate / 5:g} Hz) expected, {hz:g} Hz found; "
-            "lower it or record faster"
+            f"a cut-off above 0 and up to a fifth of the rate ({samples.rate / 5:g} Hz) expected, {cutoff:g} Hz "
+            "found; lower it or record faster"
         )
-    return Cutoff(hz, "given")
+    return Cutoff(cutoff, "given")
 
 
-def choose(position: Floats, torque: Floats, rate: float, max_noise_share: float = MAX_NOISE_SHARE) -> Cutoff:
-    """Choose the cut-off for `position` (n, dof) and `torque` (n, dof) at `rate` [Hz]; the strictest joint decides.
+def choose_common(recordings: Sequence[Recording]) -> Cutoff:
+    """Choose one cut-off for all `recordings`: the lowest, each judged by its first excerpt."""
+    samples = [sample(excerpts(recording)[0].recording) for recording in recordings]
+    return min((choose(each.position, each.torque, each.rate) for each in samples), key=lambda chosen: chosen.hz)
 
-    max_noise_share: maximum of the propagated position noise relative to the torque.
-    """
-    return choose_from_spectra(spectra(position, torque, rate), rate, max_noise_share)
+
+def choose(position: Floats, torque: Floats, rate: float) -> Cutoff:
+    """Choose the cut-off for `position` (n, dof) and `torque` (n, dof) at `rate` [Hz]; the strictest joint rules."""
+    joints = spectra(position, torque, rate)
+    tolerated = choose_from_spectra(joints, rate)
+    wanted = max(choose_from_spectra(joints, rate, WANTED_NOISE_SHARE).hz, MIN_BANDWIDTH)
+    if wanted >= tolerated.hz or band_share(torque, rate, wanted, tolerated.hz) > MAX_TORQUE_LOSS:
+        return tolerated
+    return Cutoff(wanted, "encoder")
+
+
+def band_share(torque: Floats, rate: float, low: float, high: float) -> float:
+    """Share of the RMS of `torque` (n, dof) below `high` that lies above `low` [Hz], of the joint with most."""
+    wide, narrow = (filters.convolve(torque, filters.low_pass(hz, rate)) for hz in (high, low))
+    share: Floats = np.nanstd(wide - narrow, axis=0) / np.maximum(np.nanstd(wide, axis=0), _TINY)
+    return float(np.nanmax(share))
 
 
 def spectra(position: Floats, torque: Floats, rate: float) -> list["Spectra"]:

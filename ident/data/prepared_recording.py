@@ -8,7 +8,7 @@ import numpy as np
 
 from ident import slicing
 from ident.data import preprocessing
-from ident.data.cutoff import Cutoff
+from ident.data.cutoff import Cutoff, choose_common
 from ident.data.preprocessing import Preprocessed
 from ident.data.samples import Samples, drive_signal, sample
 from ident.dynamics import mechanisms
@@ -166,7 +166,7 @@ def _steps(signal: Floats) -> Floats:
 def prepare(
     recording: Recording,
     method: str,
-    cutoff: float | None,
+    cutoff: float | Cutoff | None,
     start: float = 0.0,
     end: float | None = None,
     form: str | None = None,
@@ -175,7 +175,8 @@ def prepare(
 
     Only the repeated motion is used, if the recording has one. Approach and stop serve as run-in of the filters.
 
-    cutoff: [Hz]; None: chosen by the method. form: another linear model of the mechanism.
+    cutoff: [Hz], or as chosen for several recordings; None: chosen by the method.
+    form: another linear model of the mechanism.
 
     Raises:
         BadInput: the recording contains no usable data, the method does not accept the cut-off, or the mechanism
@@ -195,24 +196,18 @@ def prepare(
 def prepare_all(
     recordings: Sequence[Recording], method: str, cutoff: float | None, form: str | None = None
 ) -> tuple[PreparedRecording, ...]:
-    """Prepare several recordings with a common bandwidth: the lowest that any of them requires.
+    """Prepare several recordings with a common bandwidth, that of a `cutoff` [Hz] or of the `common_cutoff`.
 
     Raises:
         BadInput: as `prepare`.
     """
-    prepared = tuple(prepare(recording, method, cutoff, form=form) for recording in recordings)
-    lowest = min((each.cutoff for each in prepared if each.cutoff), key=lambda choice: choice.hz, default=None)
-    if lowest is None:
-        return prepared
-    return tuple(
-        each if each.bandwidth == lowest.hz else _with_cutoff(each.recording, method, lowest, form)
-        for each in prepared
-    )
+    common = common_cutoff(recordings, method) if cutoff is None else cutoff
+    return tuple(prepare(recording, method, common, form=form) for recording in recordings)
 
 
-def _with_cutoff(recording: Recording, method: str, cutoff: Cutoff, form: str | None) -> PreparedRecording:
-    prepared = prepare(recording, method, cutoff.hz, form=form)
-    return replace(prepared, preprocessed=replace(prepared.preprocessed, cutoff=cutoff))
+def common_cutoff(recordings: Sequence[Recording], method: str) -> Cutoff | None:
+    """The cut-off that is chosen for all `recordings` together; None if the method has none."""
+    return None if method in preprocessing.WITHOUT_CUTOFF else choose_common(recordings)
 
 
 def _in_blocks(preprocessed: Preprocessed, columns: Callable[[Motion], Floats]) -> Floats:

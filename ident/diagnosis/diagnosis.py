@@ -7,12 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ident import filters
-from ident.data import cutoff
 from ident.data.compatibility import check_no_overlap, check_not_repeated, check_same_rig
 from ident.data.excerpts import excerpts
-from ident.data.prepared_recording import PreparedRecording, prepare
-from ident.data.samples import sample
+from ident.data.prepared_recording import PreparedRecording, common_cutoff, prepare
 from ident.diagnosis.confirmation import is_structure
 from ident.diagnosis.misspecification_check import remove_imitations, remove_pieces
 from ident.diagnosis.nonparametric_fit import NonparametricFit, fit_curves
@@ -32,15 +29,6 @@ from ident.threads import in_threads
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording
-
-MAX_ENCODER_NOISE = 0.004
-"""Largest ratio of encoder noise to torque: the smallest relevant effects are not much larger."""
-MIN_BANDWIDTH = 10.0
-"""The cut-off is not lowered below this for coarse encoders, because friction at reversals matters more [Hz]."""
-
-_TINY = 1e-12
-MAX_TORQUE_LOSS = 0.1
-"""Largest share of the torque RMS that a lower cut-off may remove: otherwise ripple would be lost."""
 
 StatusCallback = Callable[[str], None]
 
@@ -209,10 +197,10 @@ def _prepare_recordings(
 ) -> tuple[list[list[PreparedRecording]], float | None]:
     """The prepared excerpts of each recording, all with the same cut-off, and the share of rows in them."""
     excerpt_lists = [excerpts(recording) for recording in recordings]
-    hz = options.cutoff or (None if options.preprocessing == "central" else _choose_cutoff(recordings))
+    cutoff = common_cutoff(recordings, options.preprocessing) if options.cutoff is None else options.cutoff
     prepared = [
         in_threads(
-            lambda excerpt: prepare(excerpt.recording, options.preprocessing, hz, excerpt.start, excerpt.end),
+            lambda excerpt: prepare(excerpt.recording, options.preprocessing, cutoff, excerpt.start, excerpt.end),
             excerpt_list,
         )
         for excerpt_list in excerpt_lists
@@ -220,25 +208,3 @@ def _prepare_recordings(
     kept = sum(len(excerpt.recording.time) for excerpt_list in excerpt_lists for excerpt in excerpt_list)
     whole = sum(len(recording.time) for recording in recordings)
     return prepared, None if kept == whole else kept / whole
-
-
-def _choose_cutoff(recordings: Sequence[Recording]) -> float:
-    """A cut-off [Hz] that leaves less encoder noise than a fit would tolerate, because effects are small."""
-    cutoffs = []
-    for recording in recordings:
-        samples = sample(excerpts(recording)[0].recording)
-        position, torque = samples.position, samples.torque
-        spectra = cutoff.spectra(position, torque, samples.rate)
-        usual = cutoff.choose_from_spectra(spectra, samples.rate).hz
-        fine = min(max(cutoff.choose_from_spectra(spectra, samples.rate, MAX_ENCODER_NOISE).hz, MIN_BANDWIDTH), usual)
-        cutoffs.append(usual if _band_share(torque, samples.rate, fine, usual) > MAX_TORQUE_LOSS else fine)
-    return min(cutoffs)
-
-
-def _band_share(torque: Floats, rate: float, low: float, high: float) -> float:
-    """Share of the RMS of `torque` (n, dof) below `high` that lies above `low` [Hz], of the joint with most."""
-    if low >= high:
-        return 0.0
-    wide, narrow = (filters.convolve(torque, filters.low_pass(hz, rate)) for hz in (high, low))
-    share: Floats = np.nanstd(wide - narrow, axis=0) / np.maximum(np.nanstd(wide, axis=0), _TINY)
-    return float(np.nanmax(share))

@@ -22,6 +22,7 @@ from ident.estimation.nonlinear_fit import (
 )
 from ident.estimation.predicted_torque import TorquePredictor, cache_size
 from ident.threads import in_threads
+from ident.uncertainty.propagated_errors import perturbed_draws
 from recordings.errors import BadInput
 from recordings.recording import Bools, Floats, Ints
 
@@ -41,8 +42,6 @@ _CREEPING = 0.02
 """Share of the largest speed: below it, dry friction is between its two levels in any machine."""
 _MIN_CREEPING_SHARE = 0.5
 """Share of creeping instants behind a row from which it is a standstill rather than a reversal."""
-_DRAWS = 4
-"""Number of perturbed readings that propagate encoder quantization to the parameters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,11 +97,7 @@ class SplitData:
     @cached_property
     def perturbed_draws(self) -> tuple[tuple[TorquePredictor, ...], ...]:
         """Several such perturbations of the recordings with training rows."""
-        recordings = [self.predictors[i].prepared for i in self.train_indices]
-        return tuple(
-            tuple(TorquePredictor(with_encoder_errors(recording, 1 + draw)) for recording in recordings)
-            for draw in range(_DRAWS)
-        )
+        return perturbed_draws([self.predictors[i].prepared for i in self.train_indices])
 
     @cached_property
     def repeating_share(self) -> tuple[Floats, ...]:

@@ -104,7 +104,7 @@ def levenberg_marquardt(
                 break
             damping = max(10 * damping, 1e-2)
             continue
-        solution, damping = _linearize(predictors, structure, trial, weights), damping / 10
+        solution, damping = linearized_solution(predictors, structure, trial, weights), damping / 10
         idle_steps = 0 if solution.loss < best.loss * (1 - _CONVERGED) else idle_steps + 1
         best = min(best, solution, key=lambda candidate: candidate.loss)
         if idle_steps > _PATIENCE or (idle_steps and reduction < _CONVERGED):
@@ -167,18 +167,19 @@ def _solve_linear(
 ) -> Solution:
     """Solve for the linear parameters, with the others of `x`; twice, as load parameters depend on the solution."""
     for _ in range(2):
-        solution = _linearize(predictors, structure, x, weights, nonlinear=False)
+        solution = linearized_solution(predictors, structure, x, weights, nonlinear=False)
         x = solution.x + _solve(solution, structure.linear)
-    return _linearize(predictors, structure, x, weights)
+    return linearized_solution(predictors, structure, x, weights)
 
 
-def _linearize(
+def linearized_solution(
     predictors: Sequence[TorquePredictor],
     structure: ModelStructure,
     x: Floats,
     weights: Sequence[Floats],
     nonlinear: bool = True,
 ) -> Solution:
+    """Linearize the model `structure` at `x` (K,); nonlinear: as in `TorquePredictor.linearized`."""
     linearized = in_threads(lambda predictor: predictor.linearized(structure, x, nonlinear), predictors)
     derivatives = tuple(by_x for _, by_x in linearized)
     residuals = tuple(

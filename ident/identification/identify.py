@@ -81,9 +81,7 @@ class Identification:
     @property
     def parameters(self) -> Floats:
         """(K,) all fitted parameters."""
-        x = self.x.copy()
-        x[self.structure.linear] = self.fit.parameters
-        return x
+        return _with_linear(self.structure, self.x, self.fit)
 
     @property
     def predictions(self) -> tuple[Prediction, ...]:
@@ -129,8 +127,9 @@ def identify(
     assessment, uncertainties = None, (ParameterUncertainty(),) * len(structure.linear_parameters)
     if form is None:
         changes = _parameter_changes(train, structure, options.preprocessing)
+        relative, fitted = is_relative(recordings[0]), _with_linear(structure, x, result)
         assessment, uncertainties = assess(
-            train, result, structure, options.method, changes, is_relative(recordings[0]), options.intervals
+            train, result, structure, options.method, changes, relative, options.intervals, fitted
         )
     method = FitMethod(
         name=options.method,
@@ -152,6 +151,13 @@ def identify(
         (_agreement(train, result), _agreement([validation], result) if validation else None),
     ).model_copy(update={"form": form})
     return Identification(model, structure, x, result, train, validation)
+
+
+def _with_linear(structure: ModelStructure, x: Floats, result: Fit) -> Floats:
+    """(K,) `x` with the linear parameters of the `result`."""
+    fitted = x.copy()
+    fitted[structure.linear] = result.parameters
+    return fitted
 
 
 def is_relative(recording: Recording) -> bool:

@@ -19,6 +19,7 @@ from ident.uncertainty import covariance, physical_consistency, sensitivity
 from ident.uncertainty.covariance import IntervalMethod, Uncertainty
 from ident.uncertainty.identifiability import Combination, Identifiability, Status, identifiability
 from ident.uncertainty.physical_consistency import Coupling, Violation
+from ident.uncertainty.propagated_errors import propagated_variance
 from recordings.config import ConfigSection
 from recordings.recording import Bools, Floats, Recording
 
@@ -109,11 +110,13 @@ def assess(
     parameter_changes: sensitivity.Sensitivity,
     relative: bool,
     interval_method: IntervalMethod = "stationary",
+    x: Floats | None = None,
 ) -> tuple[Assessment, tuple[ParameterUncertainty, ...]]:
     """Assess the `fit` of `structure` by the estimator `method`: as a whole, and parameter by parameter.
 
     parameter_changes: changes of the parameters under other assumptions.
     relative: the parameters are known up to one common factor.
+    x: (K,) all parameters, for intervals that hold what quantization does to them too; None: noise alone.
     """
     prepared = [regression.prepared for regression in regressions]
     residuals = [regression.residual(fit.parameters) for regression in regressions]
@@ -124,7 +127,8 @@ def assess(
     error = uncertainty_of(regressions, residuals, joint_noise, loss, interval_method, free)
     scale = gain_uncertainty(prepared[0].recording)
     gain = 0.0 if relative else scale
-    intervals = error.interval(fit.parameters, gain)
+    propagated = _propagated(regressions, residuals, joint_noise, loss, structure, x)
+    intervals, shapes = (error.interval(fit.parameters, share, propagated) for share in (gain, 0.0))
     assessment = Assessment(
         source=interval_method,
         loss=loss,
@@ -141,7 +145,6 @@ def assess(
         coupling=physical_consistency.coupling(*_rigid_body(structure, prepared[0].motion, fit.parameters)),
         cutoffs=tuple(hz for hz, _ in parameter_changes.per_cutoff),
     )
-    shapes = error.interval(fit.parameters, 0.0)
     return assessment, _parameter_uncertainties(error, intervals, shapes, conditioning, parameter_changes)
 
 
@@ -202,6 +205,28 @@ def uncertainty_of(
             weight = 1 / std if loss == "weighted squares" else None
             blocks.append(covariance.least_squares(regressor, residual, std, cycle, weight))
     return covariance.estimate(blocks, interval_method).expanded(free)
+
+
+def _propagated(
+    regressions: Sequence[Regression],
+    residuals: Sequence[Floats],
+    joint_noise: Sequence[noise.Noise],
+    loss: Loss,
+    structure: ModelStructure,
+    x: Floats | None,
+) -> Floats | float:
+    """(k,) mean square errors of the linear parameters that are no noise; 0 if there is no `x` (K,)."""
+    if x is None:
+        return 0.0
+    # Small errors shift the minimum of absolute deviations like that of squares with this weight: the density of the
+    # noise, by which its curvature is weighted, falls with the standard deviation.
+    power = {"squares": 0.0, "weighted squares": -1.0, "absolute deviations": -0.5}[loss]
+    weights = [
+        np.where(np.isfinite(residual), noise.residual_std(regression.prepared, residual, joint_noise) ** power, 0.0)
+        for regression, residual in zip(regressions, residuals, strict=True)
+    ]
+    recordings = [regression.prepared for regression in regressions]
+    return propagated_variance(recordings, structure, x, weights)[structure.linear]
 
 
 def _parameter_uncertainties(

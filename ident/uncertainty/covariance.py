@@ -118,15 +118,16 @@ class Uncertainty:
         width: Floats = stdtrit(self.degrees_of_freedom, (1 + LEVEL) / 2) * self.std
         return width
 
-    def interval(self, parameters: Floats, gain_uncertainty: float = 0.0) -> Floats:
+    def interval(self, parameters: Floats, gain_uncertainty: float = 0.0, propagated: Floats | float = 0.0) -> Floats:
         """(k, 2) 95 % interval of each of the `parameters` (k,).
 
         gain_uncertainty: relative standard uncertainty of the torque gain, to which all parameters are proportional.
+        propagated: (k,) mean squares of errors that are no noise.
         """
         from scipy.special import ndtri
 
-        gain = ndtri((1 + LEVEL) / 2) * gain_uncertainty * np.abs(parameters)
-        width = np.hypot(self.half_width(), gain)
+        others = ndtri((1 + LEVEL) / 2) * np.sqrt((gain_uncertainty * parameters) ** 2 + propagated)
+        width = np.hypot(self.half_width(), others)
         return np.stack([parameters - width, parameters + width], axis=1)
 
 

@@ -16,8 +16,11 @@ from ident.dynamics.motion import Motion
 from ident.filters import convolve
 from recordings.recording import Floats, Ints
 
-Preprocess = Callable[[Samples, float | None], "Preprocessed"]
+Preprocess = Callable[[Samples, float | Cutoff | None], "Preprocessed"]
 Filter = Callable[[Floats], Floats]
+
+WITHOUT_CUTOFF = frozenset({"central"})
+"""Methods that have no cut-off."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,7 @@ This amplifies encoder noise by 1/dt^2. The method exists to reproduce the paper
 
 import numpy as np
 
+from ident.data.cutoff import Cutoff
 from ident.data.preprocessing import Preprocessed
 from ident.data.samples import Samples
 from ident.dynamics.motion import Motion
@@ -13,16 +14,14 @@ from recordings.errors import BadInput
 from recordings.recording import Floats
 
 
-def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
+def prepare(samples: Samples, cutoff: float | Cutoff | None) -> Preprocessed:
     """Differentiate the position by three-point differences; the torque is unchanged.
 
     Raises:
         BadInput: a cut-off was given; this method has no filter.
     """
     if cutoff is not None:
-        raise BadInput(
-            f"no cut-off expected with central differences, {cutoff:g} Hz found; leave it out or choose parallel"
-        )
+        raise BadInput("no cut-off expected with central differences, one found: leave it out or choose parallel")
     velocity = convolve(samples.position, np.array([0.5, 0.0, -0.5]) * samples.rate)
     acceleration = convolve(samples.position, np.array([1.0, -2.0, 1.0]) * samples.rate**2)
     return Preprocessed(

@@ -7,13 +7,14 @@ removes changes from cycle to cycle; choose another method to see them.
 import numpy as np
 
 from ident.data import cutoff as choice
+from ident.data.cutoff import Cutoff
 from ident.data.preprocessing import Preprocessed, fourier
 from ident.data.samples import Samples
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
 
 
-def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
+def prepare(samples: Samples, cutoff: float | Cutoff | None) -> Preprocessed:
     """Differentiate the mean cycle as a Fourier series, up to `cutoff` [Hz] or a cut-off chosen from the spectra.
 
     Raises:

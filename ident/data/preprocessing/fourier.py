@@ -21,7 +21,7 @@ _MOTION_BANDWIDTH_RATIO = 3.0
 """Ratio of the motion's bandwidth to the cut-off, for columns that are nonlinear in the motion."""
 
 
-def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
+def prepare(samples: Samples, cutoff: float | Cutoff | None) -> Preprocessed:
     """Differentiate all whole cycles as one Fourier series, up to `cutoff` [Hz] or a cut-off chosen from the spectra.
 
     Raises:

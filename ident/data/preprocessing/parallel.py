@@ -12,13 +12,14 @@ import numpy as np
 
 from ident import filters
 from ident.data import cutoff as choice
+from ident.data.cutoff import Cutoff
 from ident.data.preprocessing import Preprocessed, sensitivity
 from ident.data.samples import Samples
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats
 
 
-def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
+def prepare(samples: Samples, cutoff: float | Cutoff | None) -> Preprocessed:
     """Filter the position lightly for the motion, and the torque at `cutoff` [Hz] or a cut-off chosen from the
     spectra.
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ident import filters
 from ident.data import cutoff as choice
+from ident.data.cutoff import Cutoff
 from ident.data.preprocessing import Preprocessed, sensitivity
 from ident.data.samples import Samples
 from ident.dynamics.motion import Motion
@@ -22,7 +23,7 @@ _LENGTH_TIMES_CUTOFF = 1.07
 """A cubic fitted to a window of n samples attenuates by 3 dB at 1.07 / n of the rate."""
 
 
-def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
+def prepare(samples: Samples, cutoff: float | Cutoff | None) -> Preprocessed:
     """Fit cubics with an attenuation of 3 dB at `cutoff` [Hz], or at a cut-off chosen from the spectra.
 
     Raises:

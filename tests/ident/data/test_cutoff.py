@@ -1,12 +1,21 @@
 """The cut-off of the low-pass, chosen from the spectra."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.signal import csd, welch
 
-from ident.data.cutoff import MAX_NOISE_SHARE, Spectra, choose, given_or_chosen
+from ident.data.cutoff import (
+    MAX_NOISE_SHARE,
+    MAX_TORQUE_LOSS,
+    Spectra,
+    band_share,
+    choose,
+    choose_common,
+    given_or_chosen,
+)
 from ident.data.samples import sample
 from ident.dynamics.torque_map import torque_from_voltage
 from recordings.errors import BadInput
@@ -30,7 +39,7 @@ def noisy(make: Make) -> Recording:
 
 @pytest.mark.parametrize(
     ("bits", "hz", "reason"),
-    [(12, 12, "encoder"), (14, 22, "encoder"), (17, 30, "usual"), (None, 30, "usual")],
+    [(12, 10, "encoder"), (14, 23, "encoder"), (17, 28, "encoder"), (19, 30, "usual"), (None, 30, "usual")],
 )
 def test_a_coarse_encoder_lowers_the_cutoff(noisy: Recording, bits: int | None, hz: float, reason: str) -> None:
     cutoff = choose(*signals(noisy, bits))
@@ -70,7 +79,32 @@ def test_propagated_noise_at_the_limit_has_the_maximum_share() -> None:
 def test_a_gap_does_not_change_the_cutoff(noisy: Recording) -> None:
     position, torque, rate = signals(noisy, 12)
     position[1500:1503] = np.nan
-    assert choose(position, torque, rate).hz == pytest.approx(12, abs=1)
+    assert choose(position, torque, rate).hz == pytest.approx(10, abs=1)
+
+
+def test_cutoff_below_the_ripple_removes_much_of_the_torque() -> None:
+    time = np.arange(0.0, 5.0, 1e-3)[:, None]
+    smooth = np.sin(2 * np.pi * time) + 0.3 * np.sign(np.sin(2 * np.pi * time))
+    ripple = 0.3 * np.sin(2 * np.pi * 70.0 * time)
+    assert band_share(smooth, 1000.0, 23.0, 78.0) < MAX_TORQUE_LOSS / 2
+    assert band_share(smooth + ripple, 1000.0, 23.0, 78.0) > MAX_TORQUE_LOSS
+    assert band_share(smooth + ripple, 1000.0, 78.0, 78.0) == 0.0
+
+
+def test_a_lower_cutoff_is_not_chosen_where_it_would_lose_much_of_the_torque(noisy: Recording) -> None:
+    position, torque, rate = signals(noisy, 16)
+    lower = choose(position, torque, rate).hz
+    ripple = 0.6 * torque.std() * np.sin(2 * np.pi * 27.0 * np.arange(len(torque)) / rate)[:, None]
+    assert lower < 25.0
+    assert choose(position, torque + ripple, rate).hz > 27.0
+
+
+def test_recordings_that_are_analysed_together_have_the_lowest_cutoff(noisy: Recording) -> None:
+    counts = 2**15 / (2 * np.pi)
+    coarse = replace(noisy, position=np.round(noisy.position * counts) / counts)
+    alone = [choose_common([each]) for each in (noisy, coarse)]
+    assert choose_common([noisy, coarse]) == choose_common([coarse, noisy]) == alone[1]
+    assert alone[1].hz < alone[0].hz
 
 
 def test_short_data_give_the_default_cutoff() -> None:

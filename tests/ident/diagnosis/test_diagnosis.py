@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ident.diagnosis import verdict
-from ident.diagnosis.diagnosis import MAX_TORQUE_LOSS, DiagnosisOptions, _band_share, diagnose, prepare_inputs
+from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose, prepare_inputs
 from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
@@ -50,15 +50,6 @@ def test_unobservable_effect_is_refused_with_the_reason() -> None:
 def test_effect_with_impossible_sign_is_refused() -> None:
     with pytest.raises(BadInput, match="'air_drag' would need an impossible sign"):
         diagnose([SAMPLE], [], library(), DiagnosisOptions(only=("air_drag",)))
-
-
-def test_cutoff_below_the_ripple_removes_much_of_the_torque() -> None:
-    time = np.arange(0.0, 5.0, 1e-3)[:, None]
-    smooth = np.sin(2 * np.pi * time) + 0.3 * np.sign(np.sin(2 * np.pi * time))
-    ripple = 0.3 * np.sin(2 * np.pi * 70.0 * time)
-    assert _band_share(smooth, 1000.0, 23.0, 78.0) < MAX_TORQUE_LOSS / 2
-    assert _band_share(smooth + ripple, 1000.0, 23.0, 78.0) > MAX_TORQUE_LOSS
-    assert _band_share(smooth + ripple, 1000.0, 78.0, 78.0) == 0.0
 
 
 def test_all_validation_recordings_are_scored_and_not_fitted(
