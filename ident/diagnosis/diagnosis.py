@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, islice
 from pathlib import Path
 
 import numpy as np
@@ -194,7 +194,7 @@ def prepare_inputs(
         BadInput: a recording cannot be used, or the recordings are not of the same rig.
     """
     check_not_repeated((*files, *validate))
-    recordings = [read(path) for path in (*files, *validate)]
+    recordings = in_threads(read, (*files, *validate))
     check_same_rig(recordings)
     check_no_overlap(recordings)
     prepared, share = _prepare_recordings(recordings, options)
@@ -209,29 +209,30 @@ def _prepare_recordings(
     """The prepared excerpts of each recording, all with the same cut-off, and the share of rows in them."""
     excerpt_lists = [excerpts(recording) for recording in recordings]
     hz = options.cutoff or (None if options.preprocessing == "central" else _choose_cutoff(recordings))
-    prepared = [
+    prepared = iter(
         in_threads(
             lambda excerpt: prepare(excerpt.recording, options.preprocessing, hz, excerpt.start, excerpt.end),
-            excerpt_list,
+            chain.from_iterable(excerpt_lists),
         )
-        for excerpt_list in excerpt_lists
-    ]
+    )
     kept = sum(len(excerpt.recording.time) for excerpt_list in excerpt_lists for excerpt in excerpt_list)
     whole = sum(len(recording.time) for recording in recordings)
-    return prepared, None if kept == whole else kept / whole
+    by_recording = [list(islice(prepared, len(excerpt_list))) for excerpt_list in excerpt_lists]
+    return by_recording, None if kept == whole else kept / whole
 
 
 def _choose_cutoff(recordings: Sequence[Recording]) -> float:
     """A cut-off [Hz] that leaves less encoder noise than a fit would tolerate, because effects are small."""
-    cutoffs = []
-    for recording in recordings:
-        samples = sample(excerpts(recording)[0].recording)
-        position, torque = samples.position, samples.torque
-        spectra = cutoff.spectra(position, torque, samples.rate)
-        usual = cutoff.choose_from_spectra(spectra, samples.rate).hz
-        fine = min(max(cutoff.choose_from_spectra(spectra, samples.rate, MAX_ENCODER_NOISE).hz, MIN_BANDWIDTH), usual)
-        cutoffs.append(usual if _band_share(torque, samples.rate, fine, usual) > MAX_TORQUE_LOSS else fine)
-    return min(cutoffs)
+    return min(in_threads(_fine_cutoff, recordings))
+
+
+def _fine_cutoff(recording: Recording) -> float:
+    samples = sample(excerpts(recording)[0].recording)
+    position, torque = samples.position, samples.torque
+    spectra = cutoff.spectra(position, torque, samples.rate)
+    usual = cutoff.choose_from_spectra(spectra, samples.rate).hz
+    fine = min(max(cutoff.choose_from_spectra(spectra, samples.rate, MAX_ENCODER_NOISE).hz, MIN_BANDWIDTH), usual)
+    return usual if _band_share(torque, samples.rate, fine, usual) > MAX_TORQUE_LOSS else fine
 
 
 def _band_share(torque: Floats, rate: float, low: float, high: float) -> float:
