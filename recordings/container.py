@@ -12,6 +12,7 @@ from collections import defaultdict
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO, TypeVar
@@ -187,6 +188,8 @@ class _RecordLoader:
         self._condense = condense
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, str] = {}
+        self._layouts: dict[tuple[str, int], Layout] = {}
+        """The last one by topic and message length."""
 
     def load(self, stream: RecordStream) -> None:
         try:
@@ -262,7 +265,24 @@ class _RecordLoader:
             if topic in self.container.fields:
                 records = rows(data, length, offsets)
                 batches = self.container.batches.setdefault(topic, [])
-                batches.extend(map(self._condense, _batches(self.container.fields[topic], records)))
+                batches.extend(map(self._condense, self._batches(topic, records)))
+
+    def _batches(self, topic: str, rows: NDArray[np.uint8]) -> Iterator[Batch]:
+        """View Message records of one length, (n, record size), as messages; several batches only if strings vary."""
+        while len(rows):
+            layout = self._layout(topic, rows[0, MESSAGE_HEAD.itemsize :])
+            batch = rows.view(message_record(layout))[:, 0]
+            fits = layout.fits(batch["message"])
+            yield batch if fits.all() else batch[fits]
+            rows = rows[~fits]
+
+    def _layout(self, topic: str, message: NDArray[np.uint8]) -> Layout:
+        """Layout of a `message`: mostly that of the one before, which takes less time to check than to derive."""
+        key = topic, len(message)
+        known = self._layouts.get(key)
+        if known is None or not known.fits(message.view(known.dtype)).all():
+            self._layouts[key] = known = Layout.of(self.container.fields[topic], message.tobytes())
+        return known
 
 
 def unpacked(chunk: Chunk) -> bytes:
@@ -299,13 +319,12 @@ def _indexed(data: bytes, index: Sequence[bytes]) -> Offsets | None:
     """Messages by the `index` of their chunk; None unless these follow each other and fill the chunk."""
     if not index or any((len(body) - _INDEX_HEAD) % 16 for body in index):
         return None
-    buffer = np.frombuffer(data, np.uint8)
     groups: list[tuple[int, int, NDArray[np.integer]]] = []
     for body in index:
         offsets = np.sort(np.frombuffer(body, "<u8", offset=_INDEX_HEAD)[1::2])
         if not len(offsets) or offsets[-1] > len(data) - _LOCATED.itemsize:
             return None
-        heads = np.lib.stride_tricks.sliding_window_view(buffer, _LOCATED.itemsize)[offsets].view(_LOCATED)[:, 0]
+        heads = _windows(data, _LOCATED)[offsets]
         channel = int.from_bytes(body[:2], "little")
         if (heads["opcode"] != Opcode.MESSAGE).any() or (heads["channel"] != channel).any():
             return None
@@ -327,24 +346,19 @@ def _distinct(lengths: NDArray[np.integer]) -> list[int]:
 
 def rows(data: bytes, length: int, offsets: NDArray[np.integer]) -> NDArray[np.uint8]:
     """Message records of one length at `offsets`, as bytes (n, record size)."""
-    buffer = np.frombuffer(data, np.uint8)
-    view: NDArray[np.uint8] = np.lib.stride_tricks.sliding_window_view(buffer, _RECORD.size + length)[offsets]
-    return view
+    size = _RECORD.size + length
+    return _windows(data, np.dtype((np.void, size)))[offsets].view(np.uint8).reshape(-1, size)
 
 
+def _windows(data: bytes, dtype: np.dtype[Any]) -> NDArray[Any]:
+    """View all bytes from which a value of the `dtype` would fit as such values, which overlap."""
+    return np.ndarray(max(len(data) - dtype.itemsize + 1, 0), dtype, data, strides=1)
+
+
+@lru_cache
 def message_record(layout: Layout) -> np.dtype[Any]:
     """Dtype of a Message record: `MESSAGE_HEAD`, then `message` with the fields of `layout`."""
     return np.dtype([*MESSAGE_HEAD.descr, ("message", layout.dtype)])
-
-
-def _batches(fields: tuple[Field, ...], rows: NDArray[np.uint8]) -> Iterator[Batch]:
-    """View Message records of one length, (n, record size), as messages; several batches only where strings vary."""
-    while len(rows):
-        layout = Layout.of(fields, rows[0, MESSAGE_HEAD.itemsize :].tobytes())
-        batch = rows.view(message_record(layout))[:, 0]
-        fits = layout.fits(batch["message"])
-        yield batch if fits.all() else batch[fits]
-        rows = rows[~fits]
 
 
 def decode(read: Callable[[ReadDataStream], T], body: bytes) -> T:

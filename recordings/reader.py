@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -125,7 +126,7 @@ class _SyncGrid:
     def joints(self, topic: str, name: str, missing: float | np.uint16) -> NDArray[Any]:
         """One field of a topic as (n, dof), in the joint order of the rig, with `missing` and its dtype in gaps."""
         table = np.full((len(self.stamps), self.rig.dof), missing)
-        for batch in self.container.batches.get(topic, []):
+        for batch, rows in self._located[topic]:
             values = batch["message"][name]
             values = values.reshape(len(values), -1)  # a sequence of length one has no axis in the dtype
             if values.shape[1] == 0:  # drives need not measure velocity and effort
@@ -135,29 +136,37 @@ class _SyncGrid:
                     f"recording {self.container.path}: {self.rig.dof} joints expected in {name} of {topic}, "
                     f"{values.shape[1]} found; the file was changed by another program"
                 )
-            table[self._rows(batch)] = values[:, self._order(batch)]
+            table[rows] = values[:, self._order(batch)]
         return table
 
     def scalars(self, name: str, missing: float) -> NDArray[Any]:
         """One field of /amplifiers as (n,), with `missing` in gaps."""
         table = np.full(len(self.stamps), missing)
-        for batch in self.container.batches.get("/amplifiers", []):
-            table[self._rows(batch)] = batch["message"][name]
+        for batch, rows in self._located["/amplifiers"]:
+            table[rows] = batch["message"][name]
         return table
 
     def extra(self) -> dict[str, Floats]:
         """Every value in /extra as (n,), by name; NaN in gaps."""
         columns: dict[str, Floats] = {}
-        for batch in self.container.batches.get("/extra", []):
-            rows, message = self._rows(batch), batch["message"]
+        for batch, rows in self._located["/extra"]:
+            message = batch["message"]
             values = message["value"].reshape(len(message), -1)
             for i in range(values.shape[1]):
                 name = message[f"name.{i}"][0].decode(errors="replace")
                 columns.setdefault(name, np.full(len(self.stamps), np.nan))[rows] = values[:, i]
         return columns
 
-    def _rows(self, batch: Batch) -> Ints:
-        return np.searchsorted(self.stamps, _nanoseconds(batch["message"]))
+    @cached_property
+    def _located(self) -> dict[str, list[tuple[Batch, Ints]]]:
+        """Batches by topic, each with the indices of its SYNC instants."""
+        return {
+            topic: [
+                (batch, np.searchsorted(self.stamps, _nanoseconds(batch["message"])))
+                for batch in self.container.batches.get(topic, [])
+            ]
+            for topic in (*_SYNC_TOPICS, "/extra")
+        }
 
     def _order(self, batch: Batch) -> list[int]:
         """Column of each joint of the rig in the messages, by joint name if the messages contain names."""

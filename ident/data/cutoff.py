@@ -26,6 +26,7 @@ from ident.data import welch
 from ident.data.excerpts import excerpts
 from ident.data.samples import Samples, sample
 from ident.filters import contiguous_slices
+from ident.threads import in_threads
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 
@@ -97,8 +98,12 @@ def given_or_chosen(cutoff: "float | Cutoff | None", samples: Samples) -> Cutoff
 
 def choose_common(recordings: Sequence[Recording]) -> Cutoff:
     """Choose one cut-off for all `recordings`: the lowest, each judged by its first excerpt."""
-    samples = [sample(excerpts(recording)[0].recording) for recording in recordings]
-    return min((choose(each.position, each.torque, each.rate) for each in samples), key=lambda chosen: chosen.hz)
+
+    def chosen(recording: Recording) -> Cutoff:
+        samples = sample(excerpts(recording)[0].recording)
+        return choose(samples.position, samples.torque, samples.rate)
+
+    return min(in_threads(chosen, recordings), key=lambda cutoff: cutoff.hz)
 
 
 def choose(position: Floats, torque: Floats, rate: float) -> Cutoff:

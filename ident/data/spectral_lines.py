@@ -12,6 +12,7 @@ import numpy as np
 
 from ident.data.cycle_differences import cycle_differences, deviation_within_groups
 from ident.data.prepared_recording import PreparedRecording
+from ident.threads import in_threads
 from recordings.recording import Floats
 
 MIN_FREQUENCY = 1.0
@@ -48,13 +49,13 @@ def strongest_lines(
     recordings: Sequence[PreparedRecording], residuals: Sequence[Floats]
 ) -> tuple[SpectralLine | None, ...]:
     """Find the strongest line of each joint in `residuals` (m, dof) over all recordings; None if not significant."""
-    dof = residuals[0].shape[1]
-    strongest = []
-    for joint in range(dof):
+
+    def strongest(joint: int) -> SpectralLine | None:
         pairs = zip(recordings, residuals, strict=True)
         candidates = [line for data, residual in pairs if (line := _strongest_line(data, residual[:, joint]))]
-        strongest.append(max(candidates, key=lambda line: line.mean_square, default=None))
-    return tuple(strongest)
+        return max(candidates, key=lambda line: line.mean_square, default=None)
+
+    return tuple(in_threads(strongest, range(residuals[0].shape[1])))
 
 
 def _strongest_line(prepared: PreparedRecording, residual: Floats) -> SpectralLine | None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, islice
 from pathlib import Path
 
 import numpy as np
@@ -183,7 +183,7 @@ def prepare_inputs(
         BadInput: a recording cannot be used, or the recordings are not of the same rig.
     """
     check_not_repeated((*files, *validate))
-    recordings = [read(path) for path in (*files, *validate)]
+    recordings = in_threads(read, (*files, *validate))
     check_same_rig(recordings)
     check_no_overlap(recordings)
     prepared, share = _prepare_recordings(recordings, options)
@@ -198,13 +198,13 @@ def _prepare_recordings(
     """The prepared excerpts of each recording, all with the same cut-off, and the share of rows in them."""
     excerpt_lists = [excerpts(recording) for recording in recordings]
     cutoff = common_cutoff(recordings, options.preprocessing) if options.cutoff is None else options.cutoff
-    prepared = [
+    prepared = iter(
         in_threads(
             lambda excerpt: prepare(excerpt.recording, options.preprocessing, cutoff, excerpt.start, excerpt.end),
-            excerpt_list,
+            chain.from_iterable(excerpt_lists),
         )
-        for excerpt_list in excerpt_lists
-    ]
+    )
     kept = sum(len(excerpt.recording.time) for excerpt_list in excerpt_lists for excerpt in excerpt_list)
     whole = sum(len(recording.time) for recording in recordings)
-    return prepared, None if kept == whole else kept / whole
+    by_recording = [list(islice(prepared, len(excerpt_list))) for excerpt_list in excerpt_lists]
+    return by_recording, None if kept == whole else kept / whole

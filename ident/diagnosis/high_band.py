@@ -12,6 +12,7 @@ from ident import filters
 from ident.diagnosis.split_data import SplitData
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.predicted_torque import TorquePredictor
+from ident.threads import in_threads
 from recordings.recording import Bools, Floats
 
 HIGHEST_SHARE = 0.4
@@ -89,7 +90,7 @@ def high_bands(split: SplitData, solution: Solution) -> tuple[HighBand, ...]:
         len(each.preprocessed.instants) != len(each.samples.position) or not each.cutoff for each in split.recordings
     ):
         return ()
-    return tuple(_high_band(split, index, solution) for index in range(len(split.recordings)))
+    return tuple(in_threads(lambda index: _high_band(split, index, solution), range(len(split.recordings))))
 
 
 def _high_band(split: SplitData, index: int, solution: Solution) -> HighBand:

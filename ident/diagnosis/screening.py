@@ -77,9 +77,9 @@ class Screener:
     def __init__(self, split: SplitData, solution: Solution) -> None:
         self._split, self._solution = split, solution
         regressor, self._residual = solution.rows()
-        size = np.sqrt((regressor**2).sum(axis=0))
-        self._basis = np.linalg.qr(regressor[:, size > 0] / size[size > 0])[0]
-        self._regressor, self._size = regressor, np.where(size > 0, size, 1.0)
+        self._size = np.sqrt((regressor**2).sum(axis=0))
+        used = self._size > 0
+        self._basis, self._triangle = np.linalg.qr(regressor[:, used] / self._size[used])
         self.loss = solution.loss
         self._residuals = solution.residuals
         self._predictors = [split.predictors[i] for i in split.train_indices]
@@ -200,13 +200,15 @@ class Screener:
         names = [entry.name for entry in self._solution.structure.parameters]
         entries = [names.index(f"{term.effect.replaces}{joint + 1}") for joint in term.joints]
         # Of a matrix A, column j of pinv(A)' is orthogonal to all columns of A but the column j.
-        dual = self._dual[:, entries]
+        dual = self._basis @ self._dual[:, entries]
         return Replaced(dual.T @ dual, dual.T @ block.columns, self._solution.x[entries] + dual.T @ self._residual)
 
     @cached_property
     def _dual(self) -> Floats:
-        """(r, K) transposed pseudoinverse of the model's regressor."""
-        dual: Floats = np.linalg.pinv(self._regressor / self._size).T / self._size
+        """(k, K) transposed pseudoinverse of the model's regressor, in coordinates of the basis."""
+        used = self._size > 0
+        dual: Floats = np.zeros((len(self._triangle), len(used)))
+        dual[:, used] = np.linalg.pinv(self._triangle).T / self._size[used]
         return dual
 
 

@@ -94,6 +94,7 @@ def curve_grid(
         rows,
         columns,
         theme.HEADER + theme.FOOTER + 190 * rows,
+        title_size=11.5,
         shared_yaxes=True,
         shared_xaxes="columns",
         subplot_titles=[f"explains {theme.percent(curve.explained)}" for row in first for curve in row],
@@ -122,7 +123,6 @@ def curve_grid(
         figure.update_yaxes(
             title_text=f"{theme.joint_title(joint)}<br>residual [{units[joint]}]", row=joint + 1, col=1
         )
-    figure.update_annotations(font_size=11.5)
     return figure
 
 

@@ -54,11 +54,19 @@ def _template(ink: str, lines: str, ground: str) -> go.layout.Template:
             "font": {"family": _FONT, "size": 12, "color": ink},
             "paper_bgcolor": "rgba(0,0,0,0)",
             "plot_bgcolor": "rgba(0,0,0,0)",
-            "xaxis": axis,
-            "yaxis": axis,
+            "xaxis": {**axis, "hoverformat": ".4g"},
+            "yaxis": {**axis, "hoverformat": ".3g"},
             "hoverlabel": {"bgcolor": ground, "bordercolor": lines, "font": {"color": ink, "family": _FONT}},
             "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": MEASURED, "activecolor": ink},
-            "legend": {"bgcolor": "rgba(0,0,0,0)"},
+            "legend": {
+                "bgcolor": "rgba(0,0,0,0)",
+                "orientation": "h",
+                "yref": "container",
+                "y": 1,
+                "yanchor": "top",
+                "x": 0,
+                "xanchor": "left",
+            },
         }
     )
 
@@ -67,19 +75,13 @@ LIGHT = _template("#1c2126", "#dfe3e8", "#ffffff")
 DARK = _template("#e4e7eb", "#363c44", "#20252b")
 
 
-def subplots(rows: int, columns: int, height: int, **arguments: Any) -> go.Figure:
+def subplots(rows: int, columns: int, height: int, title_size: float = 13, **arguments: Any) -> go.Figure:
     """Return a figure of `rows` by `columns` plots in the common style, `height` pixels high, legend on top."""
-    figure = make_subplots(rows=rows, cols=columns, **arguments)
-    top = HEADER if arguments.get("subplot_titles") else LEGEND
-    figure.update_layout(
-        template=LIGHT,
-        height=height,
-        margin={"l": 64, "r": 14, "t": top, "b": FOOTER},
-        legend={"orientation": "h", "yref": "container", "y": 1, "yanchor": "top", "x": 0, "xanchor": "left"},
-    )
-    figure.update_annotations(font_size=13)
-    figure.update_xaxes(hoverformat=".4g")
-    figure.update_yaxes(hoverformat=".3g")
+    margin = {"l": 64, "r": 14, "t": HEADER if arguments.get("subplot_titles") else LEGEND, "b": FOOTER}
+    empty = go.Figure(layout={"template": LIGHT, "height": height, "margin": margin})
+    figure = make_subplots(rows=rows, cols=columns, figure=empty, **arguments)
+    for title in figure.layout.annotations:
+        title.font.size = title_size  # update_annotations takes longer than all the rest
     return figure
 
 

@@ -115,6 +115,7 @@ def worst_windows(analysis: ResidualAnalysis) -> go.Figure:
         rows,
         columns,
         height,
+        title_size=11.5,
         subplot_titles=[_window_title(analysis, window) for window in windows],
         vertical_spacing=ROW_GAP / (height - theme.HEADER - 12 - theme.FOOTER),
         horizontal_spacing=0.07,
@@ -122,7 +123,6 @@ def worst_windows(analysis: ResidualAnalysis) -> go.Figure:
     for number, window in enumerate(windows):
         _draw_window(figure, analysis, window, number // columns + 1, number % columns + 1, number == 0)
     theme.legend_entry(figure, "model", line={"color": theme.joint_colour(windows[0].joint - 1), "width": 1.6})
-    figure.update_annotations(font_size=11.5)
     figure.update_layout(margin_t=theme.HEADER + 12)
     return figure
 
