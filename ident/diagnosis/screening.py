@@ -77,14 +77,18 @@ class Screener:
     def __init__(self, split: SplitData, solution: Solution) -> None:
         self._split, self._solution = split, solution
         regressor, self._residual = solution.rows()
-        self._size = np.sqrt((regressor**2).sum(axis=0))
-        used = self._size > 0
-        self._basis, self._triangle = np.linalg.qr(regressor[:, used] / self._size[used])
+        self._factorise(regressor)
         self.loss = solution.loss
         self._residuals = solution.residuals
         self._predictors = [split.predictors[i] for i in split.train_indices]
         self._known_columns: dict[tuple[str, bytes, bytes], Floats] | None = None
         """Columns are kept only if several residuals are screened: those of a long recording take much memory."""
+
+    def _factorise(self, regressor: Floats) -> None:
+        """Factorise the model's `regressor` (r, K), its columns scaled to the length 1."""
+        self._regressor, self._size = regressor, np.sqrt((regressor**2).sum(axis=0))
+        used = self._size > 0
+        self._basis, self._triangle = np.linalg.qr(regressor[:, used] / self._size[used])
 
     def with_residuals(self, residuals: Sequence[Floats]) -> "Screener":
         """Screener of the same model for other `residuals` (m, dof) of each training recording [N m].
