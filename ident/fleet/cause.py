@@ -32,7 +32,7 @@ MIN_EXPLAINED = 0.85
 MAX_FADING = 0.05
 """Share of it beyond which an effect is not named, if it is explained only by letting the effect grow or fade during
 each recording: what is there since a night is there all the time."""
-METHOD = 3
+METHOD = 4
 """Version of this method; raised whenever the same recordings have another cause."""
 _MAX_ALTERNATIVES = 4
 

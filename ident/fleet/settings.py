@@ -4,7 +4,7 @@ import hashlib
 import json
 from dataclasses import asdict, dataclass
 
-METHOD = 1
+METHOD = 2
 """Version of the method of `recording_rows`; raised whenever the same recording gives other rows."""
 
 
