@@ -219,7 +219,7 @@ class CandidateSearch:
         """
         structure = model.solution.structure.with_term(candidate.term)
         before, multistart = model.solution.loss, candidate.term.effect.multistart > 1
-        starts = self._starts(model, structure, candidate.initial_guesses)
+        starts = self._initial_fits(model, structure, candidate.initial_guesses)
         if not multistart and min(start.loss for start in starts) > before:
             zeros = np.zeros(len(candidate.initial_guesses[0]) - len(candidate.shapes))
             x = np.concatenate([model.solution.x, zeros, candidate.shapes])
@@ -231,7 +231,9 @@ class CandidateSearch:
             if not multistart and before - solution.loss >= _MIN_REALISED * (before - candidate.loss):
                 return
 
-    def _starts(self, model: FittedModel, structure: ModelStructure, guesses: Sequence[Floats]) -> Sequence[Solution]:
+    def _initial_fits(
+        self, model: FittedModel, structure: ModelStructure, guesses: Sequence[Floats]
+    ) -> Sequence[Solution]:
         """Fit the linear parameters of `structure`, `model` with one more effect, at each of the `guesses` of it.
 
         If all increase the loss, the nonlinear parameters of `model` move with the effect, as screening assumed.

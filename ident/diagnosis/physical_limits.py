@@ -4,12 +4,14 @@ The limits are those that effects declare (`Quantity` and `Effect`), and those o
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
-from ident.diagnosis.confirmation import MIN_T
+from ident.diagnosis.confirmation import MIN_T, is_supported
 from ident.diagnosis.parameter_intervals import standard_errors
 from ident.diagnosis.steps import FittedModel
+from ident.dynamics.effects.base import Quantity
 from ident.dynamics.structure import Term
 from ident.dynamics.torque_map import voltage_from_torque
 from recordings.recording import Floats, Ints
@@ -190,7 +192,7 @@ def _earlier_effect_impossible(model: FittedModel, before: FittedModel) -> str |
 
 
 def _shape_at_limit(model: FittedModel, index: int) -> bool:
-    """Whether an identifiable shape of the term `index` stopped at a limit of its range that is not physical."""
+    """Whether a shape of the term `index` stopped at a limit that is not physical, and test rows confirm it there."""
     quantities, structure = model.terms[index].shapes, model.solution.structure
     values = structure.shape_values(index, model.solution.x)
     entries = np.flatnonzero(structure.parameter_mask(index))[-len(values) :].tolist() if len(values) else []
@@ -200,6 +202,7 @@ def _shape_at_limit(model: FittedModel, index: int) -> bool:
             or (shape.implausible_bound == "lower" and value <= shape.lower)
         )
         and _is_identifiable(model, entry, shape.upper - shape.lower)
+        and _is_needed_at_limit(model, index, entry, shape)
         for entry, shape, value in zip(entries, quantities, values, strict=True)
     )
 
@@ -209,6 +212,17 @@ def _is_identifiable(model: FittedModel, entry: int, span: float) -> bool:
     pairs = zip(model.solution.weights, model.solution.derivatives, strict=True)
     changed = sum(float(np.nansum((weight * by_x[:, :, entry] * span) ** 2)) for weight, by_x in pairs)
     return changed > MIN_SHAPE_EFFECT * model.solution.loss
+
+
+def _is_needed_at_limit(model: FittedModel, index: int, entry: int, shape: Quantity) -> bool:
+    """Whether test rows confirm a `shape` of the term `index` at its limit over the nearest initial guess, if any."""
+    if not shape.initial_guesses:
+        return True
+    effect, x = model.terms[index].effect, model.solution.x.copy()
+    x[entry] = min(shape.initial_guesses, key=lambda guess: abs(guess - x[entry]))
+    shapes = tuple(replace(each, searched=False) if each.name == shape.name else each for each in effect.shapes)
+    structure = model.solution.structure.with_effect(index, replace(effect, shapes=shapes))
+    return is_supported(model.improvement_over(FittedModel(model.split, model.split.fit(structure, x))))
 
 
 def _shapes_beyond_the_data(model: FittedModel, index: int) -> Iterator[str]:

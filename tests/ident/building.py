@@ -199,6 +199,15 @@ def start(model: ModelStructure) -> Floats:
     return np.array([0.0 if entry.linear else entry.scale for entry in model.parameters])
 
 
+def with_wave(order: float, *names: str) -> FittedModel:
+    """A model with `names`, cogging among them, of a recording with a wave over the angle of the `order`."""
+    recording = record(noise=0.05, extra=lambda motion: 0.5 * np.sin(order * motion.position), seed=3)
+    data, model = split([recording]), structure(recording, *names)
+    x = start(model)
+    x[[entry.name for entry in model.parameters].index("cogging.N")] = order
+    return FittedModel(data, data.fit(model, x))
+
+
 def fitted(data: SplitData, *names: str, joints: Sequence[int] | None = None) -> FittedModel:
     """The mechanism with the effects `names`, fitted to the training rows."""
     model = structure(data.recordings[0].recording, *names, joints=joints)
