@@ -49,13 +49,9 @@ class ChangeScreener(Screener):
         ]
         self._own_regressor = self._regressor
         nights = np.column_stack(columns) if columns else np.zeros((len(recording), 0))
-        self._regressor = np.block(
-            [[self._regressor, nights], [np.zeros((len(columns), self._regressor.shape[1])), np.eye(len(columns))]]
-        )
+        penalties = np.zeros((len(columns), self._regressor.shape[1])), np.eye(len(columns))
+        self._set_regressor(np.block([[self._regressor, nights], [*penalties]]))
         self._residual = np.concatenate([self._residual, np.zeros(len(columns))])
-        self._size = np.sqrt((self._regressor**2).sum(axis=0))
-        self._basis = np.linalg.qr(self._regressor[:, self._size > 0] / self._size[self._size > 0])[0]
-        self._size[self._size == 0] = 1.0
         rest = self._residual - self._basis @ (self._basis.T @ self._residual)
         self.loss = float(rest @ rest)
 
