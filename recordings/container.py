@@ -347,8 +347,8 @@ def _distinct(lengths: NDArray[np.integer]) -> list[int]:
 def rows(data: bytes, length: int, offsets: NDArray[np.integer]) -> NDArray[np.uint8]:
     """Message records of one length at `offsets`, as bytes (n, record size)."""
     size = _RECORD.size + length
-    records: NDArray[np.uint8] = _windows(data, np.dtype((np.void, size)))[offsets].view(np.uint8)
-    return records.reshape(-1, size)
+    view: NDArray[np.uint8] = _windows(data, np.dtype((np.void, size)))[offsets].view(np.uint8).reshape(-1, size)
+    return view
 
 
 def _windows(data: bytes, dtype: np.dtype[Any]) -> NDArray[Any]:

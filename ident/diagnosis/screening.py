@@ -77,18 +77,19 @@ class Screener:
     def __init__(self, split: SplitData, solution: Solution) -> None:
         self._split, self._solution = split, solution
         regressor, self._residual = solution.rows()
-        self._factorise(regressor)
+        self._set_regressor(regressor)
         self.loss = solution.loss
         self._residuals = solution.residuals
         self._predictors = [split.predictors[i] for i in split.train_indices]
         self._known_columns: dict[tuple[str, bytes, bytes], Floats] | None = None
         """Columns are kept only if several residuals are screened: those of a long recording take much memory."""
 
-    def _factorise(self, regressor: Floats) -> None:
-        """Factorise the model's `regressor` (r, K), its columns scaled to the length 1."""
-        self._regressor, self._size = regressor, np.sqrt((regressor**2).sum(axis=0))
-        used = self._size > 0
-        self._basis, self._triangle = np.linalg.qr(regressor[:, used] / self._size[used])
+    def _set_regressor(self, regressor: Floats) -> None:
+        """Evaluate candidates beside the columns of this `regressor` (r, K)."""
+        size = np.sqrt((regressor**2).sum(axis=0))
+        self._used = size > 0
+        self._regressor, self._size = regressor, np.where(self._used, size, 1.0)
+        self._basis, self._triangle = np.linalg.qr(regressor[:, self._used] / size[self._used])
 
     def with_residuals(self, residuals: Sequence[Floats]) -> "Screener":
         """Screener of the same model for other `residuals` (m, dof) of each training recording [N m].
@@ -210,9 +211,8 @@ class Screener:
     @cached_property
     def _dual(self) -> Floats:
         """(k, K) transposed pseudoinverse of the model's regressor, in coordinates of the basis."""
-        used = self._size > 0
-        dual: Floats = np.zeros((len(self._triangle), len(used)))
-        dual[:, used] = np.linalg.pinv(self._triangle).T / self._size[used]
+        dual: Floats = np.zeros((len(self._triangle), len(self._used)))
+        dual[:, self._used] = np.linalg.pinv(self._triangle).T / self._size[self._used]
         return dual
 
 

@@ -49,14 +49,8 @@ class ChangeScreener(Screener):
         ]
         self._own_regressor = self._regressor
         nights = np.column_stack(columns) if columns else np.zeros((len(recording), 0))
-        self._factorise(
-            np.block(
-                [
-                    [self._regressor, nights],
-                    [np.zeros((len(columns), self._regressor.shape[1])), np.eye(len(columns))],
-                ]
-            )
-        )
+        penalties = np.zeros((len(columns), self._regressor.shape[1])), np.eye(len(columns))
+        self._set_regressor(np.block([[self._regressor, nights], [*penalties]]))
         self._residual = np.concatenate([self._residual, np.zeros(len(columns))])
         rest = self._residual - self._basis @ (self._basis.T @ self._residual)
         self.loss = float(rest @ rest)
@@ -73,7 +67,7 @@ class ChangeScreener(Screener):
     def loss_before(self) -> tuple[float, int]:
         """Weighted sum of squares of the earlier recordings with parameters of their own, and the number of rows."""
         rows = np.concatenate([~self._changed, np.ones(len(self._residual) - len(self._changed), bool)])
-        regressor, residual = self._regressor[rows] / np.where(self._size > 0, self._size, 1.0), self._residual[rows]
+        regressor, residual = self._regressor[rows] / self._size, self._residual[rows]
         rest = residual - regressor @ np.linalg.lstsq(regressor, residual, rcond=1e-10)[0]
         return float(rest @ rest), int((~self._changed).sum())
 

@@ -81,7 +81,9 @@ def torque_comparison(
     if series.previous is not None:
         _add_previous(figure, series, series.previous[:, joint], joint, span)
     figure.add_trace(line(time, series.computed[:, joint], span, name="model", line=thin), row=1, col=1)
-    theme.noise_band(figure, noise, 2, 1, True)
+    if noise is not None:
+        theme.noise_bands(figure, {(2, 1): noise})
+        theme.noise_legend(figure)
     # Plotly selects markers only, so the line gets nearly invisible ones.
     style = {"mode": "lines+markers", "marker": {"size": 2, "opacity": 0.01, "color": colour}, "showlegend": False}
     residual_line = line(time, residual, span, name="residual", line={"color": colour, "width": 1.1}, **style)

@@ -29,11 +29,12 @@ def before_after(diagnosis: Diagnosis, finding: Finding) -> go.Figure:
     rig = predictions[0].prepared.recording.rig
     titles = [theme.joint_title(joint) for joint in joints]
     figure = theme.subplots(1, len(joints), 340, shared_yaxes="all", subplot_titles=titles, horizontal_spacing=0.04)
+    floor = diagnosis.model.noise_floor.known_rms
+    theme.noise_bands(figure, {(1, column): floor[joint] for column, joint in enumerate(joints, start=1)})
     for column, joint in enumerate(joints, start=1):
         x = axis_values(axis, predictions, joint)
         forwards = axis_values("velocity", predictions, joint) > 0
         directions = {"solid": forwards, "dash": ~forwards} if axis in _TWO_DIRECTIONS else {"solid": forwards | True}
-        theme.noise_band(figure, diagnosis.model.noise_floor.known_rms[joint], 1, column, False)
         for residuals, colour, name in (
             (finding.residuals_without, theme.MEASURED, "without"),
             (finding.residuals_with, theme.joint_colour(joint), "with"),
@@ -64,9 +65,9 @@ def effect_contribution(
     figure = theme.subplots(
         1, rig.dof, 250, shared_yaxes="all", subplot_titles=theme.joint_titles(rig.dof), horizontal_spacing=0.03
     )
+    theme.noise_bands(figure, {(1, joint + 1): noise[joint] for joint in range(rig.dof)})
     for joint in range(rig.dof):
         x = axis_values(axis, predictions, joint)
-        theme.noise_band(figure, noise[joint], 1, joint + 1, False)
         residual, explained = (
             np.concatenate([array[:, joint] for array in arrays]) for arrays in (model.residuals, contribution)
         )

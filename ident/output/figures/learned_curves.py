@@ -25,14 +25,18 @@ def learned_curves(diagnosis: Diagnosis, fit: NonparametricFit) -> go.Figure:
     rows = [[curve for curve in fit.curves if curve.joint == joint] for joint in joints]
     height = theme.LEGEND + theme.FOOTER + 230 * len(rows)
     figure = theme.subplots(len(rows), max(map(len, rows)), height, vertical_spacing=0.24 / len(rows))
+    floor, bands = diagnosis.model.noise_floor.known_rms, {}
     for row, joint_curves in enumerate(rows, start=1):
         for column, curve in enumerate(joint_curves, start=1):
             _draw_curve(figure, diagnosis, fit, curve, row, column)
+            if curve.multiplier != "velocity":
+                bands[row, column] = floor[curve.joint - 1]
     colour = theme.joint_colour(joints[0] - 1)
     theme.legend_entry(figure, "without curves", line={"color": theme.MEASURED, "width": 1.6})
     theme.legend_entry(figure, "with curves", line={"color": colour, "width": 1.6})
     theme.legend_entry(figure, "learned", line={"color": colour, "width": 1.6, "dash": "dash"})
-    if any(curve.multiplier != "velocity" for curve in fit.curves):
+    theme.noise_bands(figure, bands)
+    if bands:
         theme.noise_legend(figure)
     return figure
 
@@ -57,8 +61,6 @@ def _draw_curve(
         np.concatenate([array[:, joint] for array in model.residuals]) for model in (diagnosis.model, fit.model)
     )
     colour = theme.joint_colour(joint)
-    if curve.multiplier != "velocity":
-        theme.noise_band(figure, diagnosis.model.noise_floor.known_rms[joint], row, column, False)
     for residual, line_colour in ((before - sibling_torque, theme.MEASURED), (after, colour)):
         centre, mean, _, half_width, _, _ = binned_means("velocity", x, residual / divisor, predictions)
         interval_band(figure, centre, mean, half_width, line_colour, row, column)

@@ -101,9 +101,11 @@ def curve_grid(
         horizontal_spacing=0.018,
         vertical_spacing=0.21 / rows,
     )
+    theme.noise_bands(figure, {(row + 1, i + 1): floor[row] for row in range(rows) for i in range(len(first[row]))})
+    if floor[0] is not None:
+        theme.noise_legend(figure)
     for joint in range(rows):
         for column, curve in enumerate(first[joint], start=1):
-            theme.noise_band(figure, floor[joint], joint + 1, column, joint == 0 and column == 1)
             interval = curve.centre, curve.mean, curve.half_width
             interval_band(figure, *interval, theme.joint_colour(joint), joint + 1, column)
             for number, (name, per_joint) in enumerate(curves_by_model.items()):

@@ -2,7 +2,7 @@
 
 import html
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -178,17 +178,18 @@ def _extremes(y: Floats, points: int) -> Ints:
     return indices[indices < len(y)]
 
 
-def noise_band(figure: go.Figure, half_width: float | None, row: int, column: int, label: bool) -> None:
-    """Mark plus and minus the noise floor, if it is known."""
-    if half_width is None:
-        return
-    axes = figure.get_subplot(row, column)
-    across, along = (axis.plotly_name.replace("axis", "") for axis in (axes.xaxis, axes.yaxis))
-    place = {"xref": f"{across} domain", "x0": 0, "x1": 1, "yref": along, "y0": -half_width, "y1": half_width}
-    style = {"fillcolor": NOISE, "opacity": 0.22, "line_width": 0, "layer": "below"}
-    figure.add_shape(type="rect", **place, **style)  # add_hrect takes as long as all of the figure's curves
-    if label:
-        noise_legend(figure)
+def noise_bands(figure: go.Figure, half_widths: Mapping[tuple[int, int], float | None]) -> None:
+    """Mark plus and minus the noise floor in the plots at (row, column) for which it is known."""
+    bands = []
+    for place, half_width in half_widths.items():
+        if half_width is not None:
+            axes = figure.get_subplot(*place)
+            across, along = (axis.plotly_name.replace("axis", "") for axis in (axes.xaxis, axes.yaxis))
+            width = {"xref": f"{across} domain", "x0": 0, "x1": 1}
+            height = {"yref": along, "y0": -half_width, "y1": half_width}
+            style = {"fillcolor": NOISE, "opacity": 0.22, "line": {"width": 0}, "layer": "below"}
+            bands.append({"type": "rect", **width, **height, **style})
+    figure.layout.shapes = bands  # to add one after the other takes as long as all of the figure's curves
 
 
 def noise_legend(figure: go.Figure) -> None:

@@ -86,10 +86,12 @@ def _over_time(
             _line(figure, x, y, row, overlay.name, joint == 0, line)
             x, y = theme.thinned(prepared.time, overlay.residual[:, joint], points, kept)
             _line(figure, x, y, row + 1, f"{overlay.name}: residual", False, line | {"width": 1.1})
-        theme.noise_band(figure, noise[joint], row + 1, 1, joint == 0)
         label = f"{theme.joint_title(joint)}<br>{theme.effort_label(unit)}"
         figure.update_yaxes(title_text=label, row=row, col=1)
         figure.update_yaxes(title_text=f"residual<br>[{unit}]", nticks=4, row=row + 1, col=1)
+    theme.noise_bands(figure, {(2 * joint + 2, 1): noise[joint] for joint in range(dof)})
+    if noise[0] is not None:
+        theme.noise_legend(figure)
     visible = prepared.time[kept]
     figure.update_xaxes(range=[float(visible[0]), float(visible[-1])])
     figure.update_xaxes(title_text="time [s]", row=2 * dof, col=1)
