@@ -17,6 +17,7 @@ NAMES = (
     "cycle",
     "certificate",
     "coverage",
+    "intervals",
     "swarm",
     "nonlinear_swarm",
     "commands",

@@ -9,6 +9,7 @@ import re
 import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +47,7 @@ Hits = dict[str, list[bool]]
 """Whether each interval holds the truth, by the name of the parameter without its joint."""
 
 
-def record(case: Case, folder: Path) -> tuple[Truth, dict[str, Any]] | None:
+def record(case: Case, folder: Path) -> tuple[Truth, list[dict[str, Any]]] | None:
     """Write the recordings of `case`; return the true parameters and the effects, or None if they are impossible."""
     signal = (case.reports_command, case.repeats, case.signal, case.signal_bits)
     try:
@@ -125,7 +126,7 @@ def _add(hits: Hits, intervals: Intervals, truth: Truth) -> None:
 def _lines(fits: Hits, diagnoses: Hits) -> Iterator[str]:
     yield f"{'intervals that hold the truth':34}{'ident fit':34}ident diagnose"
     rows = {name: (fits.get(name, []), hits) for name, hits in diagnoses.items()}
-    rows["all"] = tuple([hit for hits in each.values() for hit in hits] for each in (fits, diagnoses))  # type: ignore[assignment]
+    rows["all"] = (list(chain(*fits.values())), list(chain(*diagnoses.values())))
     for name, cells in rows.items():
         yield f"{name:34}" + "".join(f"{Figure('', hits).cell if hits else '':34}" for hits in cells).rstrip()
 

@@ -28,6 +28,8 @@ def confidence_intervals(split: SplitData, solution: Solution, gain_uncertainty:
 
 def with_gain(intervals: Floats, solution: Solution, gain_uncertainty: float) -> Floats:
     """The `intervals` (K, 2) for an exactly known gain, widened by its relative standard uncertainty."""
+    if not gain_uncertainty:
+        return intervals  # not those that rounding makes of them
     gain = np.where(solution.structure.linear, _NORMAL * gain_uncertainty * np.abs(solution.x), 0.0)
     width = np.hypot((intervals[:, 1] - intervals[:, 0]) / 2, gain)
     return np.stack([solution.x - width, solution.x + width], axis=1)

@@ -6,6 +6,7 @@ Nothing here is derived from the measured torque: such a regressor would lower t
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -70,7 +71,7 @@ class EffectInputs:
         if share == 1:
             return self._low_passed
         pairs = {name: (getattr(self.motion, name), getattr(self._low_passed.motion, name)) for name in _SMOOTH}
-        mixed = {name: (1 - share) * x + share * smooth for name, (x, smooth) in pairs.items()}
+        mixed: dict[str, Any] = {name: (1 - share) * x + share * smooth for name, (x, smooth) in pairs.items()}
         return replace(self, motion=replace(self.motion, **mixed))
 
     @cached_property
@@ -78,7 +79,9 @@ class EffectInputs:
         """With the motion low-passed at the bandwidth of the analysis; unchanged where the filter has no output."""
         taps = filters.low_pass(self.bandwidth, self.rate)
         smooth = {name: filters.convolve(getattr(self.motion, name), taps) for name in _SMOOTH}
-        known = {name: np.where(np.isfinite(x), x, getattr(self.motion, name)) for name, x in smooth.items()}
+        known: dict[str, Any] = {
+            name: np.where(np.isfinite(x), x, getattr(self.motion, name)) for name, x in smooth.items()
+        }
         return replace(self, motion=replace(self.motion, **known))
 
     def remembered(self, key: Hashable, compute: Callable[[], Floats]) -> Floats:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -227,4 +227,5 @@ def _corrected(motion: Motion, correct: PositionCorrection) -> Motion:
         below, here, above = (correct(x + step) for step in (-_STEP, 0.0, _STEP))
         slope, bend = (above - below) / (2 * _STEP), (above - 2 * here + below) / _STEP**2
     velocity = slope * motion.velocity
-    return Motion(here, velocity, slope * motion.acceleration + bend * motion.velocity**2, motion.direction)
+    acceleration = slope * motion.acceleration + bend * motion.velocity**2
+    return replace(motion, position=here, velocity=velocity, acceleration=acceleration)

@@ -24,6 +24,14 @@ class Motion:
     """(n, dof) [rad/s^2]."""
     direction: Floats
     """(n, dof) sgn of the velocity, averaged over the sample where the joint reverses within it."""
+    sample_time: float = 0.0
+    """Time over which the samples are averaged [s]; 0: they are of instants."""
+
+    @property
+    def sweep(self) -> Floats:
+        """(n, dof) half the change of the velocity within a sample [rad/s]."""
+        half: Floats = self.acceleration * (self.sample_time / 2)
+        return half
 
 
 def cached_for_motion(compute: Callable[[Geometry, Motion], _T]) -> Callable[[Geometry, Motion], _T]:

@@ -61,7 +61,7 @@ def of_one_period(
     smooth, velocity, acceleration = _derivatives(position, rate, _MOTION_BANDWIDTH_RATIO * cutoff.hz)
     extended = np.concatenate([velocity[-1:], velocity, velocity[:1]])
     return Preprocessed(
-        motion=Motion(smooth, velocity, acceleration, filters.mean_sign(extended)[1:-1]),
+        motion=Motion(smooth, velocity, acceleration, filters.mean_sign(extended)[1:-1], 1 / rate),
         instants=instants,
         condition=low_pass,
         torque=low_pass(torque),

@@ -50,4 +50,4 @@ def motion(position: Floats, rate: float, cutoff: float) -> Motion:
     smooth = filters.convolve(position, filters.low_pass(cutoff, rate))
     velocity = filters.first_derivative(smooth, rate)
     acceleration = filters.second_derivative(smooth, rate)
-    return Motion(smooth, velocity, acceleration, filters.mean_sign(velocity))
+    return Motion(smooth, velocity, acceleration, filters.mean_sign(velocity), 1 / rate)

@@ -36,7 +36,7 @@ def prepare(samples: Samples, cutoff: float | Cutoff | None) -> Preprocessed:
     )
     smoothing = taps(chosen.hz, rate)
     return Preprocessed(
-        motion=Motion(position, velocity, acceleration, filters.mean_sign(velocity)),
+        motion=Motion(position, velocity, acceleration, filters.mean_sign(velocity), 1 / rate),
         instants=np.arange(len(position)),
         condition=partial(filters.convolve, taps=smoothing),
         torque=filters.convolve(samples.torque, smoothing),

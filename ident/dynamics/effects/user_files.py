@@ -99,8 +99,13 @@ def one_line(error: BaseException) -> str:
 
 def _freeze(inputs: EffectInputs) -> None:
     """Make the arrays read-only: all effects share them."""
-    for array in (vars(inputs)["time"], *vars(inputs.motion).values()):
+    for array in (vars(inputs)["time"], *_signals(inputs)):
         array.flags.writeable = False
+
+
+def _signals(inputs: EffectInputs) -> list[Floats]:
+    """(n, dof) arrays of the motion."""
+    return [value for value in vars(inputs.motion).values() if isinstance(value, np.ndarray)]
 
 
 def _accept(arguments: tuple[Any, ...], result: Any) -> str | None:
@@ -112,7 +117,7 @@ def _check_columns(inputs: EffectInputs, result: Any, coefficients: int) -> str 
     problem = _array_error(result, expected)
     if problem:
         return problem
-    known = np.all([np.isfinite(x) for x in vars(inputs.motion).values()], axis=(0, 2))
+    known = np.all([np.isfinite(x) for x in _signals(inputs)], axis=(0, 2))
     if not np.isfinite(result[known]).all():
         return "finite numbers where the motion is known expected, others found"
     return None

@@ -7,11 +7,25 @@ from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats
 
+_INSTANT = 1e-4
+"""Change of the velocity within a sample, over the Stribeck speed, below which it does not matter."""
+
 
 def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
-    """exp(-(v / v_s)^2) sgn v (n, dof, 1)."""
-    bump: Floats = np.exp(-((inputs.motion.velocity / shapes["v_s"]) ** 2)) * inputs.motion.direction
-    return bump[:, :, None]
+    """exp(-(v / v_s)^2) sgn v (n, dof, 1), the mean over each sample: a slow one sees much of the bump at once.
+
+    Its integral over the speed is an error function of the absolute value.
+    """
+    from scipy.special import erf
+
+    motion = inputs.motion
+    u, half = motion.velocity / shapes["v_s"], motion.sweep / shapes["v_s"]
+    bump = np.exp(-(u**2)) * motion.direction
+    swept = np.abs(half) > _INSTANT
+    u, half = u[swept], half[swept]
+    bump[swept] = 0.25 * np.sqrt(np.pi) * (erf(np.abs(u + half)) - erf(np.abs(u - half))) / half
+    column: Floats = bump[:, :, None]
+    return column
 
 
 effect = Additive(
