@@ -25,7 +25,7 @@ OLD = Path(__file__).parent / "old_files"
 CLOSE = 1e-6
 
 RMS = {
-    "stribeck": (0.3037935693, 0.3039993186, 0.2999403160),
+    "stribeck": (0.3038424240, 0.3041470705, 0.2994382823),
     "signal": (0.3122266802, 0.3173150341, 0.3114524618),
     "stateful": (0.3137683365, 0.3386151611, 0.3185965743),
     "rls": (2.3433709444, 2.4328363679, 2.2749578154),
@@ -34,7 +34,8 @@ RMS = {
     "learned": (0.0663106142, 0.6827185464, 0.0683650591),
     "tight_spot": (0.3094942474, 0.7963022714, 0.3120260548),
 }
-"""RMS residual of each joint on fig5b.mcap [N m]."""
+"""RMS residual of each joint on fig5b.mcap [N m]. That of Stribeck friction has changed by up to 0.2 % since it is
+averaged over each sample, as drives report it."""
 FILES = {"learned": OLD / "learned.py", "tight_spot": OLD / "tight_spot.py"}
 """Files of effects that are not in the library."""
 FAST = ("learned",)
@@ -100,7 +101,8 @@ def test_old_effect_files_are_listed(ident: Runner, name: str) -> None:
 def test_old_effect_files_are_fitted(ident: Runner, tmp_path: Path, name: str, rms: tuple[float, ...]) -> None:
     outputs = ["-o", "new.model.json", "--plots", tmp_path / "pictures"]
     recording = OLD / "fig5a.mcap"
-    options = ["--method", "ls", "--with", f"{name}:2", "--without", "rod_inertia", *effect_file(name), *outputs]
+    options = ["--method", "ls", "--with", f"{name}:2", "--without", "rod_inertia", "--cutoff", "30"]
+    options += [*effect_file(name), *outputs]
     result = ident("fit", recording, *options, "--json")
     assert result.code == 0, result.err
     assert json.loads(result.out)["train"]["fitted"]["rms"] == pytest.approx(rms, rel=CLOSE)

@@ -51,38 +51,39 @@ def run(function: Callable[[T], R], items: Sequence[T], options: EngineOptions) 
         workers = max(len(client.scheduler_info(n_workers=-1)["workers"]), 1)
         waiting, suspected = deque(range(len(items))), deque[int]()
         running: dict[Any, list[int]] = {}
-        done, fastest = distributed.as_completed(loop=client.loop), math.inf
+        done, fastest, examined = distributed.as_completed(loop=client.loop), math.inf, False
         while waiting or suspected or running:
-            if len(running) <= _WINDOW * workers // 2:  # many at once: each message to the scheduler takes its time
-                given = list(_tasks(waiting, suspected, _WINDOW * workers - len(running), workers, fastest))
-                tasks = [[items[index] for index in task] for task in given]
-                futures = client.map(partial(_all, function), tasks, pure=False, retries=TRIES - 1)
-                running.update(zip(futures, given, strict=True))
-                done.update(futures)
+            given: list[list[int]] = []
+            if suspected and not running:  # one by one, as a worker that dies takes all that it was given with it
+                given, examined = [[suspected.popleft()]], True
+            elif (
+                not suspected and len(running) <= _WINDOW * workers // 2
+            ):  # many at once: each message takes its time
+                given, examined = list(_tasks(waiting, _WINDOW * workers - len(running), workers, fastest)), False
+            tasks = [[items[index] for index in task] for task in given]
+            futures = client.map(partial(_all, function), tasks, pure=False, retries=TRIES - 1)
+            running.update(zip(futures, given, strict=True))
+            done.update(futures)
             future = next(done)
             task = running.pop(future)
             result = _result(future, distributed)
-            if result is None and len(task) > 1:
-                suspected += task  # of these one has killed its workers
+            if result is None and not examined:
+                suspected += task
                 continue
             results, seconds = result or ([None], math.inf)
             fastest = min(fastest, seconds)
             yield from zip((items[index] for index in task), results, strict=True)
 
 
-def _tasks(
-    waiting: deque[int], suspected: deque[int], most: int, workers: int, seconds: float
-) -> Iterator[list[int]]:
-    """Take up to `most` tasks from what is `waiting`; each item that is `suspected` is a task.
+def _tasks(waiting: deque[int], most: int, workers: int, seconds: float) -> Iterator[list[int]]:
+    """Take up to `most` tasks from what is `waiting`.
 
     A task takes a moment, and in the end so little that no worker has much more to do than the others.
 
     seconds: time that an item takes.
     """
     for _ in range(most):
-        if suspected:
-            yield [suspected.popleft()]
-        elif waiting:
+        if waiting:
             count = min(int(_MOMENT / max(seconds, _MOMENT / _MOST)), len(waiting) // (2 * workers))
             yield [waiting.popleft() for _ in range(max(count, 1))]
 
