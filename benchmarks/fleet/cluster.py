@@ -14,7 +14,10 @@ from ident.fleet.engines import EngineOptions
 
 _PATIENCE = 120.0
 """Time in which a scheduler has to start [s]."""
-_SETTINGS = {"DASK_DISTRIBUTED__WORKER__PROFILE__INTERVAL": "1s"}
+_SETTINGS = {
+    "DASK_DISTRIBUTED__WORKER__PROFILE__INTERVAL": "1s",
+    "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
+}
 """As docs/how-to/watch-a-fleet.md says."""
 _Process = subprocess.Popen[bytes]
 

@@ -3,7 +3,8 @@
 `python -m benchmarks.fleet.throughput FOLDER` analyses the recordings in FOLDER, which it makes where there are none,
 with one and two plain processes, with as many local Dask workers, and with two workers that joined a scheduler over
 TCP. They take turns, and each second round is in reverse order, so that a machine that becomes slower favours none. A
-rate is counted from the first results on, so that nobody's start-up is in it.
+rate is counted from the first results on, so that nobody's start-up is in it, and by the instants at which workers
+finish: Dask returns several results at a time.
 """
 
 import multiprocessing
@@ -14,6 +15,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import click
 
@@ -35,15 +37,63 @@ _SECONDS_A_NIGHT = 3600 * 8
 _MIB = 1024.0
 
 
-def analysed(file: RecordingFile) -> float:
-    """Analyse a recording; return the peak memory of this worker [MiB]."""
+class Analysis(NamedTuple):
+    """What a worker says of a recording."""
+
+    end: float
+    """Instant at which it was analysed, by the clock of this machine [s]."""
+    memory: float
+    """Peak memory of the worker until then [MiB]."""
+
+
+def analysed(file: RecordingFile) -> Analysis:
+    """Analyse a recording."""
     examine(file, FleetSettings())
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / _MIB
+    return Analysis(time.monotonic(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / _MIB)
 
 
 def trivial(number: int) -> int:
     """Return what was given."""
     return number
+
+
+def _dask(files: Sequence[RecordingFile], options: EngineOptions) -> Iterator[Analysis]:
+    return (result for _, result in engines.load("dask").run(analysed, files, options) if result)
+
+
+def _joined(files: Sequence[RecordingFile], workers: int) -> Iterator[Analysis]:
+    """Workers are started anew, as those of the other ways are."""
+    with cluster.started(workers) as joined:
+        yield from _dask(files, joined.options)
+
+
+def _plain(files: Sequence[RecordingFile], workers: int) -> Iterator[Analysis]:
+    """Each of so many processes takes the next file from a queue: nothing but the work itself."""
+    context = multiprocessing.get_context("spawn")
+    waiting, results = context.Queue(), context.Queue()
+    for file in [*files, *[None] * workers]:
+        waiting.put(file)
+    processes = [context.Process(target=_work, args=(waiting, results)) for _ in range(workers)]
+    for process in processes:
+        process.start()
+    for _ in files:
+        yield results.get()
+    for process in processes:
+        process.join()
+
+
+def _work(waiting: "multiprocessing.Queue[RecordingFile | None]", results: "multiprocessing.Queue[Analysis]") -> None:
+    while (file := waiting.get()) is not None:
+        results.put(engines.alone(analysed, file))
+
+
+_WAYS: dict[str, Callable[[Sequence[RecordingFile]], Iterator[Analysis]]] = {
+    "plain 1": lambda files: _plain(files, 1),
+    "dask 1": lambda files: _dask(files, EngineOptions(1)),
+    "dask 2": lambda files: _dask(files, EngineOptions(2)),
+    "plain 2": lambda files: _plain(files, 2),
+    "tcp 2": lambda files: _joined(files, 2),
+}
 
 
 @click.command()
@@ -56,14 +106,12 @@ def main(folder: Path, count: int, repeats: int, items: int) -> None:
     files = _recordings(folder, count)
     rates: dict[str, list[float]] = {}
     memory = 0.0
-    with cluster.started(2) as joined:
-        ways = list(_ways(joined.options).items())
-        for round_number in range(repeats):
-            for name, run in ways[:: -1 if round_number % 2 else 1]:
-                rate, peak = _rate(run(files), len(files))
-                rates.setdefault(name, []).append(rate)
-                memory = max(memory, peak)
-                print(f"{name}: {rate:.2f} recordings/s", flush=True)
+    for round_number in range(repeats):
+        for name, run in list(_WAYS.items())[:: -1 if round_number % 2 else 1]:
+            analyses = list(run(files))
+            rates.setdefault(name, []).append(rate := _rate([analysis.end for analysis in analyses]))
+            memory = max(memory, *(analysis.memory for analysis in analyses))
+            print(f"{name}: {rate:.2f} recordings/s", flush=True)
     for name, plain in _PAIRS:
         print(f"{name} / {plain}: {_ratio(rates[name], rates[plain])}")
     print(f"peak memory of a worker: {memory:.0f} MiB")
@@ -83,52 +131,19 @@ def _recordings(folder: Path, count: int) -> list[RecordingFile]:
     return files
 
 
-def _ways(joined: EngineOptions) -> dict[str, Callable[[Sequence[RecordingFile]], Iterator[float]]]:
-    def dask(options: EngineOptions) -> Callable[[Sequence[RecordingFile]], Iterator[float]]:
-        return lambda files: (peak or 0.0 for _, peak in engines.load("dask").run(analysed, files, options))
+def _rate(ends: Sequence[float]) -> float:
+    """Results per second after the first ones.
 
-    return {
-        "plain 1": lambda files: _plain(files, 1),
-        "dask 1": dask(EngineOptions(1)),
-        "dask 2": dask(EngineOptions(2)),
-        "plain 2": lambda files: _plain(files, 2),
-        "tcp 2": dask(joined),
-    }
-
-
-def _rate(peaks: Iterator[float], count: int) -> tuple[float, float]:
-    """Results per second after the first ones, and the largest memory [MiB]."""
-    first, begin, largest = max(int(_WARM_UP * count), 2), 0.0, 0.0
-    for done, peak in enumerate(peaks, start=1):
-        largest = max(largest, peak)
-        if done == first:
-            begin = time.monotonic()
-    return (count - first) / (time.monotonic() - begin), largest
+    ends: instants at which they were finished, in any order [s].
+    """
+    ends = sorted(ends)
+    first = max(int(_WARM_UP * len(ends)), 2)
+    return (len(ends) - first) / (ends[-1] - ends[first - 1])
 
 
 def _ratio(rates: Sequence[float], others: Sequence[float]) -> str:
     ratios = [rate / other for rate, other in zip(rates, others, strict=True)]
     return f"{statistics.median(ratios):.3f} (median of {len(ratios)} pairs, {min(ratios):.3f} to {max(ratios):.3f})"
-
-
-def _plain(files: Sequence[RecordingFile], workers: int) -> Iterator[float]:
-    """Each of so many processes takes the next file from a queue: nothing but the work itself."""
-    context = multiprocessing.get_context("spawn")
-    waiting, results = context.Queue(), context.Queue()
-    for file in [*files, *[None] * workers]:
-        waiting.put(file)
-    processes = [context.Process(target=_work, args=(waiting, results)) for _ in range(workers)]
-    for process in processes:
-        process.start()
-    for _ in files:
-        yield results.get()
-    for process in processes:
-        process.join()
-
-
-def _work(waiting: "multiprocessing.Queue[RecordingFile | None]", results: "multiprocessing.Queue[float]") -> None:
-    while (file := waiting.get()) is not None:
-        results.put(engines.alone(analysed, file))
 
 
 def _overhead(items: int) -> None:
