@@ -3,8 +3,9 @@
 The linear parameters need no initial guess.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations, product
 
 import numpy as np
 
@@ -118,8 +119,9 @@ def escape_local_minima(
     """Improve a `solution` that may be a local minimum over the searched parameters of discontinuous effects.
 
     Where the torque is discontinuous (an arm leaves its tooth at one instant, or not at all), small steps of the
-    loss stop the Levenberg-Marquardt method. Each parameter is tried at multiples of its value; the iteration goes on
-    from the best of them, as long as that reduces the loss.
+    loss stop the Levenberg-Marquardt method. Each parameter is tried at multiples of its value, and so are two of an
+    effect together, which a narrow valley may connect; the iteration goes on from the best of them, as long as that
+    reduces the loss.
     """
     terms = solution.structure.terms
     searched = np.array(
@@ -152,14 +154,23 @@ def _best_neighbor(predictors: Sequence[TorquePredictor], solution: Solution, se
         return float(rows @ rows - np.sum((linear_columns.T @ rows) ** 2))
 
     neighbors = []
-    for entry in np.flatnonzero(searched).tolist():
-        for factor in _NEIGHBORS:
-            x = solution.x.copy()
+    for factors in _neighbors(structure, searched):
+        x = solution.x.copy()
+        for entry, factor in factors.items():
             x[entry] *= factor
-            neighbors.append(_within(structure, x))
+        neighbors.append(_within(structure, x))
     losses = in_threads(loss, [solution.x, *neighbors])
     best = int(np.argmin(losses))
     return neighbors[best - 1] if losses[best] < losses[0] * (1 - _CONVERGED) else None
+
+
+def _neighbors(structure: ModelStructure, searched: Bools) -> Iterator[dict[int, float]]:
+    """Multiples of one of the `searched` (K,) parameters, by its entry, or of two of the same effect."""
+    entries = np.flatnonzero(searched).tolist()
+    yield from ({entry: factor} for entry in entries for factor in _NEIGHBORS)
+    for first, second in combinations(entries, 2):
+        if structure.parameters[first].term == structure.parameters[second].term:
+            yield from ({first: a, second: b} for a, b in product(_NEIGHBORS, repeat=2) if (a < 1) == (b < 1))
 
 
 def _solve_linear(

@@ -24,9 +24,13 @@ _MOMENT = 0.5
 """Time of a task, and of what is lost with it [s]; one item may take longer."""
 _MOST = 32
 """Items of a task."""
-_SETTINGS = {"distributed.worker.profile.interval": "1s", "distributed.admin.tick.interval": "1s"}
-"""Of a local cluster. Sampling 100 times a second where a worker is, which Dask does, takes a tenth of the time, and
-asking each event loop 50 times a second whether it still runs, 2 % of a worker's and 4 % of this process's."""
+_SETTINGS = {
+    "distributed.worker.profile.interval": "1s",
+    "distributed.worker.memory.monitor-interval": "500ms",
+    "distributed.admin.tick.interval": "1s",
+}
+"""Of a local cluster. Dask samples 100 times a second where a worker is, which takes a tenth of its time, and asks
+each event loop 50 times a second whether it still runs: 2 % of each worker's time and 4 % of this process's."""
 _PATIENCE = 30
 """Time to reach a scheduler [s]."""
 _MISSING = (

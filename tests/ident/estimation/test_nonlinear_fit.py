@@ -10,6 +10,7 @@ from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import (
+    _neighbors,
     adapted,
     escape_local_minima,
     initial_solution,
@@ -74,6 +75,19 @@ def test_search_escapes_from_the_steps_of_a_discontinuous_effect(start: float) -
     smoothed = predicted.prepared.base_structure.with_term(Term("stribeck", smooth, (0,)))
     solution = nonlinear_least_squares([predicted], smoothed, stuck.x, [weight])
     assert escape_local_minima([predicted], solution, [weight]) is solution
+
+
+def test_two_parameters_of_the_same_effect_are_tried_together() -> None:
+    recording = building.record(2)
+    play, other = (building.structure(recording, "backlash").terms[0] for _ in range(2))
+    structure = replace(building.structure(recording), terms=(play, replace(other, name="other")))
+    searched = np.array([entry.term >= 0 for entry in structure.parameters])
+    tried = list(_neighbors(structure, searched))
+    assert len(tried) == len({tuple(factors.items()) for factors in tried})
+    assert {len(factors) for factors in tried} == {1, 2}
+    for factors in tried:
+        assert len({structure.parameters[entry].term for entry in factors}) == 1
+        assert all(factor < 1 for factor in factors.values()) or all(factor > 1 for factor in factors.values())
 
 
 def test_iteration_never_raises_the_loss() -> None:
