@@ -30,7 +30,8 @@ _SETTINGS = {
     "distributed.admin.tick.interval": "1s",
 }
 """Of a local cluster. Dask samples 100 times a second where a worker is, which takes a tenth of its time, and asks
-each event loop 50 times a second whether it still runs: 2 % of each worker's time and 4 % of this process's."""
+each event loop 50 times a second whether it still runs: 2 % of each worker's time and 4 % of this process's. The
+memory of workers is looked at twice a second, not ten times."""
 _PATIENCE = 30
 """Time to reach a scheduler [s]."""
 _MISSING = (
@@ -61,14 +62,13 @@ def run(function: Callable[[T], R], items: Sequence[T], options: EngineOptions) 
             given: list[list[int]] = []
             if suspected and not running:  # one by one, as a worker that dies takes all that it was given with it
                 given, examined = [[suspected.popleft()]], True
-            elif (
-                not suspected and len(running) <= _WINDOW * workers // 2
-            ):  # many at once: each message takes its time
+            elif not suspected and len(running) <= _WINDOW * workers // 2:  # many at once: each message takes time
                 given, examined = list(_tasks(waiting, _WINDOW * workers - len(running), workers, fastest)), False
-            tasks = [[items[index] for index in task] for task in given]
-            futures = client.map(partial(_all, function), tasks, pure=False, retries=TRIES - 1)
-            running.update(zip(futures, given, strict=True))
-            done.update(futures)
+            if given:
+                tasks = [[items[index] for index in task] for task in given]
+                futures = client.map(partial(_all, function), tasks, pure=False, retries=TRIES - 1)
+                running.update(zip(futures, given, strict=True))
+                done.update(futures)
             future = next(done)
             task = running.pop(future)
             result = _result(future, distributed)

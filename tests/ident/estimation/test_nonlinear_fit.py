@@ -79,8 +79,8 @@ def test_search_escapes_from_the_steps_of_a_discontinuous_effect(start: float) -
 
 def test_two_parameters_of_the_same_effect_are_tried_together() -> None:
     recording = building.record(2)
-    play, other = (building.structure(recording, "backlash").terms[0] for _ in range(2))
-    structure = replace(building.structure(recording), terms=(play, replace(other, name="other")))
+    play = building.structure(recording, "backlash").terms[0]
+    structure = replace(building.structure(recording), terms=(play, replace(play, name="other")))
     searched = np.array([entry.term >= 0 for entry in structure.parameters])
     tried = list(_neighbors(structure, searched))
     assert len(tried) == len({tuple(factors.items()) for factors in tried})
