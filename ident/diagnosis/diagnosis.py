@@ -15,9 +15,10 @@ from ident.diagnosis.misspecification_check import remove_imitations, remove_pie
 from ident.diagnosis.nonparametric_fit import NonparametricFit, fit_curves
 from ident.diagnosis.observability import Observability, observability
 from ident.diagnosis.ripple import Ripple, below_low_pass, find_ripple
-from ident.diagnosis.split_data import SplitData, split_recordings
+from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.steps import FittedModel, Selection
 from ident.diagnosis.stepwise_selection import Selector
+from ident.diagnosis.train_test_split import split_recordings
 from ident.diagnosis.unexplained_residual import UnexplainedResidual, estimate_unexplained, with_vibrations
 from ident.diagnosis.vibration_check import with_vibration_alternatives
 from ident.dynamics.effects.base import Effect

@@ -12,8 +12,9 @@ import numpy as np
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import prepare
 from ident.diagnosis.noise_floor import NoiseFloor
-from ident.diagnosis.split_data import MAX_STANDSTILL, SplitData, split_recordings, standstill_share
+from ident.diagnosis.split_data import MAX_STANDSTILL, SplitData
 from ident.diagnosis.steps import FittedModel
+from ident.diagnosis.train_test_split import split_recordings, standstill_share
 from ident.diagnosis.unexplained_residual import UnexplainedResidual, estimate_unexplained
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from ident.diagnosis.parameter_intervals import confidence_intervals, parameter_uncertainty
-from ident.diagnosis.split_data import SplitData, split_recordings
+from ident.diagnosis.split_data import SplitData
+from ident.diagnosis.train_test_split import split_recordings
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Signal, Values
 from ident.dynamics.structure import Term

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ident.diagnosis.residual_test import check_residual, residual_test, score
-from ident.diagnosis.split_data import split_recordings
 from ident.diagnosis.steps import FittedModel
+from ident.diagnosis.train_test_split import split_recordings
 from ident.diagnosis.unexplained_residual import estimate_unexplained
 from ident.dynamics.structure import ModelStructure
 from ident.identification.model_file import ResidualTest
