@@ -9,7 +9,8 @@ from mcap.records import Channel, Chunk, Schema
 
 from recordings import schemas
 from recordings.cdr import Layout
-from recordings.container import MESSAGE_HEAD, Batch, decode, located, message_record, open_records, rows, unpacked
+from recordings.chunk import MESSAGE_HEAD, located, message_record, rows, unpacked
+from recordings.container import Batch, decode, open_records
 from recordings.container_writer import ContainerWriter, pack
 from recordings.files import new_file
 from recordings.metadata import rig_record, run_record

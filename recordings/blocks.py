@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from recordings import schemas
 from recordings.cdr import HEADER, Layout
-from recordings.container import RECORD_HEAD, Batch, message_record
+from recordings.chunk import RECORD_HEAD, message_record
+from recordings.container import Batch
 from recordings.container_writer import ContainerWriter, Packed, pack
 from recordings.files import new_file
 from recordings.metadata import rig_record, run_record

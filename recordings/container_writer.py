@@ -49,7 +49,7 @@ class Packed:
 
 
 def pack(batches: Iterable[Batch]) -> Packed:
-    """Compress message records (see `container.message_record`), one channel in each of `batches`, into a chunk."""
+    """Compress message records (see `chunk.message_record`), one channel in each of `batches`, into a chunk."""
     parts: dict[int, list[NDArray[np.uint64]]] = defaultdict(list)
     data = b""
     for batch in batches:

@@ -10,6 +10,7 @@ from mcap.records import Channel, Chunk, Metadata, Schema
 
 from recordings import container
 from recordings.blocks import SampleTable, encode
+from recordings.chunk import MESSAGE_HEAD, RECORD_HEAD, located, rows, unpacked
 from recordings.container_writer import ContainerWriter, Packed
 from recordings.errors import BadInput
 from recordings.files import new_file
@@ -59,7 +60,7 @@ class _Rewriter:
         for opcode, offset, body in stream.records():
             if not Opcode.HEADER <= opcode <= Opcode.DATA_END:
                 break  # not a record
-            end = offset + container.RECORD_HEAD + len(body)
+            end = offset + RECORD_HEAD + len(body)
             if opcode in (Opcode.DATA_END, Opcode.FOOTER):
                 break
             self._copy(opcode, body)
@@ -90,14 +91,14 @@ class _Rewriter:
             self._describe(opcode, body)
 
     def _repack(self, chunk: Chunk) -> Packed:
-        data = container.unpacked(chunk)
-        messages, other_records = container.located(data)
+        data = unpacked(chunk)
+        messages, other_records = located(data)
         for opcode, body in other_records:
             self._describe(opcode, body)
         index: dict[int, list[np.ndarray]] = {}
         for (channel, length), offsets in messages.items():
-            heads = container.rows(data, length, offsets)[:, : container.MESSAGE_HEAD.itemsize]
-            log = heads.copy().view(container.MESSAGE_HEAD)["log"]
+            heads = rows(data, length, offsets)[:, : MESSAGE_HEAD.itemsize]
+            log = heads.copy().view(MESSAGE_HEAD)["log"]
             index.setdefault(channel, []).append(np.column_stack([log, np.array(offsets, np.uint64)]))
             self._messages += len(offsets)
             self._first = min(self._first, int(log.min()))

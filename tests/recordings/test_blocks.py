@@ -17,7 +17,7 @@ from rosbags.highlevel import AnyReader
 
 from recordings import blocks
 from recordings.blocks import SampleTable
-from recordings.container import RECORD_HEAD, unpacked
+from recordings.chunk import RECORD_HEAD, unpacked
 from recordings.errors import BadInput
 from recordings.reader import read, read_can
 from recordings.recording import Run

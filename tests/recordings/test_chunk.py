@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.opcode import Opcode
 
-from recordings.container import RECORD_HEAD, Offsets, located
+from recordings.chunk import RECORD_HEAD, Offsets, located
 
 MESSAGE, SCHEMA = int(Opcode.MESSAGE), int(Opcode.SCHEMA)
 RECORDS = st.lists(st.tuples(st.just(MESSAGE), st.integers(0, 2), st.integers(22, 24)), min_size=1, max_size=30)
