@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from ident.command_options import EFFECT_FILES
+from recordings.command_line import say_next
 from recordings.errors import BadInput
 
 FILE = click.Path(path_type=Path)
@@ -40,4 +41,6 @@ def command(
             f"{places[0]}: a folder of recordings expected, a store of `ident fleet` found; say, "
             f"ident workbench --store {places[0]}"
         )
-    serve(open_session(places, effect_files, store), port, not no_browser)
+    session = open_session(places, effect_files, store)
+    serve(session, port, not no_browser)
+    say_next(*session.next_command())

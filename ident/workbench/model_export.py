@@ -23,6 +23,11 @@ class ModelExport:
         """Names of the reports that were created, by the file name of the model."""
         self.creating_report = False
 
+    @property
+    def last_saved(self) -> str | None:
+        """File name of the model that was saved last."""
+        return next(reversed(self._saved), None)
+
     def saved_name(self, model: ModelFile) -> str | None:
         """Return the file name under which `model` was saved last."""
         return next((name for name, saved in reversed(self._saved.items()) if saved is model), None)

@@ -1,5 +1,6 @@
 """State behind the page: one session, shared by all browser tabs and kept when the page is reloaded."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +18,7 @@ from ident.workbench.model_selection import ModelSelection
 from ident.workbench.recording_process import RecordingProcess
 from ident.workbench.swarm_fit import SwarmFit
 from ident.workbench.topics import Changes
+from recordings.command_line import repeated
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
@@ -76,6 +78,17 @@ class WorkbenchSession:
         if len(names) == 2 and self.recordings.validate is None and self.selection.ladder is None:
             train = self.recordings.train if self.recordings.train in names else names[0]  # it may be deleted
             self.choose(train, next(name for name in names if name != train))
+
+    def next_command(self) -> list[str]:
+        """Words of the command that goes on in a terminal where the page was left."""
+        chosen = [name for name in (self.recordings.train, self.recordings.validate) if name]
+        if not chosen:
+            return ["daq", "record", "--traj", "fig5a", "--cycles", "3"]
+        train, *held_out = (os.path.relpath(self.folder.root / name) for name in chosen)
+        if self.export.last_saved:
+            model = os.path.relpath(self.folder.root / self.export.last_saved)
+            return ["ident", "compare", model, *(held_out or [train])]
+        return ["ident", "diagnose", train, *repeated("--validate", held_out)]
 
     def close(self) -> None:
         """Stop the recording and the worker."""

@@ -53,3 +53,4 @@ def test_it_serves_this_machine_only_and_ends_with_ctrl_c(tmp_path: Path) -> Non
     out, _ = process.communicate(timeout=120)
     assert process.returncode == 0, out
     assert "Traceback" not in out
+    assert out.splitlines()[-1].startswith("next: daq record")

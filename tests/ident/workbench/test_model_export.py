@@ -26,11 +26,11 @@ def export(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ModelExport:
 
 def test_each_model_gets_a_name_of_its_own(export: ModelExport) -> None:
     first, second = cast(Any, object()), cast(Any, object())
-    assert export.saved_name(first) is None
+    assert export.saved_name(first) is export.last_saved is None
     for model, name in ((first, "a.model.json"), (second, "a-2.model.json")):
         assert export.free_name(LADDER) == name
         export.save(model, name)
-        assert export.saved_name(model) == name
+        assert export.saved_name(model) == export.last_saved == name
     with pytest.raises(BadInput, match="not overwritten"):
         export.save(first, "a-2.model.json")
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from ident.workbench.folder import Folder
+from ident.workbench.model_export import ModelExport
 from ident.workbench.session import WorkbenchSession
 from ident.workbench.worker import TaskEnd
 from recordings.errors import BadInput
@@ -173,3 +174,20 @@ def test_all_tasks_end_with_the_worker() -> None:
     recordings.show("fig5a.mcap")
     wait(lambda: recordings.shown is not None)
     session.close()
+
+
+def test_terminal_goes_on_where_the_page_was_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "runs").mkdir()
+    for name in ("a.mcap", "b.mcap"):
+        (tmp_path / "runs" / name).touch()
+    session = WorkbenchSession(Folder.at(Path("runs")))
+    assert session.next_command()[:2] == ["daq", "record"]
+    session.recordings.train = "a.mcap"
+    assert session.next_command() == ["ident", "diagnose", "runs/a.mcap"]
+    session.recordings.validate = "b.mcap"
+    assert session.next_command() == ["ident", "diagnose", "runs/a.mcap", "--validate", "runs/b.mcap"]
+    monkeypatch.setattr(ModelExport, "last_saved", "a.model.json")
+    assert session.next_command() == ["ident", "compare", "runs/a.model.json", "runs/b.mcap"]
+    session.recordings.validate = None
+    assert session.next_command() == ["ident", "compare", "runs/a.model.json", "runs/a.mcap"]
