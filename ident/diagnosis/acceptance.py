@@ -67,11 +67,12 @@ class Acceptance:
         """Whether `after` explains a small part of a large excess error, of the test rows or of the training rows.
 
         Many such small effects together can imitate any effect that is not in the library, and so can a curve. An
-        effect that shows on other rows than those that it was fitted to is an extrapolation.
+        effect that shows on other rows than those that it was fitted to is an extrapolation, unless those decide.
         """
         improvement = after.improvement_over(before)
         fitted = after.improvement_over(before, self._split.train)
-        small = improvement.share < MIN_ADDED_SHARE or fitted.share < MIN_FITTED_SHARE
+        extrapolates = fitted.share < MIN_FITTED_SHARE and not is_decisive(improvement)
+        small = improvement.share < MIN_ADDED_SHARE or extrapolates
         imitates = after.terms[-1].effect.curve and fitted.remaining > LARGE_EXCESS
         return imitates or (small and improvement.remaining > LARGE_EXCESS)
 

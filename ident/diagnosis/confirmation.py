@@ -19,7 +19,8 @@ def is_supported(improvement: Improvement) -> bool:
     In a few short blocks of very different size, the ratio of the errors tells what their difference does not.
     """
     large = improvement.share > MIN_DECISIVE_SHARE and improvement.t_of_ratio > MIN_T
-    return improvement.t_statistic > MIN_T or improvement.interval[0] > MIN_LOWER_BOUND or large
+    any_size = max(improvement.t_statistic, improvement.t_for_change) > MIN_T
+    return any_size or improvement.interval[0] > MIN_LOWER_BOUND or large
 
 
 def is_structure(improvement: Improvement) -> bool:

@@ -1,5 +1,7 @@
 """The rule when an effect counts as confirmed."""
 
+from dataclasses import replace
+
 import pytest
 
 from ident.diagnosis.confirmation import (
@@ -51,6 +53,13 @@ def test_support_needs_many_blocks_or_a_large_share(t: float, low: float, suppor
 )
 def test_decision_against_an_equivalent_model_needs_all_of_it(changed: dict[str, float], decisive: bool) -> None:
     assert is_decisive(improvement(**changed)) is decisive
+
+
+def test_few_blocks_support_what_changes_nothing_elsewhere() -> None:
+    few = improvement(t=2.5, low=0.0, share=0.1)
+    assert not is_supported(few)
+    assert is_supported(replace(few, t_for_change=MIN_T + 0.1))
+    assert not is_supported(replace(few, t_for_change=MIN_T - 0.1))
 
 
 def test_no_improvement_supports_nothing() -> None:

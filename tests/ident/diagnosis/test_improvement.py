@@ -58,6 +58,35 @@ def test_ratio_is_significant_where_one_block_outweighs_the_others() -> None:
     assert compare(before, 0.0 * before).t_of_ratio == 0.0
 
 
+def test_few_blocks_suffice_where_all_of_the_change_agrees_with_the_residual() -> None:
+    rng = np.random.default_rng(0)
+    noise, change = rng.normal(size=(2, 80 * 31, 1))
+    change *= np.repeat(np.arange(80) % 14 == 3, 31)[:, None] * 2  # in six blocks of eighty
+    improvement = compare(noise + change, noise)
+    assert improvement.t_statistic < 3.5 < improvement.t_for_change
+    assert compare(noise, noise - change).t_for_change < -3.5
+
+
+@pytest.mark.parametrize("blocks", [0, 1, 2])
+def test_change_in_hardly_any_block_tells_nothing(blocks: int) -> None:
+    noise = np.random.default_rng(0).normal(size=(80 * 31, 1))
+    change = 3.0 * (np.arange(len(noise)) < 31 * blocks)[:, None]
+    assert compare(noise + change, noise).t_for_change == pytest.approx(0.0)
+
+
+def test_change_that_gains_nothing_is_as_rarely_supported_as_stated() -> None:
+    """Blocks of very different change, of which half agrees with the residual: as much is gained as is lost."""
+    rng = np.random.default_rng(0)
+    size = np.repeat(rng.lognormal(0.0, 1.0, 60), 31)[:, None]
+    values = []
+    for _ in range(1000):
+        change = size * low_passed(rng, (len(size), 1))
+        before = change / 2 + low_passed(rng, (len(size), 1)) * (1 + size / 2)
+        values.append(compare(before, before - change).t_for_change)
+    assert abs(np.mean(values)) < 0.15
+    assert np.mean(np.array(values) > 1.645) < 0.07
+
+
 CASES = [(7.0, 1.0, 0.5), (7.0, 3.0, 1.0), (10.0, 1.0, 0.9), (20.0, 1.0, 0.1)]
 """Duration of the test rows [s], size of the residual before and after."""
 
@@ -115,7 +144,8 @@ def test_unit_of_the_torque_does_not_matter(seed: int, unit: float, kept: float)
 
 def test_rounding_errors_are_no_improvement() -> None:
     before = 2 * np.random.default_rng(0).normal(size=(500, 2))
-    assert compare(before, before * (1 - 2**-53)).t_statistic == 0
+    improvement = compare(before, before * (1 - 2**-53))
+    assert improvement.t_statistic == improvement.t_for_change == 0
 
 
 @given(seed=st.integers(0, 2**32 - 1), kept=st.floats(-2.0, 2.0))
