@@ -17,6 +17,11 @@ class EncoderEccentricity(HiddenEffect):
     phase: float = parameter(0.0, "rad", "phase at joint angle zero", ge=-math.pi, le=math.pi)
 
     @classmethod
+    def largest(cls) -> float:
+        """One degree of the joint: an encoder that is off by more would have been noticed."""
+        return math.radians(1.0)
+
+    @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"N": float(rng.choice((1.0, 21.0))), "phase": rng.uniform(-math.pi, math.pi)}
 

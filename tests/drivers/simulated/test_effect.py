@@ -9,6 +9,7 @@ import pytest
 from drivers.simulated.config import EffectSpec, SimConfig
 from drivers.simulated.effect import HiddenEffect, build, discover, library, out_of_library, overrides
 from drivers.simulated.machine import Machine
+from ident.dynamics.effects.library import library as candidates
 from recordings.errors import BadInput
 from recordings.rig import simulated_rig
 
@@ -85,6 +86,13 @@ def test_dependences_are_known_variables(kind: type[HiddenEffect]) -> None:
 
 def test_effect_between_joints_depends_on_them() -> None:
     assert discover()["hose_drag"](joints=(1, 3)).depends_on() == ("velocity", "joint_1", "joint_3")
+
+
+@every
+def test_no_size_is_drawn_that_a_diagnosis_holds_for_impossible(kind: type[HiddenEffect]) -> None:
+    candidate = candidates(()).get(kind.name())
+    if candidate and candidate.max_amplitude:
+        assert kind.largest() <= candidate.max_amplitude
 
 
 @every
