@@ -231,7 +231,8 @@ def _solve(solution: Solution, free: Bools, damping: float = 0.0) -> Floats:
     """Step (K,) of the `free` parameters (K,) that solves the damped normal equations of the linearized model."""
     regressor, residual = solution.rows()
     regressor = regressor[:, free]
-    size = np.sqrt((regressor**2).sum(axis=0))
+    with np.errstate(over="ignore"):  # a search that diverges takes no step along what is too large
+        size = np.sqrt((regressor**2).sum(axis=0))
     size[size == 0] = 1.0
     scaled = regressor / size
     gram, right = scaled.T @ scaled, scaled.T @ residual

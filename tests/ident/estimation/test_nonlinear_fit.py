@@ -1,6 +1,8 @@
 """Nonlinear least squares on recordings with known parameters."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -10,7 +12,9 @@ from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import (
+    Solution,
     _neighbors,
+    _solve,
     adapted,
     escape_local_minima,
     initial_solution,
@@ -117,6 +121,13 @@ def test_nonlinear_parameters_stay_in_their_range() -> None:
         guess = np.array([0.0, 0.0, 0.0, 0.0, start])
         solution = nonlinear_least_squares([predicted], structure, guess, [weight])
         assert speed.lower <= solution.x[-1] <= speed.upper
+
+
+def test_search_that_diverges_takes_no_step_along_what_is_too_large() -> None:
+    ordinary = np.array([1.0, -1.0, 1.0, -1.0])
+    rows = np.column_stack([ordinary, 1e200 * np.arange(1.0, 5.0)]), 3 * ordinary
+    step = _solve(cast(Solution, SimpleNamespace(rows=lambda: rows)), np.array([True, True]))
+    assert step == pytest.approx([3.0, 0.0])
 
 
 def test_derivatives_are_those_of_the_predicted_torque() -> None:
