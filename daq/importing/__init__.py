@@ -17,7 +17,7 @@ import numpy as np
 from daq.importing import formats
 from daq.importing.mapping import Source, sources
 from daq.importing.quantities import Quantities, quantities
-from daq.importing.repetitions import repetitions
+from daq.importing.repetitions import mean_step, repetitions
 from daq.importing.table import Selection, Table
 from daq.importing.units import RigHints
 from recordings import blocks
@@ -97,7 +97,7 @@ def import_data(path: Path, out: Path, description: Description, choice: Choice 
     table = formats.read(path, choice.selection)
     columns = sources(table, choice.mapping)
     values = quantities(table, columns, description.hints)
-    rate = float(1e9 / np.median(np.diff(values.stamp)))
+    rate = 1e9 / mean_step(values.stamp)
     rig = _rig(table, description, values.joints, rate)
     joints = dict(values.joints)
     if not {"voltage", "effort"} & joints.keys():

@@ -24,7 +24,7 @@ def repetitions(table: Table, cycle: str | None, stamp: Ints, motion: Floats) ->
     """
     if cycle is not None:
         return _numbered(table, cycle, stamp)
-    step = float(np.median(np.diff(stamp)))
+    step = mean_step(stamp)
     if stamp[-1] > _MAX_GAPS * step * len(stamp):
         return np.full(len(stamp), -1), 0.0
     grid = np.arange(0, stamp[-1] + step / 2, step)
@@ -35,6 +35,16 @@ def repetitions(table: Table, cycle: str | None, stamp: Ints, motion: Floats) ->
     since = stamp + step / 2 - grid[cycles.first]
     repeat = np.floor(since / (cycles.period * step)).astype(np.int64)
     return np.where((repeat >= 0) & (repeat < cycles.count), repeat, -1), cycles.period * step / 1e9
+
+
+def mean_step(stamp: Ints) -> float:
+    """Time between samples [ns] of the times `stamp` (n,) [ns], of which a gap holds several.
+
+    The median alone is wrong by what stamps are rounded to, which adds up over a recording.
+    """
+    steps = np.diff(stamp)
+    median = float(np.median(steps))
+    return float(steps.sum() / np.maximum(np.rint(steps / median), 1).sum())
 
 
 def _numbered(table: Table, name: str, stamp: Ints) -> tuple[Ints, float]:

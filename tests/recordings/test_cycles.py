@@ -64,6 +64,19 @@ def test_cycles_of_rounded_positions_are_found(name: str) -> None:
     assert (cycles.period, cycles.count) == (round(recording.run.period * recording.run.rate), 2)
 
 
+@pytest.mark.parametrize("decimals", range(3, 9))
+def test_cycles_are_found_where_the_first_one_settles_and_somebody_rounded_again(decimals: int) -> None:
+    """What is left of the approach moves the readings of an encoder by a step, until it has faded."""
+    rng, step = np.random.default_rng(1), 2 * np.pi / 2**17
+    cycle = fourier(rng, 1000, 3)
+    x = np.concatenate([cycle[:1] * np.linspace(0, 1, 200)[:, None], np.tile(cycle, (3, 1)), cycle[:120]])
+    x[200:] += 0.003 * np.exp(-np.arange(3120) / 40)[:, None]
+    cycles = find_cycles((np.floor(x / step) * step).round(decimals))
+    assert cycles is not None
+    assert (cycles.period, cycles.count) == (1000, 3)
+    assert abs(cycles.first - 200) < 150
+
+
 def test_cycles_are_found_despite_gaps() -> None:
     rng = np.random.default_rng(1)
     x = np.tile(fourier(rng, 400, 2), (5, 1))
