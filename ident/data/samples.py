@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident import filters
 from ident.dynamics.torque_map import torque_from_voltage, torque_per_volt
 from recordings.errors import BadInput
 from recordings.interpolation import interpolate_columns
@@ -69,9 +70,10 @@ def sample(recording: Recording) -> Samples:
     torque = drive if is_torque else torque_from_voltage(drive, recording.rig.torque)
     slope = np.ones_like(drive) if is_torque else torque_per_volt(drive, recording.rig.torque)
     delay = _median_delay(_delay(recording, VOLTAGE_DELAY))
+    age = (recording.run.torque_age or 0.0) * rate
     # The torque is computed before interpolation, since its map is nonlinear and voltages ripple.
     drive, torque, slope = (
-        _on_grid(recording, x, delay, rate, index, uniform=uniform) for x in (drive, torque, slope)
+        _ahead(_on_grid(recording, x, delay, rate, index, uniform=uniform), age) for x in (drive, torque, slope)
     )
     repeat, phase = _cycles(recording, index, rate)
     instants = np.arange(len(position)) / rate
@@ -170,6 +172,21 @@ def _median_delay(delay: Floats | None) -> Floats | None:
     slow errors, which a low-pass does not remove.
     """
     return None if delay is None else np.broadcast_to(np.nanmedian(delay, axis=0), delay.shape)
+
+
+def _ahead(x: Floats, steps: float) -> Floats:
+    """`x` (n, dof) so many `steps` of the grid later, by the cubic polynomial through the samples around.
+
+    What drives report of their torque may be older than the position beside it: 0.2 ms of what an inertia takes look
+    like a hundredth of the viscous friction.
+    """
+    if not steps:
+        return x
+    offsets = int(np.floor(steps)) + np.arange(-1, 3)
+    reach = int(np.abs(offsets).max())
+    taps = np.zeros(2 * reach + 1)
+    taps[reach - offsets] = np.linalg.solve(np.vander(offsets, increasing=True).T, steps ** np.arange(4))
+    return filters.convolve(x, taps)
 
 
 def _on_grid(

@@ -9,7 +9,7 @@ from ident.residuals.analysis import ResidualAnalysis
 
 
 def densities(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
-    """Draw power spectral densities per joint: measured torque, residual, and the noise."""
+    """Draw power spectral densities per joint: measured torque, residual, and what differs between repetitions."""
     first, *_ = analyses.values()
     dof = len(first.joints)
     figure = theme.subplots(
@@ -19,7 +19,7 @@ def densities(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
         frequency = joint_residual.spectrum.frequency[1:]
         lines = [("measured torque", joint_residual.spectrum.torque, {"color": theme.MEASURED, "width": 2.5})]
         if joint_residual.spectrum.noise is not None:
-            lines.append(("noise", joint_residual.spectrum.noise, theme.NOISE_LINE))
+            lines.append(("between repetitions", joint_residual.spectrum.noise, theme.NOISE_LINE))
         for number, (name, analysis) in enumerate(analyses.items()):
             label = theme.escaped(name) if len(analyses) > 1 else "residual"
             style = {"color": theme.joint_colour(joint), "width": 1.8, "dash": theme.DASHES[number % 4]}

@@ -139,6 +139,22 @@ def test_delayed_positions_are_interpolated_to_the_instants(delay: float, lost: 
     np.testing.assert_allclose(samples.torque[:, 0], np.cos(3 * np.arange(400) / 100), atol=1e-12)
 
 
+@given(st.floats(0.0, 0.025), st.booleans(), st.lists(st.integers(5, 390), max_size=3))
+def test_torque_that_is_older_than_its_position_is_taken_at_its_instant(
+    age: float, uniform: bool, lost: list[int]
+) -> None:
+    time = np.arange(400) / 100 + (0.0 if uniform else np.random.default_rng(1).uniform(-0.003, 0.003, 400))
+    recording = imported(time - time[0])
+    assert recording.effort is not None
+    recording.effort[:, 0] = np.cos(3 * (recording.time - age))
+    recording.effort[lost] = np.nan
+    samples = sample(replace(recording, run=recording.run.model_copy(update={"torque_age": age})))
+    known = np.isfinite(samples.torque[:, 0])
+    instants = np.arange(len(known)) / samples.rate
+    np.testing.assert_allclose(samples.torque[known, 0], np.cos(3 * instants[known]), atol=2e-5)
+    assert known.sum() >= len(known) - 10 * len(lost) - 10
+
+
 def test_delays_of_only_some_joints_are_ignored() -> None:
     recording = replace(imported(np.arange(300) / 100), extra={"position_delay_2": np.full(300, 0.005)})
     np.testing.assert_array_equal(sample(recording).position, recording.position)

@@ -35,7 +35,12 @@ def section(contents: ReportContents) -> ReportSection:
             "Mean residual over each quantity. A correct model leaves a straight line at zero; each title gives the "
             "share of the mean square that the curve explains (with several models, for the first).",
         ),
-        Plot("spectrum", spectrum.densities(analyses), "Spectra of measured torque, residual and noise."),
+        Plot(
+            "spectrum",
+            spectrum.densities(analyses),
+            "Spectra of measured torque and residual in all rows, those near standstill too, and of what differs "
+            "between repetitions. The noise floor of the tables holds the steps of encoders as well, which repeat.",
+        ),
     ]
     for index, (name, analysis) in enumerate(analyses.items(), start=1):
         if analysis.windows:
