@@ -18,8 +18,8 @@ class EncoderEccentricity(HiddenEffect):
 
     @classmethod
     def largest(cls) -> float:
-        """One degree of the joint: an encoder that is off by more would have been noticed."""
-        return math.radians(1.0)
+        """Half a degree of the joint: from one degree on, somebody would have noticed."""
+        return math.radians(0.5)
 
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
