@@ -99,7 +99,7 @@ class CommandFolder(click.Group):
     """A click group whose commands are the modules of one package."""
 
     def __init__(self, package: ModuleType, **attrs: Any) -> None:
-        super().__init__(**attrs)
+        super().__init__(context_settings={"help_option_names": ["--help", "-h"]}, **attrs)
         self._package = package
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -114,6 +114,14 @@ class CommandFolder(click.Group):
         if not isinstance(command, click.Command):
             raise TypeError(f"{module.__name__}.command must be a click.Command, not {type(command).__name__}")
         return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if not args[0].startswith("-") and args[0] not in self._modules():
+            advice = did_you_mean(args[0], self._modules()) or f" {ctx.command_path} --help lists the commands"
+            ctx.fail(f"No such command '{args[0]}';{advice}")
+        return super().resolve_command(ctx, args)
 
     def _modules(self) -> dict[str, str]:
         """Module name by command name."""
