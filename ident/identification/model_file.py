@@ -204,7 +204,8 @@ def load(path: Path) -> ModelFile:
     """Read a model file.
 
     Raises:
-        BadInput: the file is missing, is not JSON, has a newer schema or an unknown mechanism, or is incomplete.
+        BadInput: the file is missing, is not JSON, has a newer schema or an unknown mechanism, is incomplete, or
+            names other effects than it holds.
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
@@ -225,4 +226,11 @@ def load(path: Path) -> ModelFile:
         raise BadInput(
             f"model file {path}: schema up to {SCHEMA} expected, {content['schema']} found; update this software"
         )
-    return validated(content, ModelFile, f"model file {path}")
+    model = validated(content, ModelFile, f"model file {path}")
+    terms = tuple(term.name for term in model.terms)
+    if model.effects != terms:
+        raise BadInput(
+            f"model file {path}: effects [{', '.join(terms)}] expected, those of its terms, "
+            f"[{', '.join(model.effects)}] found; take the file as `ident` wrote it, or fit again"
+        )
+    return model
