@@ -59,9 +59,10 @@ def check_readable(*inputs: Path) -> None:
             raise BadInput(f"{path} does not exist; check the path")
 
 
-def say_next(*words: object) -> None:
-    """Print the command that comes next on stderr, ready to be copied."""
-    click.echo(f"next: {shlex.join(map(str, words))}", err=True)
+def say_next(*words: object, note: str = "") -> None:
+    """Print the command that comes next on stderr, ready to be copied; the `note` is a comment behind it."""
+    comment = f"  # {note}" if note else ""
+    click.echo(f"next: {shlex.join(map(str, words))}{comment}", err=True)
 
 
 def repeated(option: str, values: Iterable[object]) -> list[str]:

@@ -194,6 +194,12 @@ def recording_source(recording: Recording) -> RecordingSource:
     return RecordingSource(name=recording.path.name, sha256=sha256(recording.path), simulated=recording.run.simulated)
 
 
+def find_recording(source: RecordingSource, model_path: Path) -> Path | None:
+    """The file of a recording of the model in `model_path`, if it lies beside the model or here, unchanged."""
+    files = (folder / source.name for folder in (model_path.parent, Path()))
+    return next((file for file in files if file.is_file() and sha256(file) == source.sha256), None)
+
+
 def save(model: ModelFile, path: Path) -> None:
     """Write `model` to `path`, replacing it in one step."""
     with replacement(path) as partial:
