@@ -7,6 +7,7 @@ import click
 from ident.command_options import EFFECT_FILES
 from recordings.command_line import check_readable, refuse_existing, repeated, say_next
 from recordings.errors import BadInput
+from recordings.next_command import diagnosis
 
 FILE = click.Path(path_type=Path)
 
@@ -67,6 +68,7 @@ def command(
 
     from ident.output.console.diagnosis import show_conclusion
     from ident.output.report import contents, page
+    from ident.output.report.headline import nothing_more_is_missing
     from recordings.progress import progress_bar
 
     with progress_bar("reading") as progress:
@@ -76,15 +78,17 @@ def command(
         )
         progress("drawing")
         page.write(gathered, out)
+    nothing_more = nothing_more_is_missing(gathered)
     if gathered.diagnosis:
-        show_conclusion(gathered.diagnosis.document, Console())
+        show_conclusion(gathered.diagnosis.document, Console(), nothing_more)
     click.echo(f"report: {out}", err=True)
-    recorded = [*recordings, *repeated("--validate", held_out)]
     options = repeated("--effect-file", effect_files)
-    if any(analysis.within_noise for analysis in gathered.primary_analyses.values()):
+    found = gathered.diagnosis is not None and gathered.diagnosis.verdict == "missing-effect"
+    within_noise = any(analysis.within_noise for analysis in gathered.primary_analyses.values())
+    if nothing_more or (within_noise and not found):
         say_next("ident", "workbench", *recordings[:1], *held_out[:1])
     else:
-        say_next("ident", "diagnose", *recorded, *options, "--apply")
+        say_next(*diagnosis(recordings, *repeated("--validate", held_out), *options, model=models[0]))
 
 
 def _split_by_suffix(files: tuple[Path, ...]) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
