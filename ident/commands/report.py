@@ -6,7 +6,7 @@ import click
 
 from ident.command_options import EFFECT_FILES
 from recordings.command_line import check_readable, refuse_existing, repeated, say_next
-from recordings.errors import BadInput
+from recordings.errors import BadInput, ForeignFile
 from recordings.next_command import diagnosis
 
 FILE = click.Path(path_type=Path)
@@ -55,11 +55,12 @@ def command(
     Shows the data quality, where the models fail, which effect is missing, the unexplained residual, and how to
     reproduce it. The file loads nothing from a network and can be sent to others. Models stand side by side.
     """
+    check_readable(*files)
     models, recordings = _split_by_suffix(files)
     out = out or recordings[0].with_suffix(".report.html")
     inputs = (*models, *recordings, *held_out, *responses)
     _check_not_repeated(inputs)
-    check_readable(*inputs)
+    check_readable(*held_out, *responses)
     if out.is_dir():
         raise BadInput(f"-o {out}: a file's name expected, a folder found; write -o {out / 'report.html'}")
     refuse_existing(out, force=force, read=inputs)
@@ -97,7 +98,8 @@ def _split_by_suffix(files: tuple[Path, ...]) -> tuple[tuple[Path, ...], tuple[P
     recordings = tuple(path for path in files if path.suffix == ".mcap")
     for path in files:
         if path not in (*models, *recordings):
-            raise BadInput(f"{path}: a model (.json) or a recording (.mcap) expected, found something else")
+            message = f"{path}: a model (.json) or a recording (.mcap) expected, found something else"
+            raise ForeignFile(message, path)
     if not models or not recordings:
         missing = "model (.json)" if not models else "recording (.mcap)"
         raise BadInput(f"at least one model (.json) and one recording (.mcap) expected, no {missing} found; add it")
