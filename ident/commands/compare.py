@@ -88,8 +88,8 @@ def _as_fitted(model: ModelFile, model_path: Path, files: Sequence[Path]) -> tup
     from recordings.files import sha256
 
     train = [find_recording(source, model_path) for source in model.train.recordings]
-    found = [file for file in train if file]
-    if len(found) < len(train):
+    at_hand = [file for file in train if file]
+    if len(at_hand) < len(train):
         return files, []
     digests = {source.sha256 for source in model.train.recordings}
-    return found, [file for file in files if sha256(file) not in digests]
+    return at_hand, [file for file in files if sha256(file) not in digests]

@@ -84,9 +84,9 @@ def command(
         show_conclusion(gathered.diagnosis.document, Console(), nothing_more)
     click.echo(f"report: {out}", err=True)
     options = repeated("--effect-file", effect_files)
-    found = gathered.diagnosis is not None and gathered.diagnosis.verdict == "missing-effect"
+    missing = gathered.diagnosis is not None and gathered.diagnosis.verdict == "missing-effect"
     within_noise = any(analysis.within_noise for analysis in gathered.primary_analyses.values())
-    if nothing_more or (within_noise and not found):
+    if nothing_more or (within_noise and not missing):
         say_next("ident", "workbench", *recordings[:1], *held_out[:1])
     else:
         say_next(*diagnosis(recordings, *repeated("--validate", held_out), *options, model=models[0]))
