@@ -8,6 +8,9 @@ from pathlib import Path
 OWN_RIG = "RIG.toml stands for the rig file of your robot"
 """Note behind a command that records with a robot whose rig file is not known."""
 
+NEXT_MOTION = Path("next.toml")
+"""Trajectory file of a motion that is designed to be recorded next."""
+
 
 def free_name(path: Path) -> Path:
     """`path`, or, if it exists, a numbered name beside it that does not: "a.better2.model.json"."""
