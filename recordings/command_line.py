@@ -119,7 +119,8 @@ class CommandFolder(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        if not args[0].startswith("-") and args[0] not in self._modules():
+        mistyped = args[0] not in self._modules() and not args[0].startswith("-")
+        if mistyped and not ctx.resilient_parsing:
             advice = did_you_mean(args[0], self._modules()) or f" {ctx.command_path} --help lists the commands"
             ctx.fail(f"No such command '{args[0]}';{advice}")
         return super().resolve_command(ctx, args)
