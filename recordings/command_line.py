@@ -59,9 +59,10 @@ def check_readable(*inputs: Path) -> None:
             raise BadInput(f"{path} does not exist; check the path")
 
 
-def say_next(*words: object) -> None:
-    """Print the command that comes next on stderr, ready to be copied."""
-    click.echo(f"next: {shlex.join(map(str, words))}", err=True)
+def say_next(*words: object, note: str = "") -> None:
+    """Print the command that comes next on stderr, ready to be copied; the `note` is a comment behind it."""
+    comment = f"  # {note}" if note else ""
+    click.echo(f"next: {shlex.join(map(str, words))}{comment}", err=True)
 
 
 def repeated(option: str, values: Iterable[object]) -> list[str]:
@@ -99,7 +100,7 @@ class CommandFolder(click.Group):
     """A click group whose commands are the modules of one package."""
 
     def __init__(self, package: ModuleType, **attrs: Any) -> None:
-        super().__init__(**attrs)
+        super().__init__(context_settings={"help_option_names": ["--help", "-h"]}, **attrs)
         self._package = package
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -114,6 +115,15 @@ class CommandFolder(click.Group):
         if not isinstance(command, click.Command):
             raise TypeError(f"{module.__name__}.command must be a click.Command, not {type(command).__name__}")
         return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        mistyped = args[0] not in self._modules() and not args[0].startswith("-")
+        if mistyped and not ctx.resilient_parsing:
+            advice = did_you_mean(args[0], self._modules()) or f" {ctx.command_path} --help lists the commands"
+            ctx.fail(f"No such command '{args[0]}';{advice}")
+        return super().resolve_command(ctx, args)
 
     def _modules(self) -> dict[str, str]:
         """Module name by command name."""

@@ -7,6 +7,7 @@ import click
 
 from daq import exporting
 from recordings.command_line import say_next
+from recordings.next_command import free_output
 
 _FILE = click.Path(path_type=Path)
 _ENDINGS = {"candump": ".log"}
@@ -32,4 +33,4 @@ def command(file: Path, form: str, out: Path | None, as_json: bool) -> None:
         click.echo(json.dumps({"schema": 1, "recording": str(file), "format": form, "out": str(out)}))
     else:
         click.echo(f"{out}: {written}")
-    say_next("ident", "fit", file)
+    say_next("ident", "fit", file, *free_output("-o", file.with_suffix(".model.json")))

@@ -39,6 +39,7 @@ def _figures(recording: "Recording", frames: "CanFrames") -> dict[str, Any]:
         "schema": 1,
         "file": str(recording.path),
         "rig": recording.rig.name,
+        "robot": run.robot,
         "position_units": list(recording.rig.position_units),
         "simulated": run.simulated,
         "pace": run.pace,
@@ -125,6 +126,7 @@ def _rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
     return [
         ("recording", figures["file"]),
         ("rig", figures["rig"]),
+        *([("robot", figures["robot"])] if figures["robot"] else []),
         ("drives", drives),
         ("pace", f"{figures['pace']}{seed}"),
         ("start", figures["start"]),

@@ -12,14 +12,19 @@ import click
 
 from recordings.command_line import say_next
 from recordings.errors import BadInput
+from recordings.next_command import diagnosis as diagnosis_command
+from recordings.next_command import free_name
 
 _FILE = click.Path(path_type=Path)
+_SEALED = ".sealed.json"
 _GRAVITY = 9.81
 _OF_EVERY_ROBOT = ("rod_inertia",)
 """Effects that every simulated robot has, so that they are not hidden."""
 
 Effects = Mapping[str, tuple[int, ...]]
 """Joints of each effect, from 1."""
+Alternatives = Mapping[str, Sequence[str]] | None
+"""Of each effect, those from which the recordings cannot tell it; None: not known, as a model does not hold them."""
 
 
 @click.command(
@@ -37,7 +42,8 @@ def command(file: Path, diagnosis: Path | None, as_json: bool) -> None:
     """
     from drivers.simulated.seal import sealed_path, unseal
 
-    content = unseal(file if file.name.endswith(".sealed.json") else sealed_path(file))
+    recording = file.with_name(f"{file.name.removesuffix(_SEALED)}.mcap") if file.name.endswith(_SEALED) else file
+    content = unseal(sealed_path(recording))
     diagnosed = _read(diagnosis) if diagnosis else None
     document = _document(content, diagnosed)
     if as_json:
@@ -46,13 +52,14 @@ def command(file: Path, diagnosis: Path | None, as_json: bool) -> None:
         for line in _lines(document):
             click.echo(line)
     if diagnosed is None:
-        say_next("ident", "diagnose", file, "--apply")
+        say_next(*diagnosis_command([recording], model=recording.with_suffix(".model.json")))
     else:
         seed = 0 if content["seed"] is None else content["seed"] + 1
-        say_next("daq", "record", "--traj", "fig5a", "--cycles", 2, "--hidden", seed, "--out", f"hidden-{seed}.mcap")
+        out = free_name(Path(f"hidden-{seed}.mcap"))
+        say_next("daq", "record", "--traj", "fig5a", "--cycles", 2, "--hidden", seed, "--out", out)
 
 
-def _read(path: Path) -> tuple[Effects, Mapping[str, float], Mapping[str, Sequence[str]]]:
+def _read(path: Path) -> tuple[Effects, Mapping[str, float], Alternatives]:
     """Effects, parameters and alternatives of a diagnosis or a model."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
@@ -62,7 +69,7 @@ def _read(path: Path) -> tuple[Effects, Mapping[str, float], Mapping[str, Sequen
             return effects, parameters, {entry["effect"]: entry["confusable_with"] for entry in content["findings"]}
         entries = [*content["parameters"], *content.get("searched", ())]
         terms = {term["name"]: tuple(term["joints"]) for term in content["terms"]}
-        return terms, {entry["name"]: entry["value"] for entry in entries}, {}
+        return terms, {entry["name"]: entry["value"] for entry in entries}, None
     except FileNotFoundError:
         raise BadInput(f"{path} does not exist; check the path") from None
     except (ValueError, KeyError, TypeError, IndexError, UnicodeDecodeError):
@@ -73,7 +80,7 @@ def _read(path: Path) -> tuple[Effects, Mapping[str, float], Mapping[str, Sequen
 
 
 def _document(
-    content: Mapping[str, Any], diagnosed: tuple[Effects, Mapping[str, float], Mapping[str, Sequence[str]]] | None
+    content: Mapping[str, Any], diagnosed: tuple[Effects, Mapping[str, float], Alternatives] | None
 ) -> dict[str, Any]:
     hidden = content["effects"]
     document: dict[str, Any] = {"schema": 1, "seed": content["seed"], "hidden": hidden, "found": None}
@@ -94,15 +101,19 @@ def _document(
     return document
 
 
-def _verdict(effect: Mapping[str, Any], effects: Effects, alternatives: Mapping[str, Sequence[str]]) -> str:
+def _verdict(effect: Mapping[str, Any], effects: Effects, alternatives: Alternatives) -> str:
     name = effect["name"]
     if name in effects:
         joints, expected = effects[name], tuple(effect["joints"])
         return "found" if joints == expected or not expected else f"found on joint {_listed(joints)}"
-    confused = [other for other, names in alternatives.items() if name in names]
+    confused = [other for other, names in (alternatives or {}).items() if name in names]
     if confused:
         return f"found as {confused[0]}, from which these recordings cannot tell it"
-    return "not found" if effect["in_library"] else "not found: no effect of the library"
+    if not effect["in_library"]:
+        return "not found: no effect of the library"
+    if alternatives is None and any(other not in _OF_EVERY_ROBOT for other in effects):
+        return "not in this model; whether another effect stands for it, the output of `ident diagnose --json` says"
+    return "not found"
 
 
 def _machine(plant: Mapping[str, Any]) -> Iterator[tuple[str, float]]:

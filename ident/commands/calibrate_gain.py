@@ -9,6 +9,7 @@ import click
 
 from ident.command_options import PREPROCESS
 from recordings.command_line import check_readable, refuse_existing, say_next
+from recordings.next_command import OWN_RIG
 
 if TYPE_CHECKING:
     from ident.identification.torque_calibration import Calibration
@@ -49,7 +50,7 @@ def command(
     if out:
         out.write_text(torque_section(calibration), encoding="utf-8")
     _show(calibration, recordings, payload, as_json)
-    say_next("daq", "record", "--traj", recordings[0].run.trajectory, "--rig", "RIG.toml")
+    say_next("daq", "record", "--traj", recordings[0].run.trajectory, "--rig", "RIG.toml", note=OWN_RIG)
 
 
 def torque_section(calibration: Calibration) -> str:

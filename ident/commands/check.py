@@ -6,6 +6,7 @@ import click
 
 from ident.command_options import EFFECT_FILES
 from recordings.command_line import FiniteRange, check_readable, repeated, say_next
+from recordings.next_command import diagnosis
 
 FILE = click.Path(path_type=Path)
 
@@ -47,4 +48,4 @@ def command(files: tuple[Path, ...], share: float, effect_files: tuple[Path, ...
         click.echo(json.dumps(document.as_json(), indent=2, allow_nan=False))
     else:
         console_tables.show(document, Console())
-    say_next("ident", "diagnose", *files, *repeated("--effect-file", effect_files))
+    say_next(*diagnosis(files, *repeated("--effect-file", effect_files)))

@@ -1,12 +1,20 @@
 """`ident compare`: a model against recordings, and where it fails."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from ident.command_options import EFFECT_FILES
 from ident.model_name import model_stem
 from recordings.command_line import check_readable, refuse_existing, repeated, say_next
+from recordings.next_command import diagnosis, free_output
+
+if TYPE_CHECKING:
+    from ident.identification.model_file import ModelFile
 
 FILE = click.Path(path_type=Path)
 
@@ -63,9 +71,25 @@ def command(
     if report:
         click.echo(f"report: {report}", err=True)
     options = repeated("--effect-file", effect_files)
-    if result.within_noise and result.test and result.test.diagnosed:
-        say_next("ident", "report", model_path, *files, *options)
+    train, held_out = _as_fitted(model.file, model_path, files)
+    recorded = [*train, *repeated("--validate", held_out)]
+    if result.within_noise:
+        # The report looks for what is missing, and says if nothing is.
+        out = free_output("-o", train[0].with_suffix(".report.html"))
+        say_next("ident", "report", model_path, *recorded, *options, *out)
     else:
         start = [] if model.file.form else ["--model", model_path]
-        better = model_path.with_name(f"{model_name}.better.model.json")
-        say_next("ident", "diagnose", *files, *start, *options, "--apply", "-o", better)
+        say_next(*diagnosis(train, *recorded[len(train) :], *start, *options, model=model_path))
+
+
+def _as_fitted(model: ModelFile, model_path: Path, files: Sequence[Path]) -> tuple[Sequence[Path], list[Path]]:
+    """The recordings that `model` was fitted to, if they are at hand, and those of `files` that it was not."""
+    from ident.identification.model_file import find_recording
+    from recordings.files import sha256
+
+    train = [find_recording(source, model_path) for source in model.train.recordings]
+    at_hand = [file for file in train if file]
+    if len(at_hand) < len(train):
+        return files, []
+    digests = {source.sha256 for source in model.train.recordings}
+    return at_hand, [file for file in files if sha256(file) not in digests]

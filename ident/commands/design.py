@@ -9,8 +9,9 @@ import click
 
 from ident import plugins
 from ident.command_options import EFFECT_FILES
-from recordings.command_line import FiniteRange, refuse_existing
+from recordings.command_line import FiniteRange, refuse_existing, say_next
 from recordings.errors import BadInput
+from recordings.next_command import OWN_RIG
 
 FILE = click.Path(path_type=Path)
 
@@ -147,7 +148,6 @@ def command(
     refuse_existing(out, force=force)
 
     import json
-    import shlex
     from functools import partial
 
     from rich.console import Console
@@ -177,5 +177,8 @@ def command(
         click.echo(json.dumps(design.as_json(outcome), indent=2, allow_nan=False))
     else:
         design.show(outcome, Console())
-    rig_option = f" --rig {shlex.quote(str(rig_file))}" if rig_file else "" if is_default(rig) else " --rig RIG.toml"
-    click.echo(f"trajectory: {out}\nnext: daq record --traj {shlex.quote(str(out))}{rig_option}", err=True)
+    click.echo(f"trajectory: {out}", err=True)
+    if rig_file or is_default(rig):
+        say_next("daq", "record", "--traj", out, *(["--rig", rig_file] if rig_file else []))
+    else:
+        say_next("daq", "record", "--traj", out, "--rig", "RIG.toml", note=OWN_RIG)

@@ -11,6 +11,7 @@ import click
 from ident.command_options import CUTOFF, EFFECT_FILES, PREPROCESS
 from recordings.command_line import check_readable, refuse_existing, repeated, say_next
 from recordings.errors import BadInput
+from recordings.next_command import diagnosis, free_name, free_output
 
 if TYPE_CHECKING:
     from ident.diagnosis.document import Document
@@ -135,28 +136,39 @@ def command(
     for label, written_path in (("model", out), ("report", report)):
         if written_path:
             click.echo(f"{label}: {written_path}", err=True)
-    recorded = [*files, *repeated("--validate", validate), *repeated("--effect-file", effect_files)]
-    _say_what_is_next(result.document, recorded, start_files, out)
-
-
-def _say_what_is_next(
-    document: Document, recorded: Sequence[object], start: Sequence[Path], out: Path | None
-) -> None:
-    """Print the command that follows from the verdict: separate, add, learn, repeat, or report."""
-    if document.next_motion:
-        click.echo(f"next: {document.next_motion.command}", err=True)
-    elif out:
-        say_next("ident", "report", out, *recorded)
-    elif document.findings and document.verdict == "missing-effect":
-        say_next("ident", "diagnose", *recorded, *repeated("--model", start), "--apply", "--force")
-    elif document.verdict == "unknown-structure" and not document.stand_in:
-        say_next("ident", "diagnose", *recorded, "--stand-in", "learned.py", "--force")
-    elif document.verdict == "undetermined":
-        say_next("daq", "record", "--traj", "TRAJECTORY", "--cycles", 3)
-    elif start:
-        say_next("ident", "report", *start, *recorded)
+    recorded = [*repeated("--validate", validate), *repeated("--effect-file", effect_files)]
+    choices = [*repeated("--model", start_files), *repeated("--only", only), *repeated("--without", without)]
+    choices += ["--preprocess", preprocess] if preprocess != "parallel" else []
+    choices += ["--cutoff", f"{cutoff:g}"] if cutoff else []
+    if result.document.next_motion:
+        click.echo(f"next: {result.document.next_motion.command}", err=True)
     else:
-        say_next("ident", "fit", *recorded)
+        say_next(*_next(result.document, files, recorded, choices, out or model_path, applied=apply))
+
+
+def _next(
+    document: Document,
+    files: Sequence[Path],
+    recorded: Sequence[str],
+    choices: Sequence[str],
+    model: Path | None,
+    applied: bool,
+) -> list[object]:
+    """The command that follows from the verdict: add, learn, repeat, or report.
+
+    recorded: options that name further files; choices: those that make this diagnosis what it is.
+    """
+    default = files[0].with_suffix(".model.json")
+    if not applied and document.findings and document.verdict == "missing-effect":
+        return diagnosis(files, *recorded, *choices, model=model or default)
+    if not applied and document.verdict == "unknown-structure" and not document.stand_in:
+        return diagnosis(files, *recorded, *choices, "--stand-in", free_name(Path("learned.py")))
+    if not applied and document.verdict == "undetermined":
+        return ["daq", "record", "--traj", "TRAJECTORY", "--cycles", 3]
+    if model:
+        page = free_output("-o", files[0].with_suffix(".report.html"))
+        return ["ident", "report", model, *files, *recorded, *page]
+    return ["ident", "fit", *files, *recorded, *free_output("-o", default)]
 
 
 def _check_output_paths(paths: Sequence[Path], force: bool, read: Sequence[Path]) -> None:

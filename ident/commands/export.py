@@ -93,8 +93,8 @@ def _motion(
     """The motion that is asked for; else the first training recording, if it lies beside the model; else fig5a."""
     from ident.export import paths
     from ident.identification.model import rig_of
+    from ident.identification.model_file import find_recording
     from recordings.errors import BadInput
-    from recordings.files import sha256
 
     if recording:
         return paths.from_recording(recording, model.file)
@@ -103,10 +103,8 @@ def _motion(
     if traj:
         return paths.from_trajectory(traj, rig_of(model.file)).at_temperature(temperature)
     source = model.file.train.recordings[0]
-    for folder in (model_path.parent, Path()):
-        file = folder / source.name
-        if file.is_file() and sha256(file) == source.sha256:
-            return paths.from_recording(file, model.file)
+    if file := find_recording(source, model_path):
+        return paths.from_recording(file, model.file)
     if model.file.mechanism != "delta":
         raise BadInput(f"{source.name}, the recording of the fit, is not beside the model; give --on or --csv")
     return paths.from_trajectory("fig5a", rig_of(model.file)).at_temperature(temperature)

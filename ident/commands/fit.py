@@ -13,6 +13,7 @@ from ident.command_options import CUTOFF, EFFECT_FILES
 from ident.model_name import model_stem
 from recordings.command_line import NameChoice, check_readable, refuse_existing, repeated, say_next
 from recordings.errors import BadInput
+from recordings.next_command import diagnosis
 
 if TYPE_CHECKING:
     from ident.identification.identify import Identification
@@ -156,7 +157,7 @@ def command(
     _show(model, as_json, details)
     click.echo(f"model: {out}\npictures: {plots}", err=True)
     options = [*(["--validate", validate] if validate else []), *repeated("--effect-file", effect_files)]
-    say_next("ident", "diagnose", *files, *options, "--apply", "-o", _better(out))
+    say_next(*diagnosis(files, *options, model=out))
 
 
 def _settings(method: str, texts: tuple[str, ...], paper: bool, options: Mapping[str, object]) -> dict[str, object]:
@@ -181,11 +182,6 @@ def _settings(method: str, texts: tuple[str, ...], paper: bool, options: Mapping
             given["tolerance"] = 0.0
     estimators.settings(method, given)
     return given
-
-
-def _better(model: Path) -> Path:
-    """A name beside the `model` file for the model that a diagnosis makes of it."""
-    return model.with_name(f"{model_stem(model.name)}.better.model.json")
 
 
 def _check_beside_paper(**given: object) -> None:

@@ -17,6 +17,7 @@ from ident.command_options import CUTOFF, PREPROCESS
 from ident.fleet import check_installed
 from recordings.command_line import NameChoice, refuse_existing, say, say_next
 from recordings.errors import BadInput
+from recordings.next_command import free_name
 
 if TYPE_CHECKING:
     from ident.fleet.alarms import Alarm, FleetFile
@@ -135,7 +136,7 @@ def update_command(
         )
         alarms.save(store, result)
     _show(result, as_json)
-    say_next("ident", "fleet", "report", "--store", folder, "-o", folder.with_suffix(".html"))
+    say_next("ident", "fleet", "report", "--store", folder, "-o", free_name(folder.with_suffix(".html")))
     if any(not alarm.acknowledged for alarm in fleet_alarms):
         sys.exit(ALARMS_OPEN)
 
@@ -187,7 +188,7 @@ def ack_command(ids: tuple[str, ...], folder: Path, note: str, undo: bool, as_js
         alarms.acknowledge(store, ids, note, undo)
     content = alarms.load(store)
     _show(content, as_json)
-    say_next("ident", "fleet", "report", "--store", folder, "-o", folder.with_suffix(".html"), "--force")
+    say_next("ident", "fleet", "report", "--store", folder, "-o", free_name(folder.with_suffix(".html")))
 
 
 def _opened(folder: Path) -> Store:

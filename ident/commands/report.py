@@ -6,7 +6,8 @@ import click
 
 from ident.command_options import EFFECT_FILES
 from recordings.command_line import check_readable, refuse_existing, repeated, say_next
-from recordings.errors import BadInput
+from recordings.errors import BadInput, ForeignFile
+from recordings.next_command import diagnosis
 
 FILE = click.Path(path_type=Path)
 
@@ -54,11 +55,12 @@ def command(
     Shows the data quality, where the models fail, which effect is missing, the unexplained residual, and how to
     reproduce it. The file loads nothing from a network and can be sent to others. Models stand side by side.
     """
+    check_readable(*files)
     models, recordings = _split_by_suffix(files)
     out = out or recordings[0].with_suffix(".report.html")
     inputs = (*models, *recordings, *held_out, *responses)
     _check_not_repeated(inputs)
-    check_readable(*inputs)
+    check_readable(*held_out, *responses)
     if out.is_dir():
         raise BadInput(f"-o {out}: a file's name expected, a folder found; write -o {out / 'report.html'}")
     refuse_existing(out, force=force, read=inputs)
@@ -67,6 +69,7 @@ def command(
 
     from ident.output.console.diagnosis import show_conclusion
     from ident.output.report import contents, page
+    from ident.output.report.headline import nothing_more_is_missing
     from recordings.progress import progress_bar
 
     with progress_bar("reading") as progress:
@@ -76,15 +79,17 @@ def command(
         )
         progress("drawing")
         page.write(gathered, out)
+    nothing_more = nothing_more_is_missing(gathered)
     if gathered.diagnosis:
-        show_conclusion(gathered.diagnosis.document, Console())
+        show_conclusion(gathered.diagnosis.document, Console(), nothing_more)
     click.echo(f"report: {out}", err=True)
-    recorded = [*recordings, *repeated("--validate", held_out)]
     options = repeated("--effect-file", effect_files)
-    if any(analysis.within_noise for analysis in gathered.primary_analyses.values()):
+    missing = gathered.diagnosis is not None and gathered.diagnosis.verdict == "missing-effect"
+    within_noise = any(analysis.within_noise for analysis in gathered.primary_analyses.values())
+    if nothing_more or (within_noise and not missing):
         say_next("ident", "workbench", *recordings[:1], *held_out[:1])
     else:
-        say_next("ident", "diagnose", *recorded, *options, "--apply")
+        say_next(*diagnosis(recordings, *repeated("--validate", held_out), *options, model=models[0]))
 
 
 def _split_by_suffix(files: tuple[Path, ...]) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
@@ -93,7 +98,8 @@ def _split_by_suffix(files: tuple[Path, ...]) -> tuple[tuple[Path, ...], tuple[P
     recordings = tuple(path for path in files if path.suffix == ".mcap")
     for path in files:
         if path not in (*models, *recordings):
-            raise BadInput(f"{path}: a model (.json) or a recording (.mcap) expected, found something else")
+            message = f"{path}: a model (.json) or a recording (.mcap) expected, found something else"
+            raise ForeignFile(message, path)
     if not models or not recordings:
         missing = "model (.json)" if not models else "recording (.mcap)"
         raise BadInput(f"at least one model (.json) and one recording (.mcap) expected, no {missing} found; add it")

@@ -12,6 +12,7 @@ import click
 from ident import plugins
 from recordings.command_line import NameChoice, refuse_existing, say_next
 from recordings.errors import BadInput, did_you_mean
+from recordings.next_command import diagnosis
 
 if TYPE_CHECKING:
     from ident.paper.methods import MethodComparison
@@ -120,7 +121,7 @@ def command(
     _show(comparison, study, preprocess, seed, as_json)
     click.echo(f"pictures and their data: {plots}", err=True)
     train, validation = files or _samples()
-    say_next("ident", "diagnose", train, "--validate", validation)
+    say_next(*diagnosis([train], "--validate", validation))
 
 
 def _show(comparison: MethodComparison, study: SwarmStudy | None, preprocess: str, seed: int, as_json: bool) -> None:

@@ -11,6 +11,7 @@ from ident import plugins
 from ident.command_options import EFFECT_FILES
 from ident.model_name import model_stem
 from recordings.command_line import FiniteRange, NameChoice, check_readable, refuse_existing, say, say_next
+from recordings.next_command import free_name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -110,9 +111,8 @@ def command(
         say(f"torque of {path.name}: {out}, {rows} rows")
     if picture:
         say(f"picture: {picture}")
-    say_next(
-        "ident", "export", model_path, "--to", "c", "-o", model_path.with_name(f"{model_stem(model_path.name)}_c")
-    )
+    exported = free_name(model_path.with_name(f"{model_stem(model_path.name)}_c"))
+    say_next("ident", "export", model_path, "--to", "c", "-o", exported)
 
 
 def _rig(model: Model, rig_file: Path | None) -> Rig:

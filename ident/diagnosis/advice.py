@@ -8,6 +8,7 @@ from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document import NextMotion
 from ident.diagnosis.steps import Finding
 from ident.dynamics.effects.library import names as built_in
+from recordings.next_command import NEXT_MOTION, free_name, free_output
 
 
 def next_motion(diagnosis: Diagnosis, findings: Sequence[Finding]) -> NextMotion | None:
@@ -28,13 +29,13 @@ def next_motion(diagnosis: Diagnosis, findings: Sequence[Finding]) -> NextMotion
         return NextMotion(
             why=f"{name} and {', '.join(alternatives)} cannot be distinguished by these recordings; record another.",
             command=" ".join(
-                ("ident design", *pairs, *joints, *recording_options, *effect_files, f"-o {_free_file_name()}")
+                ("ident design", *pairs, *joints, *recording_options, *effect_files, f"-o {free_name(NEXT_MOTION)}")
             ),
         )
     if not split.other_motion and len(files) == 1:
         return NextMotion(
             why="A second, different motion would show whether the findings also hold for other motions.",
-            command=" ".join(("ident design", *recording_options, f"-o {_free_file_name()}")),
+            command=" ".join(("ident design", *recording_options, f"-o {free_name(NEXT_MOTION)}")),
         )
     return None
 
@@ -57,14 +58,9 @@ def fit_command(diagnosis: Diagnosis, path: Path, joints: Sequence[int]) -> str:
     words += [
         f"--effect-file {shlex.quote(file)}" for file in (*(f"{name}.py" for name in sorted(user_effects)), str(path))
     ]
+    words += map(shlex.quote, map(str, free_output("-o", Path(files[0]).with_suffix(".model.json"))))
     return " ".join(words)
 
 
 def _joined(joints: Iterable[int]) -> str:
     return ",".join(map(str, joints))
-
-
-def _free_file_name() -> str:
-    """A file name for the next motion that does not exist yet."""
-    numbered = (Path(f"next{number}.toml") for number in ("", *range(2, 100)))
-    return str(next((path for path in numbered if not path.exists()), "next.toml"))

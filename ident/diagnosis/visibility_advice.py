@@ -8,6 +8,7 @@ from ident.data.recording_facts import JointFacts, RecordingFacts
 from ident.diagnosis.visibility import EffectVisibility, JointVisibility
 from ident.dynamics.effects.base import Additive, Effect, Signal
 from ident.dynamics.effects.library import names as built_in
+from recordings.next_command import NEXT_MOTION, free_name
 from recordings.recording import Recording
 from trajectories import names as trajectory_names
 
@@ -120,7 +121,7 @@ class Adviser:
     def _design(self) -> str:
         """Options of `ident design` for the rig of the recordings."""
         recording = " ".join(f"--recording {shlex.quote(file)}" for file in self._files)
-        return f"{recording} -o next.toml"
+        return f"{recording} -o {free_name(NEXT_MOTION)}"
 
 
 def _cause(effect: Effect, joint: JointFacts, facts: RecordingFacts) -> tuple[str, str] | None:

@@ -194,6 +194,12 @@ def recording_source(recording: Recording) -> RecordingSource:
     return RecordingSource(name=recording.path.name, sha256=sha256(recording.path), simulated=recording.run.simulated)
 
 
+def find_recording(source: RecordingSource, model_path: Path) -> Path | None:
+    """The file of a recording of the model in `model_path`, if it lies beside the model or here, unchanged."""
+    files = (folder / source.name for folder in (model_path.parent, Path()))
+    return next((file for file in files if file.is_file() and sha256(file) == source.sha256), None)
+
+
 def save(model: ModelFile, path: Path) -> None:
     """Write `model` to `path`, replacing it in one step."""
     with replacement(path) as partial:
@@ -204,7 +210,8 @@ def load(path: Path) -> ModelFile:
     """Read a model file.
 
     Raises:
-        BadInput: the file is missing, is not JSON, has a newer schema or an unknown mechanism, or is incomplete.
+        BadInput: the file is missing, is not JSON, has a newer schema or an unknown mechanism, is incomplete, or
+            names other effects than it holds.
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
@@ -225,4 +232,11 @@ def load(path: Path) -> ModelFile:
         raise BadInput(
             f"model file {path}: schema up to {SCHEMA} expected, {content['schema']} found; update this software"
         )
-    return validated(content, ModelFile, f"model file {path}")
+    model = validated(content, ModelFile, f"model file {path}")
+    terms = tuple(term.name for term in model.terms)
+    if model.effects != terms:
+        raise BadInput(
+            f"model file {path}: effects [{', '.join(terms)}] expected, those of its terms, "
+            f"[{', '.join(model.effects)}] found; take the file as `ident` wrote it, or fit again"
+        )
+    return model

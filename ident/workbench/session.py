@@ -20,6 +20,7 @@ from ident.workbench.swarm_fit import SwarmFit
 from ident.workbench.topics import Changes
 from recordings.command_line import repeated
 from recordings.errors import BadInput
+from recordings.next_command import diagnosis
 
 if TYPE_CHECKING:
     from ident.workbench.watched_fleet import WatchedFleet
@@ -88,7 +89,7 @@ class WorkbenchSession:
         if self.export.last_saved:
             model = os.path.relpath(self.folder.root / self.export.last_saved)
             return ["ident", "compare", model, *(held_out or [train])]
-        return ["ident", "diagnose", train, *repeated("--validate", held_out)]
+        return [str(word) for word in diagnosis([Path(train)], *repeated("--validate", held_out))]
 
     def close(self) -> None:
         """Stop the recording and the worker."""

@@ -24,7 +24,7 @@ Record = Callable[..., Path]
 def record(tmp_path: Path) -> Record:
     """Write a recording of 101 SYNCs with a gap, frames and events."""
 
-    def write(simulated: bool = True, exit_status: int = 0) -> Path:
+    def write(simulated: bool = True, exit_status: int = 0, robot: str | None = None) -> Path:
         run = Run(
             trajectory="fig5a",
             trajectory_digest="d1f0",
@@ -35,6 +35,7 @@ def record(tmp_path: Path) -> Record:
             simulated=simulated,
             pace="realtime",
             start="2023-11-14T22:13:20+00:00",
+            robot=robot,
         )
         path = tmp_path / "run.mcap"
         with RecordingWriter(path, simulated_rig(), run) as writer:
@@ -61,6 +62,7 @@ def test_json_output_holds_exactly_the_figures(record: Record) -> None:
         "schema": 1,
         "file": str(path),
         "rig": "simulated delta robot",
+        "robot": None,
         "position_units": ["rad", "rad", "rad"],
         "simulated": True,
         "pace": "realtime",
@@ -91,6 +93,12 @@ def test_json_output_holds_exactly_the_figures(record: Record) -> None:
         "exit_status": 0,
         "reason": "done",
     }
+
+
+def test_the_name_of_the_robot_is_shown_where_there_is_one(record: Record) -> None:
+    path = str(record(robot="press 4"))
+    assert "\nrobot: press 4\n" in CliRunner().invoke(command, [path]).stdout
+    assert json.loads(CliRunner().invoke(command, [path, "--json"]).stdout)["robot"] == "press 4"
 
 
 def test_piped_output_is_plain_lines(record: Record) -> None:

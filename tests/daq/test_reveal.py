@@ -50,7 +50,15 @@ def test_the_truth_alone(recording: Path) -> None:
         result = reveal(file)
         assert result.exit_code == 0, result.output
         assert result.stdout == "hidden: cogging on joint 1, 2 (N = 14, a = 0.5, phase = 0)\n"
-        assert result.stderr == f"next: ident diagnose {file} --apply\n"
+        assert result.stderr == f"next: ident diagnose {recording} --apply\n"
+
+
+def test_the_next_command_writes_to_names_that_are_free(recording: Path) -> None:
+    for ending in ("model.json", "diagnose.html"):
+        recording.with_suffix(f".{ending}").touch()
+    words = reveal(recording).stderr.split()
+    better, page = recording.with_suffix(".better.model.json"), recording.with_suffix(".diagnose2.html")
+    assert words[4:] == ["--apply", "-o", str(better), "--report", str(page)]
 
 
 def test_truth_beside_what_was_found(recording: Path) -> None:
@@ -86,6 +94,22 @@ def test_a_model_takes_the_place_of_a_diagnosis(recording: Path) -> None:
     document = json.loads(reveal(recording, model, "--json").stdout)
     assert document["hidden"][0]["verdict"] == "found"
     assert document["parameters"]["cogging.N"] == {"true": 14.0, "found": 14.01}
+
+
+@pytest.mark.parametrize(
+    ("terms", "verdict"),
+    [
+        (["rod_inertia"], "not found"),
+        (["rod_inertia", "stribeck"], "not in this model; whether another effect stands for it, "),
+    ],
+)
+def test_a_model_does_not_say_what_another_effect_stands_for(recording: Path, terms: list[str], verdict: str) -> None:
+    model = recording.with_name("m.json")
+    effects = [{"name": name, "joints": [1, 2, 3]} for name in terms]
+    model.write_text(json.dumps({"parameters": [], "terms": effects}))
+    shown = json.loads(reveal(recording, model, "--json").stdout)["hidden"][0]["verdict"]
+    assert shown.startswith(verdict)
+    assert len(shown) == len(verdict) or "ident diagnose --json" in shown
 
 
 @pytest.mark.parametrize("content", ["", "[]", "{}", '{"findings": 3}', "\xff"])

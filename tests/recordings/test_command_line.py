@@ -47,6 +47,16 @@ def test_unknown_command_exits_with_bad_usage(package: ModuleType) -> None:
     result = CliRunner().invoke(CommandFolder(package, name="some"), ["sing"])
     assert result.exit_code == 2
     assert "No such command 'sing'" in result.output
+    assert "--help lists the commands" in result.output
+    mistyped = CliRunner().invoke(CommandFolder(package, name="some"), ["say-helo"])
+    assert "No such command 'say-helo'; did you mean say-hello?" in mistyped.output
+
+
+def test_help_has_a_short_name(package: ModuleType) -> None:
+    program = CommandFolder(package, name="some")
+    for words in (["say-hello", "-h"], ["say-hello", "--help"]):
+        shown = CliRunner().invoke(program, words)
+        assert (shown.exit_code, "--help" in shown.output) == (0, True), words
 
 
 def test_file_without_a_click_command_raises_type_error(package: ModuleType) -> None:

@@ -53,10 +53,15 @@ def show(document: Document, console: Console) -> None:
     show_conclusion(document, console)
 
 
-def show_conclusion(document: Document, console: Console) -> None:
-    """Print verdict, effects with their joints, and the held-out error of each joint before and after."""
-    console.print(f"\n{document.verdict}", style=f"bold {_COLOURS[document.verdict]}", end=": ")
-    _print_plain(console, document.sentence)
+def show_conclusion(document: Document, console: Console, nothing_more: tuple[str, str] | None = None) -> None:
+    """Print verdict, effects with their joints, and the held-out error of each joint before and after.
+
+    nothing_more: verdict and sentence in place of those of the `document`, on models that have what was found.
+    """
+    verdict, sentence = nothing_more or (document.verdict, document.sentence)
+    colour = _COLOURS["adequate" if nothing_more else document.verdict]
+    console.print(f"\n{verdict}", style=f"bold {colour}", end=": ")
+    _print_plain(console, sentence)
     console.print("Held-out error (RMS), first model → last model:", highlight=False)
     errors = zip(document.rungs[0].validate_rms, document.rungs[-1].validate_rms, strict=True)
     for joint, unit, (before, after) in zip(document.joints, document.effort_units, errors, strict=True):

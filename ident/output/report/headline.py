@@ -41,19 +41,32 @@ def headline(contents: ReportContents) -> Headline:
     warnings = tuple(_warnings(contents))
     if contents.diagnosis:
         document = contents.diagnosis.document
-        complete_models = tuple(_complete_models(contents, document))
-        sentences = (*complete_models, document.sentence, *_error_reduction(document), *_next_motion(document))
-        title = "Nothing more is missing" if complete_models else VERDICTS[document.verdict]
+        title, sentence = nothing_more_is_missing(contents) or (VERDICTS[document.verdict], document.sentence)
+        sentences = (sentence, *_error_reduction(document), *_next_motion(document))
         return Headline(document.verdict, title, sentences, tuple(_tiles(contents, document)), warnings)
     return Headline("none", "Models against measurement", tuple(_comparison_sentences(contents)), (), warnings)
 
 
-def _complete_models(contents: ReportContents, document: Document) -> Iterator[str]:
-    """Yield a sentence for each model that already has all effects the base model lacks."""
-    missing = {finding.effect for finding in document.findings}
-    for name, model in contents.models.items():
-        if document.verdict == "missing-effect" and missing <= set(model.effects):
-            yield f"{name} already has all effects that are named below as missing in the base model."
+def nothing_more_is_missing(contents: ReportContents) -> tuple[str, str] | None:
+    """Title and sentence on the models that have all effects the base model lacks; None if there are none."""
+    if contents.diagnosis is None or contents.diagnosis.verdict != "missing-effect":
+        return None
+    document, library = contents.diagnosis.document, contents.diagnosis.diagnosis.library
+    missing = [finding.effect for finding in document.findings]
+    complete = [name for name, model in contents.models.items() if set(missing) <= set(model.effects)]
+    if not complete:
+        return None
+    effects = [name for name in missing if name not in library or not library[name].mandatory]
+    known = None not in document.noise_rms
+    title = "Nothing more is missing" if known else "Nothing more was found"
+    remains = (
+        "no structured residual is left above the noise floor"
+        if known
+        else "whether more is missing is not known, because nothing repeats"
+    )
+    models = " and ".join(complete)
+    have = "has" if len(complete) == 1 else "have"
+    return title, f"{models} {have} what the base model lacks, {', '.join(effects)}; with it, {remains}."
 
 
 def _error_reduction(document: Document) -> Iterator[str]:

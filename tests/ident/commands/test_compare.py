@@ -109,6 +109,15 @@ def test_an_interruption_leaves_no_partial_page(folder: Path, monkeypatch: pytes
     assert sorted(folder.iterdir()) == before
 
 
+def test_effects_that_are_not_the_terms_are_refused(folder: Path, tmp_path: Path) -> None:
+    path = tmp_path / "odd.model.json"
+    content = json.loads((folder / "a.model.json").read_text())
+    path.write_text(json.dumps(content | {"effects": ["foo", "rod_inertia"]}))
+    result = run("compare", path, folder / "a.mcap", "--json")
+    assert isinstance(result.exception, BadInput)
+    assert "effects [rod_inertia] expected, those of its terms, [foo, rod_inertia] found" in str(result.exception)
+
+
 @pytest.mark.parametrize("replaced", ["a.model.json", "b.mcap"])
 def test_an_input_is_never_replaced(folder: Path, replaced: str) -> None:
     arguments = ("compare", folder / "a.model.json", folder / "b.mcap", "--report", folder / replaced, "--force")

@@ -1,6 +1,8 @@
 """`ident design` as a user types it."""
 
 import json
+from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -8,7 +10,9 @@ import pytest
 
 from ident.cli import program
 from recordings.errors import BadInput
+from recordings.recording import Recording
 from recordings.rig import load_rig
+from tests.ident import building
 from tests.running import invoke
 from trajectories import load
 from trajectories.checks import check
@@ -110,3 +114,13 @@ def test_the_next_command_names_the_rig(rig: Path, tmp_path: Path) -> None:
     out = tmp_path / "best.toml"
     result = design("--rig", rig, "--harmonics", 1, "-o", out)
     assert f"next: daq record --traj {out} --rig {rig}" in result.stderr
+
+
+def test_the_rig_of_an_import_is_a_placeholder_that_says_so(
+    write: Callable[[Recording], Path], tmp_path: Path
+) -> None:
+    file = write(replace(building.record(noise=0.05), path=tmp_path / "imported.mcap"))
+    out = tmp_path / "best.toml"
+    result = design("--recording", file, "--harmonics", 1, "-o", out)
+    line = f"next: daq record --traj {out} --rig RIG.toml  # RIG.toml stands for the rig file of your robot"
+    assert result.stderr.splitlines()[-1] == line, result.output

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from recordings.errors import BadInput
+from recordings.errors import BadInput, ForeignFile
 from tests.chromium import tab
 from tests.foreign.pairs import TRAIN, VALIDATE, Setting, make
 from tests.ident.conftest import write_recording
@@ -53,12 +53,22 @@ def test_inputs_are_checked(case: Case, tmp_path: Path) -> None:
     out = tmp_path / "r.html"
     assert "no recording" in refused(case.model, "-o", out)
     assert "no model" in refused(case.train, "-o", out)
-    assert "model (.json)" in refused(case.model, case.train, "notes.txt", "-o", out)
+    assert "notes.txt does not exist" in refused(case.model, case.train, "notes.txt", "-o", out)
     assert "twice" in refused(case.model, case.train, "--validate", case.train, "-o", out)
     assert "replaced" in refused(case.model, case.train, "-o", case.model, "--force")
     assert "does not exist" in refused(case.folder / "no.json", case.train, "-o", out)
     assert "does not exist" in refused(case.model, case.train, "-o", tmp_path / "no" / "r.html", "--no-diagnose")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["log.csv", "log.npz", "bag"])
+def test_a_file_of_another_program_is_known_as_such(case: Case, tmp_path: Path, name: str) -> None:
+    foreign = tmp_path / name
+    foreign.write_text("t;q1\n") if foreign.suffix else foreign.mkdir()
+    error = run("report", case.model, foreign).exception
+    assert isinstance(error, ForeignFile), "`ident` then says the command that reads it"
+    assert error.path == foreign
+    assert "model (.json)" in str(error)
 
 
 def test_a_frequency_response_is_a_part_of_the_report(case: Case, tmp_path: Path) -> None:

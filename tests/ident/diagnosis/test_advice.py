@@ -83,6 +83,18 @@ def test_single_motion_asks_for_a_second_one(alone: Diagnosis) -> None:
     accepted(design, advice.command, "ident", "design")
 
 
+def test_printed_commands_write_to_names_that_are_free(
+    alone: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("next.toml", "my file.model.json"):
+        (tmp_path / name).touch()
+    advice = next_motion(alone, alone.selection.findings)
+    assert advice is not None
+    assert advice.command.endswith(" -o next2.toml")
+    assert fit_command(alone, Path("curve.py"), [1]).endswith(" -o 'my file2.model.json'")
+
+
 def test_two_motions_without_alternatives_need_no_third() -> None:
     other = building.record(2, noise=0.05, extra=drag, shape=1, name="other")
     diagnosis = diagnosed(building.record(2, noise=0.05, extra=drag), other)

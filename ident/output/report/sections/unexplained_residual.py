@@ -8,6 +8,7 @@ from ident.output.figures import spectrum, unexplained_residual
 from ident.output.figures.learned_curves import learned_curves
 from ident.output.figures.theme import percent
 from ident.output.report.blocks import Code, Plot, ReportBlock, ReportSection, Text
+from recordings.next_command import OWN_RIG
 from recordings.rig import is_default
 
 _CAPTION = (
@@ -54,8 +55,10 @@ def next_recording(result: DiagnosisResult) -> ReportSection:
     lines = tuple(_reasons(document))
     blocks: list[ReportBlock] = [Text(lines)]
     if document.next_motion:
-        rig = "" if is_default(result.diagnosis.split.recordings[0].recording.rig) else " --rig RIG.toml"
-        blocks.append(Code((document.next_motion.command, f"daq record --traj next.toml{rig}")))
+        known = is_default(result.diagnosis.split.recordings[0].recording.rig)
+        rig = "" if known else f" --rig RIG.toml  # {OWN_RIG}"
+        design = document.next_motion.command
+        blocks.append(Code((design, f"daq record --traj {design.split()[-1]}{rig}")))
     return ReportSection("next", "What to record next", tuple(blocks))
 
 
