@@ -57,6 +57,7 @@ class Guess:
     why: str
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of values that the import refuses
 def guess(table: Table) -> list[Guess]:
     """Guess what each column of `table` holds. The list is in the order of the columns."""
     named = {name: name for name in table.columns if joint_quantity(name) or name in ("time", "cycle")}

@@ -199,7 +199,7 @@ def _corner(imported: Imported, values: Floats) -> float | None:
     share = frequency / frequency[-1]
     middle = np.median(density[(share > 0.3) & (share < 0.5)])
     top = np.median(density[share > 0.8])
-    if middle < _FALL * top:
+    if not middle > _FALL * top:  # both may be 0
         return None
     return float(frequency[density > _FALL * top][-1])
 

@@ -84,11 +84,15 @@ def test_gaps_and_resolution_are_noted(tmp_path: Path) -> None:
     assert observations["resolution"].says == "resolution of position: 0.000767 rad"
 
 
+def test_torque_whose_squares_vanish_can_be_looked_at(tmp_path: Path) -> None:
+    assert "filtered" not in seen(tmp_path, effort_1=1e-200 * EFFORT)
+
+
 @given(st.integers(2, 30), st.integers(0, 1000))
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=25)
 def test_no_recording_is_too_odd_to_be_looked_at(tmp_path: Path, count: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    values = rng.choice([0.0, 1.0, np.nan, 1e9, -3.0], size=(count, 3))
+    values = rng.choice([0.0, 1.0, np.nan, 1e6, -3.0, 1e-200], size=(count, 3)) * [1, 1000, 1000]
     values[0] = 1.0
     time = np.cumsum(rng.choice([1e-6, 1.0, 1e3], size=count))
     columns = dict(zip(("position_1", "effort_1", "velocity_1"), values.T, strict=True))

@@ -37,6 +37,7 @@ FILES: dict[str, Callable[[Path], object]] = {
     "list.toml": lambda path: path.write_text("position_1 = 3"),
     "unknown.toml": lambda path: path.write_text('position_x = "q1:deg"'),
     "empty.csv": lambda path: path.touch(),
+    "letter.mcap": lambda path: path.write_text("hello world, this is no recording\n" * 20),
     "words.txt": lambda path: path.write_text("This is a letter,\nand no table.\n"),
     "header.csv": lambda path: path.write_text(TABLE.splitlines()[0] + "\n"),
     "single.csv": lambda path: path.write_text("\n".join(TABLE.splitlines()[:2]) + "\n"),
@@ -52,6 +53,8 @@ FILES: dict[str, Callable[[Path], object]] = {
     "rest.csv": lambda path: path.write_text(efforts(f"{k / 100},1,{k}" for k in range(40))),
     "slow.csv": lambda path: path.write_text(efforts(f"{2 * k},{k % 5},{k}" for k in range(400))),
     "constant.csv": lambda path: path.write_text(efforts(f"{k / 100},{k % 9},1" for k in range(400))),
+    "huge-angle.csv": lambda path: path.write_text(efforts(f"{k},{1e160 if k == 8 else k},1" for k in range(40))),
+    "huge-torque.csv": lambda path: path.write_text(efforts(f"{k},{k},{-1e200 if k == 8 else k}" for k in range(40))),
     "binary.dat": lambda path: path.write_bytes(bytes(range(256)) * 4),
     "half.parquet": lambda path: (parquet.write_table(pyarrow.table({"t": [1.0]}), path), os.truncate(path, 60)),
     "half.mat": lambda path: (savemat(path, {"t": np.arange(99.0)}), os.truncate(path, 200)),
@@ -337,6 +340,26 @@ WRONG = {
     "a folder that is no bag": (
         "folder",
         "a folder without metadata.yaml found",
+    ),
+    "a letter that is called a recording": (
+        "letter.mcap",
+        "letter.mcap: a column 'time' expected",
+    ),
+    "angle of no joint": (
+        "huge-angle.csv --mechanism axes",
+        "line 10, column 'position_1': position within ±1e+06 (SI units) expected, 1e+160 found; correct",
+    ),
+    "torque of no joint": (
+        "huge-torque.csv --mechanism axes",
+        "line 10, column 'effort_1': effort within ±1e+09 (SI units) expected, -1e+200 found; correct",
+    ),
+    "torque of no joint by its unit": (
+        "table.csv --mechanism axes --map effort_1=voltage_1:A*1e300",
+        "line 3, column 'voltage_1': effort within ±1e+09 (SI units) expected, 1e+300 found; correct",
+    ),
+    "torque per ampere of no motor": (
+        "scope.csv --map time=t:ms --map position_1=q1:deg --map current_1=i1:A --mechanism axes --kt 1e300",
+        "effort within ±1e+09 N m or N expected, 2.5e+299 found for joint 1; correct its torque per ampere",
     ),
     "a device": (
         "/dev/zero",
