@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from daq.importing import Imported
+from daq.importing.outliers import outliers
 from recordings.recording import Floats
 from recordings.resolution import resolution
 
@@ -93,11 +94,12 @@ def _gaps(imported: Imported) -> Iterator[Observation]:
     step = float(np.median(imported.steps))
     long = imported.steps > _GAP * step
     if long.any():
-        text = f"{int(long.sum())} gaps in time, the longest {imported.steps.max():.4g} s, are left as gaps"
+        text = f"{_count(int(long.sum()), 'gap')} in time, the longest {imported.steps.max():.4g} s, not filled"
         yield Observation("time-gaps", "note", text)
     for joint, column in _columns(imported, "position"):
         if np.isnan(column).any():
-            yield Observation("gaps", "note", f"position {joint}: {int(np.isnan(column).sum())} gaps", joint)
+            count = _count(int(np.isnan(column).sum()), "gap")
+            yield Observation("gaps", "note", f"position {joint}: {count}", joint)
 
 
 def _empty(imported: Imported) -> Iterator[Observation]:
@@ -121,8 +123,24 @@ def _empty(imported: Imported) -> Iterator[Observation]:
                 yield Observation("empty-drive", "warning", text, joint)
 
 
+def _outliers(imported: Imported) -> Iterator[Observation]:
+    for name in ("position", *_drive_names(imported)):
+        for joint, column in _columns(imported, name):
+            rows = np.flatnonzero(outliers(column))
+            if not len(rows):
+                continue
+            first = f"{column[rows[0]]:.4g} {_unit(imported, name, joint)}"
+            text = (
+                f"{name} {joint}: {_count(len(rows), 'sample')} far outside of all others, the first {first} at "
+                f"{imported.samples.stamp[rows[0]] / 1e9:.4g} s: no motion makes that, and a diagnosis takes it for "
+                "an effect; leave its cell empty and import again"
+            )
+            yield Observation(f"{name}-outliers", "warning", text, joint)
+
+
 def _angle(imported: Imported) -> Iterator[Observation]:
     for joint, column in _columns(imported, "position"):
+        column = column[~outliers(column)]
         if imported.rig.joint_types[joint - 1] != "revolute" or not np.isfinite(column).any():
             continue
         extent, largest = float(np.nanmax(column) - np.nanmin(column)), float(np.nanmax(np.abs(column)))
@@ -138,13 +156,11 @@ def _angle(imported: Imported) -> Iterator[Observation]:
 
 
 def _resolution(imported: Imported) -> Iterator[Observation]:
-    units = {"position": imported.rig.position_units, "effort": imported.rig.effort_units}
     for name in ("position", *_drive_names(imported)):
         steps = [resolution(column) for _, column in _columns(imported, name)]
         if any(steps):
-            unit = units.get(name, ("V",))[0]
             listed = ", ".join(f"{step:.3g}" if step else "none" for step in steps)
-            yield Observation("resolution", "note", f"resolution of {name}: {listed} {unit}")
+            yield Observation("resolution", "note", f"resolution of {name}: {listed} {_unit(imported, name, 1)}")
 
 
 def _velocity(imported: Imported) -> Iterator[Observation]:
@@ -210,6 +226,16 @@ def _columns(imported: Imported, name: str) -> Iterator[tuple[int, Floats]]:
     return iter(()) if table is None else enumerate(table.T, start=1)
 
 
+def _unit(imported: Imported, name: str, joint: int) -> str:
+    """Unit of the position, voltage or effort of a joint, counted from 1."""
+    units = {"position": imported.rig.position_units, "effort": imported.rig.effort_units}
+    return units[name][joint - 1] if name in units else "V"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
 def _drive_names(imported: Imported) -> list[str]:
     return [name for name in ("voltage", "effort") if getattr(imported.samples, name) is not None]
 
@@ -225,6 +251,7 @@ _LOOKS: tuple[Callable[[Imported], Iterator[Observation]], ...] = (
     _gaps,
     _resolution,
     _empty,
+    _outliers,
     _angle,
     _velocity,
     _motion,
