@@ -244,7 +244,7 @@ def _show(figures: dict[str, Any], imported: "Imported", seen: "list[Observation
     click.echo(f"joints: {figures['joints']} ({figures['mechanism']})")
     click.echo(f"samples: {figures['samples']} in {figures['duration_s']:g} s")
     click.echo(f"steps: {step['median']}, from {step['min']} to {step['max']}")
-    click.echo(f"gaps: {', '.join(map(str, figures['gaps'])) if any(figures['gaps']) else 'none'}")
+    click.echo(f"gaps: {_gaps(figures['gaps'], seen)}")
     click.echo(f"cycles: {cycles}")
     if figures["extra"]:
         click.echo(f"kept as extra channel: {', '.join(figures['extra'])}")
@@ -260,6 +260,13 @@ def _show(figures: dict[str, Any], imported: "Imported", seen: "list[Observation
             "torque gain: assumed, so a fit will be relative; --gain or a rig file can say otherwise", err=True
         )
     click.echo(f"imported {figures['recording']}; next: ident check {shlex.quote(figures['recording'])}")
+
+
+def _gaps(positions: list[int], seen: "list[Observation]") -> str:
+    """Number of gaps in the position of each joint, and whether time has gaps, too."""
+    kinds = [", ".join(map(str, positions))] if any(positions) else []
+    kinds += ["in time"] if any(observation.name == "time-gaps" for observation in seen) else []
+    return "; ".join(kinds) or "none"
 
 
 def _by_kind(seen: "list[Observation]") -> "list[list[Observation]]":
