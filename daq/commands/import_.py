@@ -118,14 +118,14 @@ def command(
     _check_out(out)
     torque = {
         **({"map": torque_map} if torque_map else {}),
-        **({"gain": _numbers("--gain", gain)} if gain else {}),
-        **({"per_ampere": _numbers("--kt", kt)} if kt else {}),
+        **({"gain": _numbers("--gain", gain)} if gain is not None else {}),
+        **({"per_ampere": _numbers("--kt", kt)} if kt is not None else {}),
     }
     described = replace(
         _description(rig_file, mechanism, joints, torque, gravity),
         simulated=simulated,
-        start=iso_date("--start", start) if start else None,
-        robot=robot,
+        start=iso_date("--start", start) if start is not None else None,
+        robot=_name("--robot", robot),
     )
     imported = import_data(file, out, described, choice)
     seen = observe(imported)
@@ -200,6 +200,14 @@ def _parts(option: str, text: str | None) -> tuple[str, ...]:
     if "" in parts or len(set(parts)) < len(parts):
         raise BadInput(f"{option}: names such as a,b,c, each once, expected, {text!r} found; correct the list")
     return parts
+
+
+def _name(option: str, text: str | None) -> str | None:
+    from recordings.errors import BadInput
+
+    if text is not None and not text.strip():
+        raise BadInput(f"{option}: a name expected, {text!r} found; give one, or leave the option out")
+    return text
 
 
 def _numbers(option: str, text: str) -> list[float]:

@@ -188,6 +188,8 @@ def _rig(table: Table, description: Description, joints: Mapping[str, Floats], r
         return description.rig
     if not volts and {"map", "gain"} & (description.torque or {}).keys():
         raise BadInput(f"{table.path} holds no voltages, which alone need a torque map or gain; leave these out")
+    if "effort" in joints and "per_ampere" in (description.torque or {}):
+        raise BadInput(f"{table.path} holds efforts, which need no torque per ampere; leave --kt out")
     if dof != 3 and description.mechanism is None:
         raise BadInput(
             f"{table.path}: the three joints of a delta robot expected, {dof} found; say what it is with --rig, or "

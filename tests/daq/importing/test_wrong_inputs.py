@@ -261,6 +261,30 @@ WRONG = {
         "table.csv --mechanism axes --gain 1,2",
         "--gain: one number, or 1",
     ),
+    "torque per ampere of torques": (
+        "constant.csv --mechanism axes --kt 0.5",
+        "constant.csv holds efforts, which need no torque per ampere; leave --kt out",
+    ),
+    "gain of torques": (
+        "constant.csv --mechanism axes --gain 0.5",
+        "constant.csv holds no voltages, which alone need a torque map or gain; leave these out",
+    ),
+    "no torque per ampere": (
+        "scope.csv --map time=t:ms --map position_1=q1:deg --map current_1=i1:A --mechanism axes --kt ''",
+        "--kt: numbers such as 1.0 or 1.0,0.9,1.1 expected, '' found; correct it",
+    ),
+    "no gain": (
+        "table.csv --mechanism axes --gain ''",
+        "--gain: numbers such as",
+    ),
+    "a robot without a name": (
+        "table.csv --mechanism axes --robot ' '",
+        "--robot: a name expected, ' ' found; give one",
+    ),
+    "no start": (
+        "table.csv --mechanism axes --start ''",
+        "'' found",
+    ),
     "negative gain": (
         "table.csv --mechanism axes --gain -1",
         "numbers above 0 expected, '-1' found",
