@@ -167,10 +167,12 @@ def _velocity(imported: Imported) -> Iterator[Observation]:
     for joint, column in _columns(imported, "velocity"):
         derivative = _derivative(imported, joint)
         known = np.isfinite(derivative) & np.isfinite(column)
-        if known.sum() < 3 or not np.ptp(column[known]) or not np.ptp(derivative[known]):
+        derivative, column = derivative[known], column[known]
+        # Squares of tiny values vanish.
+        if len(column) < 3 or not all(np.ptp(values) and np.var(values) for values in (derivative, column)):
             continue
-        correlation = float(np.corrcoef(column[known], derivative[known])[0, 1])
-        slope = float(column[known] @ derivative[known] / (derivative[known] @ derivative[known]))
+        correlation = float(np.corrcoef(column, derivative)[0, 1])
+        slope = float(column @ derivative / (derivative @ derivative))
         if abs(correlation) < _MIN_CORRELATION:
             text = f"velocity {joint} is not the derivative of position {joint} (correlation {correlation:.2f})"
             yield Observation("velocity", "warning", f"{text}: check both columns", joint)
