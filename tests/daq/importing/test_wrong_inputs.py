@@ -60,6 +60,9 @@ FILES: dict[str, Callable[[Path], object]] = {
     "half.mat": lambda path: (savemat(path, {"t": np.arange(99.0)}), os.truncate(path, 200)),
     "texts.mat": lambda path: savemat(path, {"time": np.arange(5.0), "position_1": "abcde"}),
     "half.npz": lambda path: (np.savez(path, t=np.arange(99.0)), os.truncate(path, 200)),
+    "uneven.npz": lambda path: np.savez(path, time=np.arange(9.0), position=np.zeros(8), effort=np.zeros(9)),
+    "complex.npz": lambda path: np.savez(path, time=np.arange(9.0), position=np.full((9, 1), 1j), effort=np.zeros(9)),
+    "cube.npz": lambda path: np.savez(path, q=np.zeros((3, 3, 3)), Ts=0.1),
     "half.db3": lambda path: path.write_bytes(b"SQLite format 3\0" + bytes(100)),
     "half.mcap": lambda path: path.write_bytes(b"\x89MCAP0\r\n\x01"),
     "bag.zip": lambda path: path.write_bytes(b"PK\x03\x04" + bytes(100)),
@@ -80,6 +83,10 @@ WRONG = {
     "output exists": (
         "table.csv --out there.mcap --mechanism axes",
         "exists; choose another name",
+    ),
+    "output in a folder that takes none": (
+        "table.csv --out /proc/new.mcap --mechanism axes",
+        "folder /proc takes no new files; choose another one",
     ),
     "output in no folder": (
         "table.csv --out none/new.mcap --mechanism axes",
@@ -344,6 +351,18 @@ WRONG = {
     "half an NPZ file": (
         "half.npz",
         "half.npz",
+    ),
+    "uneven arrays": (
+        "uneven.npz --mechanism axes",
+        "time, effort (left out: position of shape (8,) and not 9 values long) found; say which",
+    ),
+    "complex numbers": (
+        "complex.npz --mechanism axes",
+        "time, effort, position (left out: position holds complex128) found; say which",
+    ),
+    "arrays that are no columns": (
+        "cube.npz",
+        "none (left out: q of shape (3, 3, 3); Ts of shape ()) found; say which",
     ),
     "half a database": (
         "half.db3",
