@@ -57,4 +57,4 @@ def _how_to_import(path: Path) -> str | None:
         guess = json.loads(done.stdout)
     except (BadInput, OSError, ValueError, subprocess.TimeoutExpired):
         return None
-    return None if guess["assumed"] or guess["missing"] else f"next: {guess['command']}"
+    return None if guess["missing"] else f"next: {guess['command']}"

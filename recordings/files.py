@@ -27,6 +27,8 @@ def create(path: Path, what: str = "recording") -> BufferedWriter:
     except FileExistsError:
         raise BadInput(f"{what} {path} exists; choose another name or remove it") from None
     except FileNotFoundError:
+        if path.parent.is_dir():  # as /proc
+            raise BadInput(f"folder {path.parent} takes no new files; choose another one for {what} {path}") from None
         raise BadInput(f"folder {path.parent} does not exist; create it or choose another name") from None
     except OSError as error:
         raise BadInput(f"{what} {path} cannot be created: {error.strerror}; choose another name") from None

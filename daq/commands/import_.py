@@ -118,14 +118,14 @@ def command(
     _check_out(out)
     torque = {
         **({"map": torque_map} if torque_map else {}),
-        **({"gain": _numbers("--gain", gain)} if gain else {}),
-        **({"per_ampere": _numbers("--kt", kt)} if kt else {}),
+        **({"gain": _numbers("--gain", gain)} if gain is not None else {}),
+        **({"per_ampere": _numbers("--kt", kt)} if kt is not None else {}),
     }
     described = replace(
         _description(rig_file, mechanism, joints, torque, gravity),
         simulated=simulated,
-        start=iso_date("--start", start) if start else None,
-        robot=robot,
+        start=iso_date("--start", start) if start is not None else None,
+        robot=_name("--robot", robot),
     )
     imported = import_data(file, out, described, choice)
     seen = observe(imported)
@@ -202,6 +202,14 @@ def _parts(option: str, text: str | None) -> tuple[str, ...]:
     return parts
 
 
+def _name(option: str, text: str | None) -> str | None:
+    from recordings.errors import BadInput
+
+    if text is not None and not text.strip():
+        raise BadInput(f"{option}: a name expected, {text!r} found; give one, or leave the option out")
+    return text
+
+
 def _numbers(option: str, text: str) -> list[float]:
     from recordings.errors import BadInput
 
@@ -244,7 +252,7 @@ def _show(figures: dict[str, Any], imported: "Imported", seen: "list[Observation
     click.echo(f"joints: {figures['joints']} ({figures['mechanism']})")
     click.echo(f"samples: {figures['samples']} in {figures['duration_s']:g} s")
     click.echo(f"steps: {step['median']}, from {step['min']} to {step['max']}")
-    click.echo(f"gaps: {', '.join(map(str, figures['gaps'])) if any(figures['gaps']) else 'none'}")
+    click.echo(f"gaps: {_gaps(figures['gaps'], seen)}")
     click.echo(f"cycles: {cycles}")
     if figures["extra"]:
         click.echo(f"kept as extra channel: {', '.join(figures['extra'])}")
@@ -260,6 +268,13 @@ def _show(figures: dict[str, Any], imported: "Imported", seen: "list[Observation
             "torque gain: assumed, so a fit will be relative; --gain or a rig file can say otherwise", err=True
         )
     click.echo(f"imported {figures['recording']}; next: ident check {shlex.quote(figures['recording'])}")
+
+
+def _gaps(positions: list[int], seen: "list[Observation]") -> str:
+    """Number of gaps in the position of each joint, and whether time has gaps, too."""
+    kinds = [", ".join(map(str, positions))] if any(positions) else []
+    kinds += ["in time"] if any(observation.name == "time-gaps" for observation in seen) else []
+    return "; ".join(kinds) or "none"
 
 
 def _by_kind(seen: "list[Observation]") -> "list[list[Observation]]":

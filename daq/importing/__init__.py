@@ -25,6 +25,7 @@ from recordings.blocks import SampleTable
 from recordings.config import validated
 from recordings.errors import BadInput
 from recordings.imported import imported_rig, measured_torque
+from recordings.plausible import LARGEST, first_implausible
 from recordings.recording import IMPORTED, Floats, Run
 from recordings.rig import JointType, MechanismName, Rig, Torque
 
@@ -155,6 +156,11 @@ def _effort(table: Table, current: Floats, rig: Rig) -> Floats:
             "torque.per_ampere in the rig file"
         )
     effort: Floats = current * np.array(rig.torque.per_ampere)
+    if wrong := first_implausible(effort, "effort"):
+        raise BadInput(
+            f"{table.location(wrong[0])}: effort within ±{LARGEST['effort']:g} N m or N expected, {effort[wrong]:g} "
+            f"found for joint {wrong[1] + 1}; correct its torque per ampere"
+        )
     return effort
 
 
@@ -182,6 +188,8 @@ def _rig(table: Table, description: Description, joints: Mapping[str, Floats], r
         return description.rig
     if not volts and {"map", "gain"} & (description.torque or {}).keys():
         raise BadInput(f"{table.path} holds no voltages, which alone need a torque map or gain; leave these out")
+    if "effort" in joints and "per_ampere" in (description.torque or {}):
+        raise BadInput(f"{table.path} holds efforts, which need no torque per ampere; leave --kt out")
     if dof != 3 and description.mechanism is None:
         raise BadInput(
             f"{table.path}: the three joints of a delta robot expected, {dof} found; say what it is with --rig, or "

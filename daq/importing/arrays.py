@@ -21,19 +21,21 @@ def table_of_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], digest: str)
     count = _rows(stacked)
     columns: dict[str, Floats] = {}
     invalid: dict[str, str] = {}
-    start, other = None, []
+    start, other, left_out = None, [], []
     for name, array in stacked.items():
         if array.ndim not in (1, 2) or count not in array.shape:
             other.append(name)
+            left_out.append(f"{name} of shape {array.shape}" + (f" and not {count} values long" if count else ""))
         elif array.dtype.kind == "M":
             columns[name], start = _seconds(array)
         elif array.dtype.kind not in "fiub":
             kind = "text" if array.dtype.kind in "OSUT" else array.dtype.name
+            left_out.append(f"{name} holds {kind}")
             invalid[name] = f"{path}, column {name!r}: numbers expected, {kind} found; export it as numbers"
         else:
             columns |= _numbered(name, array.astype(float), count)
     notes = (f"left out, because not {count} values long: {', '.join(other)}",) if other else ()
-    return Table(path, columns, digest, start=start, invalid=invalid, notes=notes)
+    return Table(path, columns, digest, start=start, invalid=invalid, left_out=tuple(left_out), notes=notes)
 
 
 def _stacked(array: NDArray[Any]) -> NDArray[Any]:

@@ -57,6 +57,7 @@ class Guess:
     why: str
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of values that the import refuses
 def guess(table: Table) -> list[Guess]:
     """Guess what each column of `table` holds. The list is in the order of the columns."""
     named = {name: name for name in table.columns if joint_quantity(name) or name in ("time", "cycle")}
@@ -162,7 +163,7 @@ def _with_units(table: Table, targets: Mapping[str, str]) -> list[Guess]:
         if column not in guesses:
             why = "no number in it" if np.isnan(values).all() else "name and unit say nothing known"
             guesses[column] = Guess(column, None, None, why)
-    guesses |= {column: Guess(column, None, None, "holds text") for column in table.invalid}
+    guesses |= {column: Guess(column, None, None, "holds no numbers") for column in table.invalid}
     return [guesses[column] for column in (*table.columns, *table.invalid)]
 
 

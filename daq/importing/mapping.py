@@ -31,7 +31,7 @@ def joint_quantity(name: str) -> tuple[str, int] | None:
 
 
 def sources(table: Table, entries: Sequence[str]) -> dict[str, Source]:
-    """Find the column of each quantity: those that `entries` map, and those that are named like a quantity.
+    """Find the column of each quantity: those that `entries` map, and others that are named like a quantity.
 
     Raises:
         BadInput: an entry is not NAME=COLUMN[:UNIT] or a TOML file of such, or its column or unit does not exist.
@@ -42,10 +42,11 @@ def sources(table: Table, entries: Sequence[str]) -> dict[str, Source]:
         if target in given:
             raise BadInput(f"--map: one column for {target} expected, two found; remove one")
         given[target] = _source(table, target, text)
+    mapped = {*given, *(source.column for source in given.values())}
     named = {
         name: Source(name, _stated(table, name))
         for name in (*table.columns, *table.invalid)
-        if _TARGET.fullmatch(name) and name not in given
+        if _TARGET.fullmatch(name) and name not in mapped
     }
     for name in named:
         if again := next((other for other in table.columns if other.startswith(f"{name}#")), None):

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from daq.importing import Imported
+from daq.importing.outliers import outliers
 from recordings.recording import Floats
 from recordings.resolution import resolution
 
@@ -93,11 +94,12 @@ def _gaps(imported: Imported) -> Iterator[Observation]:
     step = float(np.median(imported.steps))
     long = imported.steps > _GAP * step
     if long.any():
-        text = f"{int(long.sum())} gaps in time, the longest {imported.steps.max():.4g} s, are left as gaps"
+        text = f"{_count(int(long.sum()), 'gap')} in time, the longest {imported.steps.max():.4g} s, not filled"
         yield Observation("time-gaps", "note", text)
     for joint, column in _columns(imported, "position"):
         if np.isnan(column).any():
-            yield Observation("gaps", "note", f"position {joint}: {int(np.isnan(column).sum())} gaps", joint)
+            count = _count(int(np.isnan(column).sum()), "gap")
+            yield Observation("gaps", "note", f"position {joint}: {count}", joint)
 
 
 def _empty(imported: Imported) -> Iterator[Observation]:
@@ -121,8 +123,24 @@ def _empty(imported: Imported) -> Iterator[Observation]:
                 yield Observation("empty-drive", "warning", text, joint)
 
 
+def _outliers(imported: Imported) -> Iterator[Observation]:
+    for name in ("position", *_drive_names(imported)):
+        for joint, column in _columns(imported, name):
+            rows = np.flatnonzero(outliers(column))
+            if not len(rows):
+                continue
+            first = f"{column[rows[0]]:.4g} {_unit(imported, name, joint)}"
+            text = (
+                f"{name} {joint}: {_count(len(rows), 'sample')} far outside of all others, the first {first} at "
+                f"{imported.samples.stamp[rows[0]] / 1e9:.4g} s: no motion makes that, and a diagnosis takes it for "
+                "an effect; leave its cell empty and import again"
+            )
+            yield Observation(f"{name}-outliers", "warning", text, joint)
+
+
 def _angle(imported: Imported) -> Iterator[Observation]:
     for joint, column in _columns(imported, "position"):
+        column = column[~outliers(column)]
         if imported.rig.joint_types[joint - 1] != "revolute" or not np.isfinite(column).any():
             continue
         extent, largest = float(np.nanmax(column) - np.nanmin(column)), float(np.nanmax(np.abs(column)))
@@ -138,23 +156,23 @@ def _angle(imported: Imported) -> Iterator[Observation]:
 
 
 def _resolution(imported: Imported) -> Iterator[Observation]:
-    units = {"position": imported.rig.position_units, "effort": imported.rig.effort_units}
     for name in ("position", *_drive_names(imported)):
         steps = [resolution(column) for _, column in _columns(imported, name)]
         if any(steps):
-            unit = units.get(name, ("V",))[0]
             listed = ", ".join(f"{step:.3g}" if step else "none" for step in steps)
-            yield Observation("resolution", "note", f"resolution of {name}: {listed} {unit}")
+            yield Observation("resolution", "note", f"resolution of {name}: {listed} {_unit(imported, name, 1)}")
 
 
 def _velocity(imported: Imported) -> Iterator[Observation]:
     for joint, column in _columns(imported, "velocity"):
         derivative = _derivative(imported, joint)
         known = np.isfinite(derivative) & np.isfinite(column)
-        if known.sum() < 3 or not np.ptp(column[known]) or not np.ptp(derivative[known]):
+        derivative, column = derivative[known], column[known]
+        # Squares of tiny values vanish.
+        if len(column) < 3 or not all(np.ptp(values) and np.var(values) for values in (derivative, column)):
             continue
-        correlation = float(np.corrcoef(column[known], derivative[known])[0, 1])
-        slope = float(column[known] @ derivative[known] / (derivative[known] @ derivative[known]))
+        correlation = float(np.corrcoef(column, derivative)[0, 1])
+        slope = float(column @ derivative / (derivative @ derivative))
         if abs(correlation) < _MIN_CORRELATION:
             text = f"velocity {joint} is not the derivative of position {joint} (correlation {correlation:.2f})"
             yield Observation("velocity", "warning", f"{text}: check both columns", joint)
@@ -199,7 +217,7 @@ def _corner(imported: Imported, values: Floats) -> float | None:
     share = frequency / frequency[-1]
     middle = np.median(density[(share > 0.3) & (share < 0.5)])
     top = np.median(density[share > 0.8])
-    if middle < _FALL * top:
+    if not middle > _FALL * top:  # both may be 0
         return None
     return float(frequency[density > _FALL * top][-1])
 
@@ -208,6 +226,16 @@ def _columns(imported: Imported, name: str) -> Iterator[tuple[int, Floats]]:
     """Number of each joint and its column (n,) of a quantity."""
     table = getattr(imported.samples, name)
     return iter(()) if table is None else enumerate(table.T, start=1)
+
+
+def _unit(imported: Imported, name: str, joint: int) -> str:
+    """Unit of the position, voltage or effort of a joint, counted from 1."""
+    units = {"position": imported.rig.position_units, "effort": imported.rig.effort_units}
+    return units[name][joint - 1] if name in units else "V"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def _drive_names(imported: Imported) -> list[str]:
@@ -225,6 +253,7 @@ _LOOKS: tuple[Callable[[Imported], Iterator[Observation]], ...] = (
     _gaps,
     _resolution,
     _empty,
+    _outliers,
     _angle,
     _velocity,
     _motion,

@@ -1,4 +1,4 @@
-"""The command that says a guess explicitly, and what it assumes or lacks."""
+"""The command that says a guess explicitly, and what it lacks."""
 
 import shlex
 from collections.abc import Collection, Iterator, Sequence
@@ -13,6 +13,8 @@ from daq.importing.guessing import DRIVES, Guess, guess
 from daq.importing.mapping import JOINT_QUANTITIES, joint_quantity
 from daq.importing.table import Selection, Table
 
+PLACEHOLDER = "NUMBER"
+"""Stands in a command for a number that the user has to know; `daq import` refuses it."""
 _PREVIEW_VALUES = 300
 """Number of values of a column in the JSON document."""
 
@@ -25,8 +27,6 @@ class Proposal:
     guesses: list[Guess]
     command: str
     """The `daq import` command that says so."""
-    assumed: list[str]
-    """Sentences on what it assumes, because the file does not say it."""
     missing: list[str]
     """Sentences on what it lacks to work."""
 
@@ -46,7 +46,7 @@ class Proposal:
             "schema": 1,
             "columns": columns,
             "command": self.command,
-            "assumed": self.assumed,
+            "assumed": [],  # nothing is assumed any more; the key stays
             "missing": self.missing,
         }
 
@@ -62,7 +62,7 @@ class Proposal:
         for made in self.guesses:
             unit = f" [{made.source.unit.text}]" if made.source and made.source.unit.text else ""
             yield f"{made.column:<{width}}  {(made.target or 'extra channel') + unit:<20}  {made.why}"
-        yield from (*self.table.notes, *self.assumed, *self.missing)
+        yield from (*self.table.notes, *self.missing)
         yield f"{'complete it and run' if self.missing else 'next'}: {self.command}"
 
 
@@ -78,7 +78,7 @@ def propose(file: Path, selection: Selection, given: Sequence[str] = ()) -> Prop
     table = formats.read(file, selection)
     guesses = guess(table)
     words = ["daq", "import", str(file), "--out", str(_output(file)), *options(table, guesses, given), *given]
-    return Proposal(table, guesses, shlex.join(words), assumed(guesses, given), missing(guesses, given))
+    return Proposal(table, guesses, shlex.join(words), missing(guesses, given))
 
 
 def _output(file: Path) -> Path:
@@ -97,8 +97,8 @@ def options(table: Table, guesses: Sequence[Guess], given: Collection[str] = ())
         if made.column != made.target or unit not in ("", table.units.get(made.column)):
             words += ["--map", f"{made.target}={made.column}{f':{unit}' if unit else ''}"]
     words += [] if {"--mechanism", "--rig"} & set(given) else _axes(targets)
-    if assumed(guesses, given):
-        words += ["--kt", "1"]
+    if _lacks_torque_per_ampere(guesses, given):
+        words += ["--kt", PLACEHOLDER]
     return words
 
 
@@ -119,12 +119,10 @@ def _place(target: str) -> tuple[int, int]:
     return (JOINT_QUANTITIES.index(quantity[0]) + 1, quantity[1]) if quantity else (0, 0)
 
 
-def assumed(guesses: Sequence[Guess], given: Collection[str] = ()) -> list[str]:
-    """Sentences on what the proposed command assumes, because the file does not say it."""
+def _lacks_torque_per_ampere(guesses: Sequence[Guess], given: Collection[str]) -> bool:
+    """Whether currents are to become torque, and nothing says how."""
     targets = {made.target for made in guesses}
-    if "current_1" not in targets or targets & {"effort_1", "voltage_1"} or {"--kt", "--rig"} & set(given):
-        return []
-    return ["--kt 1 stands for the torque per ampere at the joint [N m/A], which the file does not say; put it in"]
+    return "current_1" in targets and not targets & {"effort_1", "voltage_1"} and not {"--kt", "--rig"} & set(given)
 
 
 def missing(guesses: Sequence[Guess], given: Collection[str] = ()) -> list[str]:
@@ -142,4 +140,9 @@ def missing(guesses: Sequence[Guess], given: Collection[str] = ()) -> list[str]:
         sentences.append("counts need the counts per turn of the joint: write counts/8192, or give --rig with drives")
     if "share" in unscaled and "--rig" not in given:
         sentences.append("% needs the torque at 100 %: write %*20 for 20 Nm, or give --rig with drives")
+    if _lacks_torque_per_ampere(guesses, given):
+        sentences.append(
+            f"--kt {PLACEHOLDER}: the file does not say the torque per ampere at the joint [N m/A]; put it in, or "
+            "give --rig with torque.per_ampere"
+        )
     return sentences

@@ -9,6 +9,7 @@ from daq.importing.mapping import Source, joint_quantity
 from daq.importing.table import Table
 from daq.importing.units import RigHints, check_dimension, to_si
 from recordings.errors import BadInput
+from recordings.plausible import LARGEST, first_implausible
 from recordings.recording import Floats, Ints
 
 _MAX_TIME = 2**31
@@ -42,7 +43,8 @@ def quantities(table: Table, sources: Mapping[str, Source], hints: RigHints) -> 
     """Convert the columns of `sources` to SI units; all other columns of numbers are extra.
 
     Raises:
-        BadInput: time or positions are missing or invalid, joints are numbered with gaps, or a unit does not fit.
+        BadInput: time or positions are missing or invalid, joints are numbered with gaps, a unit does not fit, or no
+            joint has such a value.
     """
     stamp, epoch = _stamps(table, sources.get("time"))
     joints = _joints(table, sources, hints)
@@ -128,9 +130,18 @@ def _check_numbers(table: Table, numbers: Mapping[str, set[int]], dof: int) -> N
 
 def _in_si(table: Table, sources: Mapping[str, Source], quantity: str, joint: int, hints: RigHints) -> Floats:
     """Column (n,) of a quantity of one joint, counted from 0, in SI units."""
-    source = sources[f"{quantity}_{joint + 1}"]
+    name = f"{quantity}_{joint + 1}"
+    source = sources[name]
     where = f"{table.path}, column {source.column!r}"
-    return to_si(table.column(source.column), source.unit, quantity, joint, hints, where)
+    with np.errstate(over="ignore"):  # of values that are refused below
+        values = to_si(table.column(source.column), source.unit, quantity, joint, hints, where)
+    if wrong := first_implausible(values, quantity):
+        raise BadInput(
+            f"{table.location(wrong[0], source.column)}: {quantity} within ±{LARGEST[quantity]:g} (SI units) "
+            f"expected, {values[wrong]:g} found; correct the value or leave its cell empty, or say its unit, as "
+            f'in --map "{name}={source.column}:UNIT"'
+        )
+    return values
 
 
 def _extra(table: Table, sources: Mapping[str, Source], hints: RigHints) -> dict[str, Floats]:

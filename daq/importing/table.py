@@ -32,6 +32,8 @@ class Table:
     """Columns that cannot be read as numbers, each with the sentence that says why."""
     first_line: int | None = None
     """Line of the first row in a text file; None for other formats."""
+    left_out: tuple[str, ...] = ()
+    """Arrays that became no columns, each with the reason."""
     notes: tuple[str, ...] = ()
     """Sentences for the user: what was left out, and how time was read."""
     options: tuple[str, ...] = ()
@@ -71,7 +73,8 @@ class Table:
         """Names of the columns, for error messages."""
         names = [*self.columns, *self.invalid]
         more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
-        return f"{', '.join(names[:_MOST_NAMES])}{more}" if names else "none"
+        why = f" (left out: {'; '.join(self.left_out[:_MOST_NAMES])})" if self.left_out else ""
+        return (f"{', '.join(names[:_MOST_NAMES])}{more}" if names else "none") + why
 
     def location(self, row: int, name: str | None = None) -> str:
         """Position of a row, or of one value, for error messages."""

@@ -8,6 +8,7 @@ from ident import filters
 from ident.dynamics.torque_map import torque_from_voltage, torque_per_volt
 from recordings.errors import BadInput
 from recordings.interpolation import interpolate_columns
+from recordings.plausible import LARGEST, first_implausible
 from recordings.recording import Bools, Floats, Ints, Recording
 from recordings.schemas import POSITION_DELAY, VOLTAGE_DELAY
 
@@ -55,11 +56,14 @@ def sample(recording: Recording) -> Samples:
     Non-uniform samples are interpolated by cubic splines, except across gaps.
 
     Raises:
-        BadInput: the recording is not usable: a joint at rest, a constant drive signal, decreasing time, less than
-            MIN_RATE samples per second, or a run that was interrupted before its motion.
+        BadInput: the recording is not usable: a joint at rest, a constant drive signal, values that no joint has,
+            decreasing time, less than MIN_RATE samples per second, or a run that was interrupted before its motion.
     """
     _check_complete(recording)
     drive, is_torque = drive_signal(recording), holds_torque(recording)
+    _check_plausible(recording, "position", recording.position)
+    _check_plausible(recording, "temperature", recording.temperature)
+    _check_plausible(recording, "effort" if is_torque else "voltage", drive)
     _check_motion_and_drive(recording, drive)
     _check_increasing_time(recording)
     rate, index, uniform = _grid(recording)
@@ -68,6 +72,7 @@ def sample(recording: Recording) -> Samples:
         recording, recording.position, _delay(recording, POSITION_DELAY), rate, index, uniform=uniform
     )
     torque = drive if is_torque else torque_from_voltage(drive, recording.rig.torque)
+    _check_plausible(recording, "effort", torque)
     slope = np.ones_like(drive) if is_torque else torque_per_volt(drive, recording.rig.torque)
     delay = _median_delay(_delay(recording, VOLTAGE_DELAY))
     age = (recording.run.torque_age or 0.0) * rate
@@ -105,6 +110,15 @@ def _check_complete(recording: Recording) -> None:
     if not recording.complete and not (recording.repeat >= 0).any():
         raise BadInput(
             f"{recording.path.name}: a repeated motion expected, but the run was interrupted before it; record again"
+        )
+
+
+def _check_plausible(recording: Recording, quantity: str, values: Floats) -> None:
+    if wrong := first_implausible(values, quantity):
+        raise BadInput(
+            f"{recording.path.name}: {quantity} within ±{LARGEST[quantity]:g} (SI units) expected, "
+            f"{values[wrong]:g} of joint {wrong[1] + 1} at {recording.time[wrong[0]]:g} s found; check the drive, or "
+            "the column that was imported and its unit"
         )
 
 

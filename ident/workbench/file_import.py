@@ -5,7 +5,7 @@ Nothing of `daq` is imported.
 
 import json
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from subprocess import TimeoutExpired
@@ -50,7 +50,7 @@ class Guess:
     command_options: dict[str, str]
     """Other options of the command that it proposes."""
     remarks: tuple[str, ...]
-    """What it assumes, and what is missing."""
+    """What is missing."""
 
     @property
     def quantities(self) -> list[str]:
@@ -92,14 +92,14 @@ def guess(root: Path, file: str) -> Guess:
         for item in document["columns"]
     )
     parsed = _parse_command(shlex.split(document["command"])[3:])
-    return Guess(file, columns, parsed, (*document["assumed"], *document["missing"]))
+    return Guess(file, columns, parsed, tuple(document["missing"]))
 
 
 def arguments(made: Guess, choice: Choice, out: str) -> list[str]:
     """Return the arguments of the `daq import` that converts the file as chosen.
 
     Raises:
-        BadInput: two columns are chosen for one quantity.
+        BadInput: two columns are chosen for one quantity, or the torque per ampere is not known.
     """
     words = ["import", made.file, "--out", out]
     sources: dict[str, str] = {}
@@ -115,13 +115,23 @@ def arguments(made: Guess, choice: Choice, out: str) -> list[str]:
         if column != quantity or unit:
             words += ["--map", f"{quantity}={column}{f':{unit}' if unit else ''}"]
     words += MACHINES.get(choice.machine, ("--rig", choice.machine))
-    if choice.torque_per_ampere is not None and "current_1" in sources:
-        words += ["--kt", f"{choice.torque_per_ampere:g}"]
+    if needs_torque_per_ampere(sources, choice.machine):
+        if not choice.torque_per_ampere:
+            raise BadInput(
+                "the torque per ampere at the joint [N m/A] expected, none found; the file does not say it: put it "
+                "in, or choose a rig file"
+            )
+        words += ["--kt", f"{choice.torque_per_ampere!r}"]
     if topic := made.command_options.get("--topic"):
         words += ["--topic", topic]
     if choice.joint_names:
         words += ["--names", choice.joint_names]
     return words
+
+
+def needs_torque_per_ampere(quantities: Collection[str], machine: str) -> bool:
+    """Whether currents drive the motion, and no rig file says what torque they make."""
+    return "current_1" in quantities and not {"effort_1", "voltage_1"} & set(quantities) and machine in MACHINES
 
 
 def convert(root: Path, words: Sequence[str]) -> tuple[str, ...]:

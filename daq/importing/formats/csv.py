@@ -36,6 +36,8 @@ def read(path: Path, selection: Selection) -> Table:
 
 def _fast(lines: Sequence[str], layout: Layout) -> dict[str, Floats] | None:
     """Columns of a table that holds nothing but numbers and gaps; None where it holds more."""
+    if not lines:
+        return None
     text = "\n".join(lines)
     if re.search(r"""["#%!']|//|\n\s*\n""", text):
         return None

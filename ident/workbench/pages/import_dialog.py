@@ -53,13 +53,13 @@ class _Form:
             self._machine = ui.select(machines, value=made.machine, label="machine").classes("min-w-36")
             self._names = ui.input("joint names in order", value=made.command_options.get("--names", ""))
             self._names.visible = "--names" in made.command_options
-            torque = float(made.command_options.get("--kt", 1))
-            self._torque = ui.number("torque per ampere [N m/A]", value=torque, min=0).classes("w-48")
-            self._torque.visible = "--kt" in made.command_options
+            self._torque = ui.number("torque per ampere [N m/A]", min=0).classes("w-48")
             self._out = ui.input("recording", value=file_import.free_name(page.session.folder.root, made.file))
         for element in (self._machine, self._names, self._torque, self._out):
             element.props("dense outlined")
         set_test_id(self._torque, "import-kt")
+        self._machine.on_value_change(self._ask_what_is_needed)
+        self._ask_what_is_needed()
         with ui.row().classes("w-full justify-end gap-2 dialog-actions"):
             ui.button("Not now", on_click=dialog.close).props("outline")
             button = ui.button("Import", on_click=self._convert)
@@ -81,10 +81,16 @@ class _Form:
             unit = ui.input(value=column.unit).props("dense outlined").classes("w-24")
         with cells[4]:
             ui.label(column.why).classes("quiet")
+        quantity.on_value_change(self._ask_what_is_needed)
         quantity.props["aria-label"], unit.props["aria-label"] = f"{column.name} is", f"unit of {column.name}"
         set_test_id(quantity, f"import-quantity-{number}")
         set_test_id(unit, f"import-unit-{number}")
         self._columns.append(lambda: (column.name, str(quantity.value), str(unit.value or "").strip()))
+
+    def _ask_what_is_needed(self) -> None:
+        """Show the torque per ampere where currents drive the motion: no file says it."""
+        quantities = [column()[1] for column in self._columns]
+        self._torque.visible = file_import.needs_torque_per_ampere(quantities, str(self._machine.value))
 
     async def _convert(self) -> None:
         session = self._page.session

@@ -98,3 +98,11 @@ def test_large_currents_are_in_milliampere() -> None:
 def test_columns_named_like_quantities_are_taken_as_they_are() -> None:
     table = table_of({"time": TIME, "position_1": ANGLE, "effort_1": SPEED, "note": SPEED})
     assert taken(table) == {"time": "time", "position_1": "position_1", "effort_1": "effort_1"}
+
+
+def test_values_that_no_joint_has_stop_no_guess() -> None:
+    columns = {"t": TIME.copy(), "q": ANGLE.copy(), "qd": SPEED.copy(), "tau": SPEED.copy()}
+    for values in columns.values():
+        values[-1] = 1e300
+    quantities = [text.split()[0] for text in taken(table_of(columns)).values()]
+    assert quantities == ["time", "position_1", "velocity_1", "effort_1"]

@@ -202,6 +202,18 @@ def test_time_in_milliseconds_is_pointed_out(tmp_path: Path) -> None:
         assert ('import again with --map "time=time:ms"' in result.stderr) == (unit == "ms")
 
 
+@pytest.mark.parametrize(
+    ("gap", "empty", "line"), [(0, 0, "none"), (4, 0, "in time"), (0, 2, "2"), (4, 1, "1; in time")]
+)
+def test_gaps_are_named_in_one_place_as_in_the_other(gap: float, empty: int, line: str, tmp_path: Path) -> None:
+    rows = "".join(f"{0.01 * i + gap * (i > 9)!r},{'' if i < empty else i},1\n" for i in range(30))
+    (tmp_path / "data.csv").write_text(f"time,position_1,effort_1\n{rows}")
+    arguments = [str(tmp_path / "data.csv"), "--out", str(tmp_path / "r.mcap"), "--mechanism", "axes"]
+    output = CliRunner().invoke(command, arguments, catch_exceptions=False).stdout
+    assert f"gaps: {line}\n" in output
+    assert ("1 gap in time, the longest 4.01 s" in output) == (gap > 0)
+
+
 def test_single_gain_and_torque_per_ampere_are_those_of_all_joints(tmp_path: Path) -> None:
     header = ",".join(f"{name}_{k}" for name in ("position", "voltage") for k in (1, 2, 3))
     rows = "".join(f"{0.01 * i},{i},{i},{i},1,{i},2\n" for i in range(10))

@@ -40,6 +40,12 @@ def test_names_of_quantities_need_no_entry_and_entries_go_first() -> None:
     assert sources(TABLE, ["position_1=q1"])["position_1"].column == "q1"
 
 
+def test_column_that_is_mapped_is_no_longer_what_it_is_called() -> None:
+    columns = {"time": np.zeros(2), "effort_1": np.zeros(2)}  # of a ROS driver that publishes current there
+    named = sources(Table(Path("bag"), columns, ""), ["current_1=effort_1:mA"])
+    assert {name: source.column for name, source in named.items()} == {"time": "time", "current_1": "effort_1"}
+
+
 def test_toml_file_holds_the_same(tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text('position_2 = "q1:deg"\n"effort_1" = "GVL.a:b:A*0.12"\n')
     columns = sources(TABLE, [str(tmp_path / "m.toml"), "time=row"])

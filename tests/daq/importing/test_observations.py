@@ -69,6 +69,26 @@ def test_what_is_wrong_is_seen(name: str, tmp_path: Path) -> None:
     assert re.search(says, observations[expected].says), observations[expected].says
 
 
+@pytest.mark.parametrize("height", [40.0, 200.0, 1e6, -1e3])
+def test_single_samples_far_outside_are_seen(height: float, tmp_path: Path) -> None:
+    effort = EFFORT.copy()
+    effort[1000] = height
+    observation = seen(tmp_path, effort_1=effort)["effort-outliers"]
+    assert observation.level == "warning"
+    assert observation.joint == 1
+    assert observation.says.startswith(
+        f"effort 1: 1 sample far outside of all others, the first {height:.4g} N m at 4 s: "
+    )
+
+
+def test_outlying_angle_is_not_taken_for_degrees(tmp_path: Path) -> None:
+    angle = ANGLE.copy()
+    angle[[1000, 2000]] = 1e5, -1e5
+    observations = seen(tmp_path, position_1=angle)
+    assert observations["position-outliers"].says.startswith("position 1: 2 samples far outside")
+    assert warnings(observations) == ["position-outliers"]
+
+
 def test_slides_may_go_far(tmp_path: Path) -> None:
     assert warnings(seen(tmp_path, "prismatic", position_1=57.3 * ANGLE)) == []
 
@@ -79,16 +99,20 @@ def test_gaps_and_resolution_are_noted(tmp_path: Path) -> None:
     angle = np.rint(ANGLE / step) * step
     angle[7] = np.nan
     observations = seen(tmp_path, time=time, position_1=angle)
-    assert observations["time-gaps"].says.startswith("1 gaps in time, the longest 0.504 s")
-    assert observations["gaps"].says == "position 1: 1 gaps"
+    assert observations["time-gaps"].says.startswith("1 gap in time, the longest 0.504 s")
+    assert observations["gaps"].says == "position 1: 1 gap"
     assert observations["resolution"].says == "resolution of position: 0.000767 rad"
+
+
+def test_torque_whose_squares_vanish_can_be_looked_at(tmp_path: Path) -> None:
+    assert "filtered" not in seen(tmp_path, effort_1=1e-200 * EFFORT)
 
 
 @given(st.integers(2, 30), st.integers(0, 1000))
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=25)
 def test_no_recording_is_too_odd_to_be_looked_at(tmp_path: Path, count: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    values = rng.choice([0.0, 1.0, np.nan, 1e9, -3.0], size=(count, 3))
+    values = rng.choice([0.0, 1.0, np.nan, 1e6, -3.0, 1e-200], size=(count, 3)) * [1, 1000, 1000]
     values[0] = 1.0
     time = np.cumsum(rng.choice([1e-6, 1.0, 1e3], size=count))
     columns = dict(zip(("position_1", "effort_1", "velocity_1"), values.T, strict=True))

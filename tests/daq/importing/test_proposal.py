@@ -1,13 +1,16 @@
-"""The proposed command: its options, what it assumes, and what it lacks."""
+"""The proposed command: its options, and what it lacks."""
 
+import shlex
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from daq.commands.import_ import command as import_command
 from daq.importing.guessing import guess
-from daq.importing.proposal import assumed, missing, options, propose
+from daq.importing.proposal import missing, options, propose
 from daq.importing.table import Selection, Table
+from recordings.errors import BadInput
 
 TIME = np.arange(400) * 0.004
 ANGLE, SPEED = np.sin(TIME), np.cos(TIME)
@@ -23,14 +26,25 @@ def test_columns_named_like_quantities_need_no_mapping() -> None:
     assert options(table, guess(table), ["--rig", "rig.toml"]) == []
 
 
-def test_unknown_torque_per_ampere_is_assumed() -> None:
+def test_unknown_torque_per_ampere_is_for_the_user_to_put_in() -> None:
     table = table_of({"t": TIME, "q": ANGLE, "iq": SPEED})
     guesses = guess(table)
-    assert options(table, guesses)[-2:] == ["--kt", "1"]
-    assert assumed(guesses)[0].startswith("--kt 1 stands for the torque per ampere")
-    assert missing(guesses) == []
-    assert "--kt" not in options(table, guesses, ["--kt", "0.3"])
-    assert assumed(guesses, ["--kt", "0.3"]) == []
+    assert options(table, guesses)[-2:] == ["--kt", "NUMBER"]
+    assert [sentence.partition(":")[0] for sentence in missing(guesses)] == ["--kt NUMBER"]
+    for known in (["--kt", "0.3"], ["--rig", "rig.toml"]):
+        assert "--kt" not in options(table, guesses, known)
+        assert missing(guesses, known) == []
+
+
+def test_proposed_command_with_an_unknown_number_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    rows = "\n".join(f"{0.01 * k},{k % 5},{k % 3}" for k in range(30))
+    (tmp_path / "a.csv").write_text(f"t,q,iq\n{rows}\n")
+    proposal = propose(Path("a.csv"), Selection())
+    assert list(proposal.lines())[-1] == f"complete it and run: {proposal.command}"
+    with pytest.raises(BadInput, match=r"--kt: numbers such as .* expected, 'NUMBER' found"):
+        import_command.main(shlex.split(proposal.command)[2:], standalone_mode=False)
+    assert not (tmp_path / "a.mcap").exists()
 
 
 def test_counts_and_shares_need_what_they_are_of() -> None:

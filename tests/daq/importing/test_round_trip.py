@@ -13,6 +13,7 @@ from daq.importing import Description, import_data
 from recordings import blocks
 from recordings.blocks import SampleTable
 from recordings.imported import imported_rig
+from recordings.plausible import LARGEST
 from recordings.reader import read
 from recordings.recording import Run
 
@@ -24,14 +25,15 @@ NUMBERS = st.floats(allow_infinity=False, width=64)
 def measurements(draw: st.DrawFn) -> tuple[SampleTable, Run]:
     n, dof = draw(st.integers(2, 12)), draw(st.integers(1, 4))
 
-    def table() -> np.ndarray:
-        return draw(arrays(np.float64, (n, dof), elements=NUMBERS))
+    def table(quantity: str) -> np.ndarray:
+        plausible = st.just(np.nan) | st.floats(-LARGEST[quantity], LARGEST[quantity])
+        return draw(arrays(np.float64, (n, dof), elements=plausible))
 
     steps = draw(arrays(np.int64, n, elements=st.integers(1, 10**10)))
-    position = table()
+    position = table("position")
     position[draw(st.integers(0, n - 1))] = 0.5
-    effort = table() if draw(st.booleans()) else None
-    voltage = table() if effort is None else None
+    effort = table("effort") if draw(st.booleans()) else None
+    voltage = table("voltage") if effort is None else None
     for known in (effort, voltage):
         if known is not None:
             known[0] = 1.0  # a column without any number is left out

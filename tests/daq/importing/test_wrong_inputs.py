@@ -37,6 +37,7 @@ FILES: dict[str, Callable[[Path], object]] = {
     "list.toml": lambda path: path.write_text("position_1 = 3"),
     "unknown.toml": lambda path: path.write_text('position_x = "q1:deg"'),
     "empty.csv": lambda path: path.touch(),
+    "letter.mcap": lambda path: path.write_text("hello world, this is no recording\n" * 20),
     "words.txt": lambda path: path.write_text("This is a letter,\nand no table.\n"),
     "header.csv": lambda path: path.write_text(TABLE.splitlines()[0] + "\n"),
     "single.csv": lambda path: path.write_text("\n".join(TABLE.splitlines()[:2]) + "\n"),
@@ -52,11 +53,16 @@ FILES: dict[str, Callable[[Path], object]] = {
     "rest.csv": lambda path: path.write_text(efforts(f"{k / 100},1,{k}" for k in range(40))),
     "slow.csv": lambda path: path.write_text(efforts(f"{2 * k},{k % 5},{k}" for k in range(400))),
     "constant.csv": lambda path: path.write_text(efforts(f"{k / 100},{k % 9},1" for k in range(400))),
+    "huge-angle.csv": lambda path: path.write_text(efforts(f"{k},{1e160 if k == 8 else k},1" for k in range(40))),
+    "huge-torque.csv": lambda path: path.write_text(efforts(f"{k},{k},{-1e200 if k == 8 else k}" for k in range(40))),
     "binary.dat": lambda path: path.write_bytes(bytes(range(256)) * 4),
     "half.parquet": lambda path: (parquet.write_table(pyarrow.table({"t": [1.0]}), path), os.truncate(path, 60)),
     "half.mat": lambda path: (savemat(path, {"t": np.arange(99.0)}), os.truncate(path, 200)),
     "texts.mat": lambda path: savemat(path, {"time": np.arange(5.0), "position_1": "abcde"}),
     "half.npz": lambda path: (np.savez(path, t=np.arange(99.0)), os.truncate(path, 200)),
+    "uneven.npz": lambda path: np.savez(path, time=np.arange(9.0), position=np.zeros(8), effort=np.zeros(9)),
+    "complex.npz": lambda path: np.savez(path, time=np.arange(9.0), position=np.full((9, 1), 1j), effort=np.zeros(9)),
+    "cube.npz": lambda path: np.savez(path, q=np.zeros((3, 3, 3)), Ts=0.1),
     "half.db3": lambda path: path.write_bytes(b"SQLite format 3\0" + bytes(100)),
     "half.mcap": lambda path: path.write_bytes(b"\x89MCAP0\r\n\x01"),
     "bag.zip": lambda path: path.write_bytes(b"PK\x03\x04" + bytes(100)),
@@ -77,6 +83,10 @@ WRONG = {
     "output exists": (
         "table.csv --out there.mcap --mechanism axes",
         "exists; choose another name",
+    ),
+    "output in a folder that takes none": (
+        "table.csv --out /proc/new.mcap --mechanism axes",
+        "folder /proc takes no new files; choose another one",
     ),
     "output in no folder": (
         "table.csv --out none/new.mcap --mechanism axes",
@@ -258,6 +268,30 @@ WRONG = {
         "table.csv --mechanism axes --gain 1,2",
         "--gain: one number, or 1",
     ),
+    "torque per ampere of torques": (
+        "constant.csv --mechanism axes --kt 0.5",
+        "constant.csv holds efforts, which need no torque per ampere; leave --kt out",
+    ),
+    "gain of torques": (
+        "constant.csv --mechanism axes --gain 0.5",
+        "constant.csv holds no voltages, which alone need a torque map or gain; leave these out",
+    ),
+    "no torque per ampere": (
+        "scope.csv --map time=t:ms --map position_1=q1:deg --map current_1=i1:A --mechanism axes --kt ''",
+        "--kt: numbers such as 1.0 or 1.0,0.9,1.1 expected, '' found; correct it",
+    ),
+    "no gain": (
+        "table.csv --mechanism axes --gain ''",
+        "--gain: numbers such as",
+    ),
+    "a robot without a name": (
+        "table.csv --mechanism axes --robot ' '",
+        "--robot: a name expected, ' ' found; give one",
+    ),
+    "no start": (
+        "table.csv --mechanism axes --start ''",
+        "'' found",
+    ),
     "negative gain": (
         "table.csv --mechanism axes --gain -1",
         "numbers above 0 expected, '-1' found",
@@ -318,6 +352,18 @@ WRONG = {
         "half.npz",
         "half.npz",
     ),
+    "uneven arrays": (
+        "uneven.npz --mechanism axes",
+        "time, effort (left out: position of shape (8,) and not 9 values long) found; say which",
+    ),
+    "complex numbers": (
+        "complex.npz --mechanism axes",
+        "time, effort, position (left out: position holds complex128) found; say which",
+    ),
+    "arrays that are no columns": (
+        "cube.npz",
+        "none (left out: q of shape (3, 3, 3); Ts of shape ()) found; say which",
+    ),
     "half a database": (
         "half.db3",
         "half.db3 cannot be read as a ROS bag",
@@ -337,6 +383,26 @@ WRONG = {
     "a folder that is no bag": (
         "folder",
         "a folder without metadata.yaml found",
+    ),
+    "a letter that is called a recording": (
+        "letter.mcap",
+        "letter.mcap: a column 'time' expected",
+    ),
+    "angle of no joint": (
+        "huge-angle.csv --mechanism axes",
+        "line 10, column 'position_1': position within ±1e+06 (SI units) expected, 1e+160 found; correct",
+    ),
+    "torque of no joint": (
+        "huge-torque.csv --mechanism axes",
+        "line 10, column 'effort_1': effort within ±1e+09 (SI units) expected, -1e+200 found; correct",
+    ),
+    "torque of no joint by its unit": (
+        "table.csv --mechanism axes --map effort_1=voltage_1:A*1e300",
+        "line 3, column 'voltage_1': effort within ±1e+09 (SI units) expected, 1e+300 found; correct",
+    ),
+    "torque per ampere of no motor": (
+        "scope.csv --map time=t:ms --map position_1=q1:deg --map current_1=i1:A --mechanism axes --kt 1e300",
+        "effort within ±1e+09 N m or N expected, 2.5e+299 found for joint 1; correct its torque per ampere",
     ),
     "a device": (
         "/dev/zero",

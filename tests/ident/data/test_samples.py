@@ -164,3 +164,11 @@ def test_delays_of_only_some_joints_are_ignored() -> None:
 def test_time_in_milliseconds_is_refused(step: float) -> None:
     with pytest.raises(BadInput, match=r"check that time is in seconds, and not in milliseconds"):
         sample(imported(np.arange(2000) * step, rate=1 / step))
+
+
+@pytest.mark.parametrize(("quantity", "value"), [("position", 1e160), ("effort", -1e200), ("voltage", 1e160)])
+def test_values_that_no_joint_has_are_refused(quantity: str, value: float) -> None:
+    recording = imported(np.arange(300) / 100, effort=quantity != "voltage")
+    getattr(recording, quantity)[123] = value
+    with pytest.raises(BadInput, match=rf"bench.mcap: {quantity} within .* of joint 1 at 1\.23 s found; check"):
+        sample(recording)

@@ -40,13 +40,13 @@ def chosen(made: Guess, machine: str = DELTA, **others: Any) -> Choice:
 
 
 def test_choice_as_guessed(ask: Any) -> None:
-    made = ask(answer("daq import a.csv --out a.mcap --map time=Time:ms --map 'position_1=q 1:deg' --kt 1"))
+    made = ask(answer("daq import a.csv --out a.mcap --map time=Time:ms --map 'position_1=q 1:deg' --kt NUMBER"))
     words = file_import.arguments(made, chosen(made, torque_per_ampere=0.35), "b.mcap")
     assert words == [
         *("import", "a.csv", "--out", "b.mcap", "--map", "time=Time:ms", "--map", "position_1=q 1:deg"),
         *("--map", "current_1=iq:A", "--kt", "0.35"),
     ]
-    assert made.command_options == {"--kt": "1"}
+    assert made.command_options == {"--kt": "NUMBER"}
     assert made.columns[3].quantity is None
 
 
@@ -61,13 +61,22 @@ def test_choice_as_guessed(ask: Any) -> None:
 def test_machine_is_that_of_the_proposed_command(options: str, machine: str, ask: Any) -> None:
     made = ask(answer(f"daq import a.csv --out a.mcap{options}"))
     assert made.machine == machine
-    assert options.split() == file_import.arguments(made, chosen(made, machine), "b.mcap")[10:]
+    words = file_import.arguments(made, chosen(made, machine, torque_per_ampere=2), "b.mcap")
+    assert options.split() == words[10:-2]
 
 
 def test_rig_file_and_joint_names_of_a_bag(ask: Any) -> None:
     made = ask(answer("daq import bag.mcap --out b.mcap --topic /arm --names c,a,b"))
     words = file_import.arguments(made, chosen(made, "rig.toml", joint_names="a,b,c"), "b.mcap")
     assert words[-6:] == ["--rig", "rig.toml", "--topic", "/arm", "--names", "a,b,c"]
+
+
+def test_unknown_torque_per_ampere_is_asked_for(ask: Any) -> None:
+    made = ask(answer())
+    with pytest.raises(BadInput, match=r"the torque per ampere at the joint .* expected, none found"):
+        file_import.arguments(made, chosen(made), "b.mcap")
+    assert not file_import.needs_torque_per_ampere({"current_1"}, "rig.toml"), "the rig file says it"
+    assert not file_import.needs_torque_per_ampere({"current_1", "effort_1"}, DELTA), "it is kept, and drives nothing"
 
 
 def test_two_columns_for_one_quantity_are_refused(ask: Any) -> None:

@@ -196,6 +196,8 @@ def test_dropped_files_become_recordings(tmp_path: Path, serve: Serve, browser: 
     browser.at("import-title").wait_for(state="detached")
     for name in ("scope-fig5a", "scope-fig5b"):
         chooser.set_input_files(samples / "foreign" / f"{name}.csv")
+        browser.click("import")
+        browser.page.get_by_text("the torque per ampere at the joint [N m/A] expected, none found").first.wait_for()
         browser.at("import-kt").fill("0.35")
         browser.check_accessibility()
         browser.screenshot("import")
