@@ -15,6 +15,7 @@ from pathlib import Path
 import can
 
 from daq.reconstruct import Reconstructed, reconstruct
+from daq.simulation import torque_age
 from daq.stopping import StopRequest
 from drivers.canopen import emcy
 from drivers.canopen.bus import Link, open_bus
@@ -171,11 +172,11 @@ def complete(path: Path, rig: Rig, trajectory: Trajectory | None, end: Mapping[s
             "master is at work"
         )
     with replacement(path) as partial:
-        rewrite(path, partial, {**end, **_run_entries(reconstructed)}, reconstructed.samples)
+        rewrite(path, partial, {**end, **_run_entries(reconstructed, rig)}, reconstructed.samples)
     return reconstructed
 
 
-def _run_entries(reconstructed: Reconstructed) -> dict[str, str]:
+def _run_entries(reconstructed: Reconstructed, rig: Rig) -> dict[str, str]:
     """Entries of the record `run` that follow from the frames."""
     run = {
         "rate": reconstructed.rate,
@@ -183,6 +184,8 @@ def _run_entries(reconstructed: Reconstructed) -> dict[str, str]:
         "cycles": reconstructed.cycles,
         "simulated": reconstructed.simulated,
     }
+    if reconstructed.simulated:
+        run["torque_age"] = torque_age(rig.rate)
     texts = {name: str(value).lower() for name, value in run.items()}
     if reconstructed.trajectory is not None:
         texts |= {"trajectory": reconstructed.trajectory.name, "trajectory_digest": reconstructed.trajectory.digest}

@@ -9,9 +9,11 @@ import pytest
 
 from daq import listen
 from daq.reconstruct import reconstruct
+from daq.simulation import torque_age
 from recordings import blocks
 from recordings.reader import read
 from recordings.recording import CanFrames, Ints
+from recordings.recovery import rewrite
 from tests.conftest import Runner
 from tests.daq.listening import SAMPLE, START, sample_frames, write
 from trajectories import load
@@ -49,7 +51,8 @@ def worst(estimate: dict[str, float], expected: dict[str, float]) -> float:
 def test_arrival_jitter_does_not_affect_the_fitted_parameters(ident: Runner, tmp_path: Path) -> None:
     sample, frames = read(SAMPLE), sample_frames()
     original = tmp_path / "original.mcap"
-    original.write_bytes(SAMPLE.read_bytes())
+    age = torque_age(sample.rig.rate)
+    rewrite(SAMPLE, original, {"torque_age": str(age)})  # the sample was recorded before runs said so
     expected = fitted(ident, original)
     trajectory = load("fig5a", sample.rig, 2)
     end = {"exit_status": "0", "reason": "enough"}
@@ -59,6 +62,7 @@ def test_arrival_jitter_does_not_affect_the_fitted_parameters(ident: Runner, tmp
         estimate = listen.complete(file, sample.rig, trajectory, end)
         assert estimate.uses_configured_period == (name == "ours")
         assert estimate.rate == pytest.approx(250 / clock, rel=5e-6)
+        assert read(file).run.torque_age == age, "known by the name of the drives"
         # With the other clock, everything really is slower by 1e-4.
         assert worst(fitted(ident, file), expected) < 1e-3
     assert _worst_by_arrivals(ident, tmp_path, expected) > 5e-3

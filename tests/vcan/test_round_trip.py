@@ -61,6 +61,7 @@ def test_listener_records_the_replayed_frames(trip: Trip) -> None:
     came = ~np.isnan(second_recording.position).all(axis=1)
     np.testing.assert_array_equal(recorded.position, second_recording.position[came])
     np.testing.assert_array_equal(recorded.voltage, second_recording.voltage[came])
+    assert recorded.run.torque_age == second_recording.run.torque_age
 
 
 def test_listener_records_the_replayed_times(trip: Trip) -> None:
