@@ -17,6 +17,7 @@ _PATIENCE = 120.0
 _SETTINGS = {
     "DASK_DISTRIBUTED__WORKER__PROFILE__INTERVAL": "1s",
     "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
+    "DASK_DISTRIBUTED__WORKER__MEMORY__MONITOR_INTERVAL": "500ms",
 }
 """As docs/how-to/watch-a-fleet.md says."""
 _Process = subprocess.Popen[bytes]
