@@ -14,6 +14,7 @@ from web.security import Guard
 
 RUN = {"motion": "fig5a", "joints": ["joint_1"]}
 DONE = json.dumps({"ended": None})
+PORT = 8123
 
 
 def line(number: int) -> str:
@@ -75,9 +76,10 @@ def ask(path: str, **headers: str) -> httpx.Response:
     async def sent() -> httpx.Response:
         broadcast = RunBroadcast(RUN)
         broadcast.listen([DONE])
-        guarded = Guard(application(broadcast), "token", 8123)
+        guarded = Guard(application(broadcast), "token", PORT)
         transport = httpx.ASGITransport(guarded)
-        async with httpx.AsyncClient(transport=transport, base_url="http://localhost:8123") as client:
+        here = httpx.URL(scheme="http", host="localhost", port=PORT)
+        async with httpx.AsyncClient(transport=transport, base_url=here) as client:
             return await client.get(path, headers=headers)
 
     return asyncio.run(sent())
@@ -95,13 +97,13 @@ PATHS = {
 @pytest.mark.parametrize("path", PATHS)
 def test_every_path_needs_the_token(path: str) -> None:
     assert ask(path).status_code == 403
-    answer = ask(path, cookie="token_8123=token")
+    answer = ask(path, cookie=f"token_{PORT}=token")
     assert answer.status_code == 200
     assert PATHS[path] in answer.headers["content-type"]
     assert "default-src 'self'" in answer.headers["content-security-policy"]
-    assert ask(path, cookie="token_8123=token", origin="http://elsewhere").status_code == 403
+    assert ask(path, cookie=f"token_{PORT}=token", origin="http://elsewhere").status_code == 403
 
 
 def test_page_loads_nothing_from_other_hosts() -> None:
     for path in ("/", "/page.js", "/page.css"):
-        assert "//" not in ask(path, cookie="token_8123=token").text.replace("// ", "")
+        assert "//" not in ask(path, cookie=f"token_{PORT}=token").text.replace("// ", "")
