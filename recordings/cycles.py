@@ -36,8 +36,8 @@ _TOLERANCE_FACTOR = 3.0
 _STEPS = 2.5
 """Positions of equal repetitions differ by up to two encoder steps: one of rounding and one of noise."""
 _TRACES = np.geomspace(1e-5, 1e-3, 8).tolist()
-"""Differences that are tried, relative to the range of motion: what is left of the approach fades, and encoder steps
-are not known where somebody rounded again."""
+"""Tolerances that are tried, relative to the range of motion: what is left of the approach fades, and encoder steps
+are not known where positions were rounded again."""
 _ROUNDING = 1e-12
 """Allowance for rounding."""
 _MIN_COVERAGE = 0.7
@@ -162,7 +162,7 @@ def _repeated_range(x: Floats, period: int, start: int, end: int) -> Cycles | No
     mismatch = _mismatch(x, period)
     # Exact repetitions end sharply, noisy ones do not: repeat with a tolerance adapted to this motion.
     spread = _TOLERANCE_FACTOR * float(np.quantile(mismatch[inner], 0.99))
-    # The first one may begin by a trace beside the others, or by an encoder step: the smallest tolerance with most.
+    # The first repetition may begin slightly beside the others: take the smallest tolerance with most repetitions.
     tolerances = sorted(max(spread, each) for each in (0.0, *_TRACES, _encoder_steps(x)))
     first, length, count = max((_within(mismatch, period, each) for each in tolerances), key=lambda run: run[2])
     if count < 2 or np.nanmax(np.ptp(_interpolated(x[first : first + length]), axis=0)) < 10 * _TOLERANCE:

@@ -189,10 +189,10 @@ def _median_delay(delay: Floats | None) -> Floats | None:
 
 
 def _ahead(x: Floats, steps: float) -> Floats:
-    """`x` (n, dof) so many `steps` of the grid later, by the cubic polynomial through the samples around.
+    """Interpolate `x` (n, dof) so many `steps` after each instant of the grid: cubic polynomials through 4 samples.
 
-    What drives report of their torque may be older than the position beside it: 0.2 ms of what an inertia takes look
-    like a hundredth of the viscous friction.
+    The torque that drives report may be older than the position beside it: 0.2 ms of an inertia's torque look like a
+    hundredth of the viscous friction. For an hour's recording, the splines of uneven delays would take seconds.
     """
     if not steps:
         return x

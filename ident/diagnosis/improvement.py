@@ -1,7 +1,7 @@
 """The improvement of one model over another on test rows or on all rows, with its uncertainty."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -32,8 +32,8 @@ class Improvement:
     """Student's t of the logarithm of the ratio of both mean squares over the blocks. It needs no noise floor, and no
     block outweighs the others."""
     t_for_change: float = 0.0
-    """As far above zero as a normal variable that is as rarely there as this reduction, if the second model gained
-    nothing. A block counts by the size of what the model changes: where both agree, it tells nothing."""
+    """Student's t of the reduction over blocks that count by how much the second model changes there: where both
+    models agree, a block tells nothing. It is given as the standard score of the same probability."""
 
 
 def measure_improvement(
@@ -60,16 +60,19 @@ def measure_improvement(
     mean_before, mean_after, changed = (
         _block_means(split, residuals, scale, rows) for residuals in (before, after, change)
     )
-    improvement = improvement_of_blocks(mean_before, mean_after, 1.0, compared)
-    return replace(improvement, t_for_change=_t_for_change(_reduction(mean_before, mean_after), changed))
+    return improvement_of_blocks(mean_before, mean_after, 1.0, compared, changed)
 
 
-def improvement_of_blocks(before: Floats, after: Floats, noise: float = 0.0, compared: int = 1) -> Improvement:
+def improvement_of_blocks(
+    before: Floats, after: Floats, noise: float = 0.0, compared: int = 1, change: Floats | None = None
+) -> Improvement:
     """The improvement from the mean squares `before` to those `after` (b,) of independent blocks.
 
-    noise: mean square of the noise floor in the same unit; compared: as in `measure_improvement`.
+    noise: mean square of the noise floor in the same unit; compared: as in `measure_improvement`; change: mean
+    squares (b,) of what the second model changes, if known.
     """
-    reduction = _reduction(before, after)
+    difference = before - after
+    reduction = np.where(np.abs(difference) > _TINY * before, difference, 0.0)
     count = len(reduction)
     if count < 3:
         return Improvement(0.0, (0.0, 0.0), 0.0, 0.0, 0.0)
@@ -84,12 +87,8 @@ def improvement_of_blocks(before: Floats, after: Floats, noise: float = 0.0, com
         float(reduction.mean()),
         float(after.mean()) - noise,
         _t_of_ratio(before, after),
+        0.0 if change is None else _t_for_change(reduction, change),
     )
-
-
-def _reduction(before: Floats, after: Floats) -> Floats:
-    difference = before - after
-    return np.where(np.abs(difference) > _TINY * before, difference, 0.0)
 
 
 def _t_of_ratio(before: Floats, after: Floats) -> float:
