@@ -18,6 +18,7 @@ _SETTINGS = {
     "DASK_DISTRIBUTED__WORKER__PROFILE__INTERVAL": "1s",
     "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
     "DASK_DISTRIBUTED__WORKER__MEMORY__MONITOR_INTERVAL": "500ms",
+    "DASK_DISTRIBUTED__ADMIN__SYSTEM_MONITOR__INTERVAL": "2s",
 }
 """As docs/how-to/watch-a-fleet.md says."""
 _Process = subprocess.Popen[bytes]

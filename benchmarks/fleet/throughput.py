@@ -7,6 +7,7 @@ rate is counted from the first results on, so that nobody's start-up is in it, a
 finish: Dask returns several results at a time.
 """
 
+import math
 import multiprocessing
 import os
 import resource
@@ -18,6 +19,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import click
+from scipy import stats
 
 from benchmarks.fleet import cluster, plan, record
 from ident.fleet import engines
@@ -142,8 +144,14 @@ def _rate(ends: Sequence[float]) -> float:
 
 
 def _ratio(rates: Sequence[float], others: Sequence[float]) -> str:
-    ratios = [rate / other for rate, other in zip(rates, others, strict=True)]
-    return f"{statistics.median(ratios):.3f} (median of {len(ratios)} pairs, {min(ratios):.3f} to {max(ratios):.3f})"
+    """Geometric mean over the pairs, with its 95 % interval by Student's t, and the extremes, as text."""
+    logs = [math.log(rate / other) for rate, other in zip(rates, others, strict=True)]
+    mean, pairs = statistics.fmean(logs), len(logs)
+    text = f"{math.exp(mean):.3f} (mean of {pairs} pairs"
+    if pairs > 1:
+        half = stats.t.ppf(0.975, pairs - 1) * statistics.stdev(logs) / math.sqrt(pairs)
+        text += f", 95 % interval {math.exp(mean - half):.3f} to {math.exp(mean + half):.3f}"
+    return f"{text}; single pairs {math.exp(min(logs)):.3f} to {math.exp(max(logs)):.3f})"
 
 
 def _overhead(items: int) -> None:

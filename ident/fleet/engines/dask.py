@@ -28,10 +28,12 @@ _SETTINGS = {
     "distributed.worker.profile.interval": "1s",
     "distributed.worker.memory.monitor-interval": "500ms",
     "distributed.admin.tick.interval": "1s",
+    "distributed.admin.system-monitor.interval": "2s",
 }
 """Of a local cluster. Dask samples 100 times a second where a worker is, which takes a tenth of its time, and asks
 each event loop 50 times a second whether it still runs: 2 % of each worker's time and 4 % of this process's. The
-memory of workers is looked at twice a second, not ten times."""
+memory of workers is looked at twice a second, not ten times, and the load of the machine, for which each process
+reads /proc, every other second: a quarter of what Dask needs otherwise."""
 _PATIENCE = 30
 """Time to reach a scheduler [s]."""
 _MISSING = (
