@@ -7,7 +7,6 @@ rate is counted from the first results on, so that nobody's start-up is in it, a
 finish: Dask returns several results at a time.
 """
 
-import math
 import multiprocessing
 import os
 import resource
@@ -144,14 +143,12 @@ def _rate(ends: Sequence[float]) -> float:
 
 
 def _ratio(rates: Sequence[float], others: Sequence[float]) -> str:
-    """Geometric mean over the pairs, with its 95 % interval by Student's t, and the extremes, as text."""
-    logs = [math.log(rate / other) for rate, other in zip(rates, others, strict=True)]
-    mean, pairs = statistics.fmean(logs), len(logs)
-    text = f"{math.exp(mean):.3f} (mean of {pairs} pairs"
-    if pairs > 1:
-        half = stats.t.ppf(0.975, pairs - 1) * statistics.stdev(logs) / math.sqrt(pairs)
-        text += f", 95 % interval {math.exp(mean - half):.3f} to {math.exp(mean + half):.3f}"
-    return f"{text}; single pairs {math.exp(min(logs)):.3f} to {math.exp(max(logs)):.3f})"
+    """Median over the pairs, with its 95 % interval by order statistics, and the extremes, as text."""
+    ratios = sorted(rate / other for rate, other in zip(rates, others, strict=True))
+    rank = int(stats.binom.ppf(0.025, len(ratios), 0.5))
+    interval = f", 95 % interval {ratios[rank - 1]:.3f} to {ratios[-rank]:.3f}" if rank else ""
+    pairs = f"median of {len(ratios)} pairs{interval}; single pairs {ratios[0]:.3f} to {ratios[-1]:.3f}"
+    return f"{statistics.median(ratios):.3f} ({pairs})"
 
 
 def _overhead(items: int) -> None:

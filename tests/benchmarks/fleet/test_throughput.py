@@ -13,9 +13,10 @@ def test_rate_leaves_the_start_out() -> None:
 
 
 def test_ratio_is_of_pairs_with_their_spread() -> None:
-    spread = "mean of 3 pairs, 95 % interval 0.179 to 5.595; single pairs 0.500 to 2.000"
-    assert throughput._ratio([2.0, 1.0, 4.0], [2.0, 2.0, 2.0]) == f"1.000 ({spread})"
-    assert throughput._ratio([2.0], [2.0]) == "1.000 (mean of 1 pairs; single pairs 1.000 to 1.000)"
+    few = "1.000 (median of 3 pairs; single pairs 0.500 to 1.500)"
+    assert throughput._ratio([2.0, 1.0, 3.0], [2.0, 2.0, 2.0]) == few
+    many = "1.500 (median of 7 pairs, 95 % interval 0.500 to 3.500; single pairs 0.500 to 3.500)"
+    assert throughput._ratio([1.0, 1.0, 2.0, 3.0, 4.0, 5.0, 7.0], [2.0] * 7) == many
 
 
 def test_needs_of_a_night_follow_from_the_rates() -> None:
