@@ -65,6 +65,11 @@ class CandidateSearch:
         """Fit the model `structure` starting from `x` (K,)."""
         return FittedModel(self._split, self._split.fit(structure, x))
 
+    def without_effect(self, model: FittedModel, index: int) -> FittedModel:
+        """Refit `model` without its effect number `index`."""
+        structure = model.solution.structure
+        return self.fit(structure.without_term(index), model.solution.x[~structure.parameter_mask(index)])
+
     def chance_reduction(self, loss: float) -> float:
         """Reduction of the loss that one more parameter gains by fitting noise."""
         return loss / self._split.independent_rows
@@ -105,6 +110,12 @@ class CandidateSearch:
                 structure = structure.without_term(index)
         reduced = structure.with_term(Term(name, self._library[name], tuple(sorted(joints))))
         return self.fit(reduced, np.concatenate([x, np.zeros(len(reduced.parameters) - len(x))]))
+
+    def moved_to_end(self, model: FittedModel, index: int) -> FittedModel:
+        """The same `model`, with its effect number `index` as the last one."""
+        structure, mask = model.solution.structure, model.solution.structure.parameter_mask(index)
+        moved = structure.without_term(index).with_term(model.terms[index])
+        return self.fit(moved, model.solution.x[np.argsort(mask, kind="stable")])
 
     def without_instances(self, model: FittedModel, index: int, kept: Sequence[bool]) -> FittedModel:
         """Keep the effect number `index` of `model` only on the joints that are `kept`, and refit."""
@@ -191,6 +202,11 @@ class CandidateSearch:
         before = model.solution.loss
         loss_reductions = {candidate.term.name: 1 - candidate.loss / before for candidate in reversed(candidates)}
         return candidates, excluded, loss_reductions
+
+    def candidate(self, model: FittedModel, name: str) -> Candidate | None:
+        """The effect `name` as screening finds it beside `model`; None where that shows nothing of it."""
+        candidates = Screener(self._split, model.solution).screen({name: self._library[name]})[0]
+        return candidates[0] if candidates else None
 
     def add(self, model: FittedModel, candidate: Candidate) -> FittedModel:
         """Add the `candidate` to `model` and refit all parameters."""

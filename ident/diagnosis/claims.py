@@ -62,6 +62,15 @@ class Claims:
         name = simpler_effect(model)
         return (self._search.replace_last(model, name) if name else None) or model
 
+    def all_simplified(self, model: FittedModel) -> FittedModel:
+        """`model` with the simpler effect in place of each that does not differ from it beside the later ones."""
+        for index in range(len(model.terms)):
+            if simpler_effect(model, index):
+                at_end = self._search.moved_to_end(model, index)
+                simpler = self.simplified(at_end)
+                return model if simpler is at_end else self.all_simplified(simpler)
+        return model
+
     def without_zero_joints(self, model: FittedModel) -> FittedModel:
         """`model` without the effects on joints where their strength is zero within its interval."""
         for index, term in enumerate(model.terms):

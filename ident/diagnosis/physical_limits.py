@@ -246,13 +246,16 @@ def _duration(model: FittedModel) -> float:
 
 
 def _largest_use(model: FittedModel, index: int, column: int) -> float:
-    """Largest product of the parameter `column` of the term `index` and the voltage, over joints and recordings."""
-    split, joints = model.split, list(model.terms[index].joints)
+    """Largest product of the parameter `column` of the term `index` and the voltage, over joints and recordings.
+
+    Those that are held out count as well: where they approach a level that the others only point to, they judge it.
+    """
+    recordings, joints = model.split.recordings, list(model.terms[index].joints)
     local = model.solution.structure.local_values(index, model.solution.x)
-    torque_map = split.recordings[0].recording.rig.torque
+    torque_map = recordings[0].recording.rig.torque
     largest = [
-        np.nanmax(np.abs(voltage_from_torque(split.recordings[i].torque, torque_map))[:, joints], axis=0)
-        for i in split.train_indices
+        np.nanmax(np.abs(voltage_from_torque(recording.torque, torque_map))[:, joints], axis=0)
+        for recording in recordings
     ]
     return float((np.max(largest, axis=0) * local[:, column]).max())
 
@@ -320,17 +323,17 @@ def _differs_from_zero(values: Floats, covariance: Floats) -> bool:
     return bool(statistic > chdtri(known.sum(), 1 - _LEVEL))
 
 
-def simpler_effect(model: FittedModel) -> str | None:
-    """The effect that the last term of `model` reduces to because its distinguishing parameter may be zero; or None.
+def simpler_effect(model: FittedModel, index: int = -1) -> str | None:
+    """The effect that the term `index` of `model` reduces to, because its distinguishing parameter may be zero.
 
-    The parameter must not differ from zero on any joint, by the same Student's t as an improvement.
+    None where there is none. The parameter must not differ from zero on any joint, by the t of an improvement.
     """
-    term = model.terms[-1]
+    term = model.terms[index]
     columns = [i for i, quantity in enumerate(term.local_parameters) if quantity.reduces_to]
     if not columns:
         return None
-    local = _local_values(model)
-    error = standard_errors(model.split, model.solution)[_local_entries(model, -1)]
+    local = model.solution.structure.local_values(index % len(model.terms), model.solution.x)
+    error = standard_errors(model.split, model.solution)[_local_entries(model, index)]
     for column in columns:
         if not (np.abs(local[:, column]) > MIN_T * error[:, column]).any():
             return term.local_parameters[column].reduces_to

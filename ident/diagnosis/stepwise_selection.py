@@ -8,6 +8,7 @@ from ident.diagnosis.acceptance import Acceptance
 from ident.diagnosis.candidate_search import CandidateSearch, effect_key
 from ident.diagnosis.confirmation import MIN_T
 from ident.diagnosis.physical_limits import flipped_parameter, is_physical, simpler_effect
+from ident.diagnosis.repeated_search import has_shapes, searched_again
 from ident.diagnosis.split_data import SplitData, rms
 from ident.diagnosis.steps import Extensions, Finding, FittedModel, Selection, SelectionStep
 from ident.dynamics.effects.base import Effect
@@ -80,7 +81,7 @@ class Selector:
                 or not self._acceptance.is_promising(model, extension)
             ):
                 continue
-            second = self._acceptance.first_confirmed(extension, self.search.extensions(extension).models)
+            second = self._acceptance.first_confirmed(extension, self._searched_extensions(extension))
             if second is not None and self._is_worth_both(model, final, second):
                 alternatives.append((second.solution.loss, extension))
         return min(alternatives, key=lambda entry: entry[0])[1] if alternatives else None
@@ -130,7 +131,7 @@ class Selector:
             extension = self._next_model(model, extensions.models) if len(model.terms) < MAX_EFFECTS else None
             if extension is None:
                 return model, extensions
-            model = self._pruned(extension)
+            model = self._pruned(searched_again(self.search, extension))
             if effect_key(model) in visited:  # the added effect was pruned again
                 return model, self.search.extensions(model)
             visited.add(effect_key(model))
@@ -171,7 +172,18 @@ class Selector:
                 self._acceptance.first_confirmed(model, self.search.skipped_extensions(model)) if candidates else None
             )
             or self._widened(model, joints.tolist())
+            or self._beside_wrong_shapes(model)
         )
+
+    def _beside_wrong_shapes(self, model: FittedModel) -> FittedModel | None:
+        """The best extension if the effects of `model` have shapes that imitate it, and much is left."""
+        if not self._acceptance.leaves_much(model) or not has_shapes(model):
+            return None
+        return self._acceptance.first_confirmed(model, self._searched_extensions(model))
+
+    def _searched_extensions(self, model: FittedModel) -> list[FittedModel]:
+        """The extensions of `model`, each with the shapes of all effects searched beside it."""
+        return [searched_again(self.search, extension) for extension in self.search.extensions(model).models]
 
     def _widened(self, model: FittedModel, joints: Sequence[int]) -> FittedModel | None:
         """The best extension after an effect of `model` acts on more of the `joints`, if both leave far less error.
@@ -195,28 +207,23 @@ class Selector:
         for index in range(len(model.terms) - 1, -1, -1):
             if model.terms[index].effect.mandatory:
                 continue
-            reduced = self.without_effect(model, index)
+            reduced = self.search.without_effect(model, index)
             if (
                 not self._acceptance.claims.keeps_shape(model, index)
                 or flipped_parameter(model, reduced)
                 or not self._acceptance.is_confirmed(reduced, model)
             ):
                 return self._pruned(reduced)
-        return self._acceptance.claims.on_fewest_joints(self._acceptance.claims.without_zero_joints(model))
+        claims = self._acceptance.claims
+        return claims.on_fewest_joints(claims.without_zero_joints(claims.all_simplified(model)))
 
     def _is_worth_both(self, model: FittedModel, reference: FittedModel, pair: FittedModel) -> bool:
         """Whether `pair`, two effects more than `model`, is confirmed and leaves far less than the `reference`."""
         return self._acceptance.is_far_better(pair, reference) and self._acceptance.is_confirmed(model, pair)
 
-    def without_effect(self, model: FittedModel, index: int) -> FittedModel:
-        """Refit `model` without its effect number `index`."""
-        structure = model.solution.structure
-        keep = ~structure.parameter_mask(index)
-        return self.search.fit(structure.without_term(index), model.solution.x[keep])
-
     def _review_effect(self, model: FittedModel, index: int) -> tuple[Finding, FittedModel]:
         """The contribution and the alternatives of the effect `index`; and the best of all these models."""
-        reduced = self.without_effect(model, index)
+        reduced = self.search.without_effect(model, index)
         term = model.terms[index]
         compared = self._acceptance.compared.get(term.name, 1)
         improvement = model.improvement_over(reduced, compared=compared)

@@ -89,7 +89,7 @@ class Engine:
             raise BadInput(f"an effect of the model expected, number {index + 1} found; reload the page")
         name = selection.model.terms[index].name
         self._progress(f"fitting everything without {name}")
-        selection.push(f"− {name}", None, selection.selector.without_effect(selection.model, index))
+        selection.push(f"− {name}", None, selection.selector.search.without_effect(selection.model, index))
         yield from self._views(selection)
 
     def diagnose(self, base: LadderSpec) -> Iterator[View]:

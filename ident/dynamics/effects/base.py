@@ -61,8 +61,8 @@ class Quantity:
     max_durations: float | None = None
     """Largest plausible size of a time constant, in durations of the longest training recording."""
     min_use: float | None = None
-    """Smallest plausible product of the inverse of a voltage with the largest recorded voltage: a limit that was
-    never approached is not known."""
+    """Smallest plausible product of the inverse of a voltage with the largest recorded voltage, held-out recordings
+    included: a limit that was never approached is not known."""
 
     def unit_on(self, rig: Rig, joint: int) -> str:
         """Its unit on a `joint` (from 0) of `rig`."""

@@ -38,6 +38,22 @@ def test_spring_without_stiffness_joins_the_offset_of_other_joints() -> None:
     assert (term.name, term.joints) == ("torque_offset", (0, 1, 2))
 
 
+def test_spring_that_a_later_effect_left_without_stiffness_becomes_an_offset() -> None:
+    data = building.split(
+        [building.record(noise=0.05, extra=lambda motion: 0.4 + motion.velocity * np.abs(motion.velocity))]
+    )
+    model = building.fitted(data, "joint_spring", "quadratic_friction")
+    judged = Claims(CandidateSearch(data, library()))
+    assert judged.simplified(model) is model  # only its last effect
+    assert names(judged.all_simplified(model)) == ["quadratic_friction", "torque_offset"]
+
+
+def test_spring_stays_where_the_library_lacks_what_it_contains() -> None:
+    model = building.fitted(DATA, "joint_spring")
+    without = {name: effect for name, effect in library().items() if name != "torque_offset"}
+    assert Claims(CandidateSearch(DATA, without)).all_simplified(model) is model
+
+
 @pytest.mark.parametrize(("truth", "joints"), [((0.4, 0.0, 0.4), (0, 2)), ((0.4, 0.4, 0.4), (0, 1, 2))])
 def test_joints_without_the_effect_are_dropped(truth: tuple[float, ...], joints: tuple[int, ...]) -> None:
     recording = building.record(3, noise=0.05, extra=lambda motion: np.array(truth) + 0.0 * motion.position)

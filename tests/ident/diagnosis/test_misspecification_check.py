@@ -114,3 +114,19 @@ def test_two_effects_that_the_motion_distinguishes_are_kept() -> None:
     effects = {"drag": building.effect(drag), "spring": building.effect(lambda motion: motion.position)}
     selection, _, _ = checked(lambda motion: drag(motion) + motion.position, effects, "drag", "spring")
     assert remove_pieces(Selector(selection.model.split, effects, lambda text: None), selection) is selection
+
+
+def test_two_effects_that_add_up_are_kept_although_the_motion_hardly_distinguishes_them() -> None:
+    effects = {
+        "spring": building.effect(lambda motion: motion.position),
+        "wave": building.effect(lambda motion: np.sin(0.5 * motion.position)),
+    }
+    for sign, kept in ((1.0, True), (-0.9, False)):
+        selection, _, _ = checked(
+            lambda motion, sign=sign: 5.0 * motion.position + sign * 10.0 * np.sin(0.5 * motion.position),
+            effects,
+            "spring",
+            "wave",
+        )
+        result = remove_pieces(Selector(selection.model.split, effects, lambda text: None), selection)
+        assert (result is selection) is kept

@@ -24,6 +24,7 @@ from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import ModelStructure, Term
+from ident.dynamics.torque_map import voltage_from_torque
 from recordings.recording import Floats
 from recordings.rig import simulated_rig
 from tests.ident import building
@@ -105,6 +106,16 @@ def test_effect_beyond_its_plausible_limits_is_refused_with_the_reason(
     before = building.fitted(data())
     refused = implausibility(with_values(before, name, library()[name], *values), before)
     assert refused is None if reason is None else reason in str(refused)
+
+
+@pytest.mark.parametrize("held_out", [True, False])
+def test_level_is_known_where_held_out_recordings_approach_it(held_out: bool) -> None:
+    slow, fast = building.record(noise=0.05, size=0.2, seed=3), building.record(noise=0.05, shape=1, seed=4)
+    split = building.split([slow], [fast] if held_out else [])
+    largest = np.nanmax(np.abs(voltage_from_torque(building.prepared(fast).torque, fast.rig.torque)))
+    before = building.fitted(split)
+    after = with_values(before, "amplifier_saturation", library()["amplifier_saturation"], 0.6 / largest, 6.0)
+    assert ("never approached" in str(implausibility(after, before))) is not held_out
 
 
 @pytest.mark.parametrize(("periods", "plausible"), [(0.9, False), (1.1, True)])
