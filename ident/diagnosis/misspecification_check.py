@@ -51,17 +51,16 @@ def remove_imitations(selector: Selector, selection: Selection) -> tuple[Selecti
 
 
 def remove_pieces(selector: Selector, selection: Selection) -> Selection:
-    """Truncate the `selection` before two effects whose torques nearly cancel, with the reason as a refusal.
+    """Truncate the `selection` before two effects that are known only together, with the reason as a refusal.
 
-    Each of them was needed beside the other, and yet the motion hardly distinguishes them: what both make is the
-    small difference between two large torques, and an unknown effect is as good an explanation of it as these two.
-    Two that add up are believed, because a piece of something unknown needs such a difference.
+    Each of them was needed beside the other, and yet the motion hardly distinguishes them: only their sum is known,
+    and an unknown effect is as good an explanation of it as these two.
     """
     model, initial = selection.model, {term.name for term in selection.steps[0].model.terms}
     parameters, reasons = model.solution.structure.parameters, {}
     for i, j, correlation in indistinguishable(model):
         first, second = (model.terms[parameters[entry].term].name for entry in (i, j))
-        if first != second and not {first, second} & initial and _cancel(model, i, j):
+        if first != second and not {first, second} & initial and _may_be_pieces(model, i, j):
             for name, other in ((first, second), (second, first)):
                 reasons[name] = f"only together with {other}, from which this motion hardly distinguishes it: " + (
                     f"their errors correlate by {correlation:+.2f}, so both may be pieces of one unknown effect"
@@ -73,12 +72,19 @@ def remove_pieces(selector: Selector, selection: Selection) -> Selection:
     return replace(result, refused={**result.refused, **reasons})
 
 
-def _cancel(model: FittedModel, i: int, j: int) -> bool:
-    """Whether the torques of the coefficients `i` and `j` together are smaller than either, where both act."""
-    first, second = (model.solution.rows()[0] * model.solution.x).T[[i, j]]
+def _may_be_pieces(model: FittedModel, i: int, j: int) -> bool:
+    """Whether something unknown could be put together of the effects with the coefficients `i` and `j`.
+
+    With torques of a given shape that are nearly the same, that takes a small difference of two large ones. Two that
+    add up are no pieces.
+    """
+    parameters = model.solution.structure.parameters
+    if any(model.terms[parameters[entry].term].shapes for entry in (i, j)):
+        return True
+    first, second = (model.solution.rows()[0][:, [i, j]] * model.solution.x[[i, j]]).T
     both = (first != 0) & (second != 0)
-    together = np.linalg.norm(first[both] + second[both])
-    return bool(together < min(np.linalg.norm(first[both]), np.linalg.norm(second[both])))
+    larger = max(np.linalg.norm(first[both]), np.linalg.norm(second[both]))
+    return bool(np.linalg.norm(first[both] + second[both]) <= larger)
 
 
 def _with_curves(selector: Selector, selection: Selection, first: int) -> Iterator[tuple[int, NonparametricFit]]:
