@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ident.diagnosis.pair_screening import screen_pairs
 from ident.diagnosis.physical_limits import within_limits
 from ident.diagnosis.screening import Candidate, Screener
 from ident.diagnosis.split_data import SplitData
@@ -207,6 +208,17 @@ class CandidateSearch:
         """The effect `name` as screening finds it beside `model`; None where that shows nothing of it."""
         candidates = Screener(self._split, model.solution).screen({name: self._library[name]})[0]
         return candidates[0] if candidates else None
+
+    def pairs(self, model: FittedModel, loss: float) -> Iterator[FittedModel]:
+        """Extensions of `model` by two effects for which screening promises less than `loss`, the best first."""
+        candidates = self._screening(model)[0]
+        for pair in screen_pairs(Screener(self._split, model.solution), candidates)[:MAX_REFINED]:
+            if pair.loss < loss:
+                structure, x = model.solution.structure, model.solution.x
+                for candidate in pair.effects:
+                    structure = structure.with_term(candidate.term)
+                    x = np.concatenate([x, candidate.initial_guesses[0]])
+                yield self.fit(structure, x)
 
     def add(self, model: FittedModel, candidate: Candidate) -> FittedModel:
         """Add the `candidate` to `model` and refit all parameters."""

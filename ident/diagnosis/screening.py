@@ -76,7 +76,7 @@ class Screener:
 
     def __init__(self, split: SplitData, solution: Solution) -> None:
         self._split, self._solution = split, solution
-        regressor, self._residual = solution.rows()
+        regressor, self.residual = solution.rows()
         self._set_regressor(regressor)
         self.loss = solution.loss
         self._residuals = solution.residuals
@@ -101,10 +101,10 @@ class Screener:
         other = copy(self)
         weights = self._solution.weights
         other._residuals = tuple(residuals)
-        other._residual = np.concatenate(
+        other.residual = np.concatenate(
             [(weight * residual)[weight > 0] for weight, residual in zip(weights, residuals, strict=True)]
         )
-        other.loss = float(other._residual @ other._residual)
+        other.loss = float(other.residual @ other.residual)
         return other
 
     def screen(self, library: Mapping[str, Effect]) -> tuple[list[Candidate], dict[str, Exclusion]]:
@@ -132,9 +132,9 @@ class Screener:
 
     def _blocks(self, name: str, effect: Effect) -> Iterator[_Block]:
         term = Term.on_all_joints(name, effect, self._solution.structure.rig)
-        one_signed = np.array([float(q.lower >= 0) - float(q.upper <= 0) for q in term.local_parameters])
+        signs = one_signed(term)
         for guess, shapes in initial_guesses(term, self.suggestions(effect)):
-            yield _Block(self.columns(term, guess, shapes), guess, shapes, one_signed)
+            yield _Block(self.columns(term, guess, shapes), guess, shapes, signs)
 
     def columns(self, term: Term, guess: Floats, shapes: Floats) -> Floats:
         """(r, instances * c) weighted rows of `effect_columns`."""
@@ -177,7 +177,7 @@ class Screener:
         ]
         products = Products(
             orthogonal.T @ orthogonal,
-            orthogonal.T @ self._residual,
+            orthogonal.T @ self.residual,
             block.one_signed,
             self._replaced(everywhere, block),
         )
@@ -206,7 +206,7 @@ class Screener:
         entries = [names.index(f"{term.effect.replaces}{joint + 1}") for joint in term.joints]
         # Of a matrix A, column j of pinv(A)' is orthogonal to all columns of A but the column j.
         dual = self._basis @ self._dual[:, entries]
-        return Replaced(dual.T @ dual, dual.T @ block.columns, self._solution.x[entries] + dual.T @ self._residual)
+        return Replaced(dual.T @ dual, dual.T @ block.columns, self._solution.x[entries] + dual.T @ self.residual)
 
     @cached_property
     def _dual(self) -> Floats:
@@ -214,6 +214,11 @@ class Screener:
         dual: Floats = np.zeros((len(self._triangle), len(self._used)))
         dual[:, self._used] = np.linalg.pinv(self._triangle).T / self._size[self._used]
         return dual
+
+
+def one_signed(term: Term) -> Floats:
+    """(c,) 1 where only a positive local parameter is possible, -1 where only a negative one is, else 0."""
+    return np.array([float(q.lower >= 0) - float(q.upper <= 0) for q in term.local_parameters])
 
 
 def effect_columns(

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from ident.diagnosis.acceptance import Acceptance
+from ident.diagnosis.acceptance import MAX_ALTERNATIVE_RATIO, Acceptance
 from ident.diagnosis.candidate_search import CandidateSearch, effect_key
 from ident.diagnosis.confirmation import MIN_T
 from ident.diagnosis.physical_limits import flipped_parameter, is_physical, simpler_effect
@@ -38,11 +38,14 @@ class Selector:
         extensions = self.search.extensions(model)
         selection = self._select_from(model, list(steps), extensions)
         final = selection.model
-        extension = self._alternative_start(model, extensions, final) if self._acceptance.leaves_much(final) else None
-        if extension is None:
+        if not self._acceptance.leaves_much(final):
             return selection
-        steps.append(SelectionStep(extension.terms[-1].name, extension, extension.improvement_over(steps[-1].model)))
-        alternative = self._select_from(extension, steps, extensions)
+        extension = self._alternative_start(model, extensions, final)
+        for start in [extension] if extension else self._pair_start(model, final):
+            steps.append(SelectionStep(start.terms[-1].name, start, start.improvement_over(steps[-1].model)))
+        if steps[-1].model is model:
+            return selection
+        alternative = self._select_from(steps[-1].model, steps, extensions)
         return alternative if self._acceptance.is_far_better(alternative.steps[-1].model, final) else selection
 
     def _select_from(self, model: FittedModel, steps: list[SelectionStep], first_extensions: Extensions) -> Selection:
@@ -85,6 +88,21 @@ class Selector:
             if second is not None and self._is_worth_both(model, final, second):
                 alternatives.append((second.solution.loss, extension))
         return min(alternatives, key=lambda entry: entry[0])[1] if alternatives else None
+
+    def _pair_start(self, model: FittedModel, final: FittedModel) -> list[FittedModel]:
+        """Two models after `model`, with one and with both of two effects that show only together; or nothing."""
+        self._progress("large residual error; trying pairs of effects")
+        promised = self.search.pairs(model, MAX_ALTERNATIVE_RATIO * final.solution.loss)
+        pairs = [(self.search.without_effect(pair, len(pair.terms) - 1), pair) for pair in promised]
+        worth = [
+            [first, pair]
+            for first, pair in pairs
+            if is_physical(first, model)
+            and is_physical(pair, first)
+            and self._is_worth_both(model, final, pair)
+            and self._acceptance.is_confirmed(first, pair)
+        ]
+        return min(worth, key=lambda models: models[1].solution.loss, default=[])
 
     def start(self, structure: ModelStructure, x: Floats) -> tuple[FittedModel, list[SelectionStep]]:
         """Fit the initial model from `x` (K,) and add the mandatory effects; returns the model and its steps."""

@@ -51,8 +51,8 @@ class ChangeScreener(Screener):
         nights = np.column_stack(columns) if columns else np.zeros((len(recording), 0))
         penalties = np.zeros((len(columns), self._regressor.shape[1])), np.eye(len(columns))
         self._set_regressor(np.block([[self._regressor, nights], [*penalties]]))
-        self._residual = np.concatenate([self._residual, np.zeros(len(columns))])
-        rest = self._residual - self._basis @ (self._basis.T @ self._residual)
+        self.residual = np.concatenate([self.residual, np.zeros(len(columns))])
+        rest = self.residual - self._basis @ (self._basis.T @ self.residual)
         self.loss = float(rest @ rest)
 
     def parameter_effects(self) -> dict[str, Effect]:
@@ -66,8 +66,8 @@ class ChangeScreener(Screener):
 
     def loss_before(self) -> tuple[float, int]:
         """Weighted sum of squares of the earlier recordings with parameters of their own, and the number of rows."""
-        rows = np.concatenate([~self._changed, np.ones(len(self._residual) - len(self._changed), bool)])
-        regressor, residual = self._regressor[rows] / self._size, self._residual[rows]
+        rows = np.concatenate([~self._changed, np.ones(len(self.residual) - len(self._changed), bool)])
+        regressor, residual = self._regressor[rows] / self._size, self.residual[rows]
         rest = residual - regressor @ np.linalg.lstsq(regressor, residual, rcond=1e-10)[0]
         return float(rest @ rest), int((~self._changed).sum())
 
@@ -75,7 +75,7 @@ class ChangeScreener(Screener):
         """Further reduction of the loss if the `candidate` may grow or fade during each of the later recordings."""
         columns = self.columns(candidate.term, candidate.scale, candidate.shapes)
         both = self.orthogonal(np.hstack([columns, columns * self._time[:, None]]))
-        rest = self._residual - self._basis @ (self._basis.T @ self._residual)
+        rest = self.residual - self._basis @ (self._basis.T @ self.residual)
         losses = []
         for used in (both[:, : columns.shape[1]], both):
             remaining = rest - used @ np.linalg.lstsq(used, rest, rcond=1e-10)[0]
@@ -97,7 +97,7 @@ class ChangeScreener(Screener):
             time = predictor.prepared.time
             relative = 2 * (time - time[0]) / max(time[-1] - time[0], 1e-9) - 1
             times.append(np.broadcast_to(relative[:, None], weight.shape)[weight > 0])
-        return np.concatenate([*times, np.zeros(len(self._residual) - len(self._changed))])
+        return np.concatenate([*times, np.zeros(len(self.residual) - len(self._changed))])
 
     @cached_property
     def _parameters(self) -> dict[str, list[int]]:
@@ -117,7 +117,7 @@ class ChangeScreener(Screener):
 
     def _only_changed(self, columns: Floats) -> Floats:
         """The `columns` (r, c) in the later recordings, 0 in the earlier ones and in the prior's rows."""
-        prior_rows = len(self._residual) - len(self._changed)
+        prior_rows = len(self.residual) - len(self._changed)
         padded: Floats = np.vstack(
             [np.where(self._changed[:, None], columns, 0.0), np.zeros((prior_rows, columns.shape[1]))]
         )
