@@ -41,10 +41,11 @@ class Selector:
         if not self._acceptance.leaves_much(final):
             return selection
         extension = self._alternative_start(model, extensions, final)
-        for start in [extension] if extension else self._pair_start(model, final):
-            steps.append(SelectionStep(start.terms[-1].name, start, start.improvement_over(steps[-1].model)))
-        if steps[-1].model is model:
+        starts = [extension] if extension else self._pair_start(model, final)
+        if not starts:
             return selection
+        for start in starts:
+            steps.append(SelectionStep(start.terms[-1].name, start, start.improvement_over(steps[-1].model)))
         alternative = self._select_from(steps[-1].model, steps, extensions)
         return alternative if self._acceptance.is_far_better(alternative.steps[-1].model, final) else selection
 
@@ -92,16 +93,15 @@ class Selector:
     def _pair_start(self, model: FittedModel, final: FittedModel) -> list[FittedModel]:
         """Two models after `model`, with one and with both of two effects that show only together; or nothing."""
         self._progress("large residual error; trying pairs of effects")
-        promised = self.search.pairs(model, MAX_ALTERNATIVE_RATIO * final.solution.loss)
-        pairs = [(self.search.without_effect(pair, len(pair.terms) - 1), pair) for pair in promised]
-        worth = [
-            [first, pair]
-            for first, pair in pairs
-            if is_physical(first, model)
-            and is_physical(pair, first)
-            and self._is_worth_both(model, final, pair)
-            and self._acceptance.is_confirmed(first, pair)
-        ]
+        worth = []
+        for pair in self.search.pairs(model, MAX_ALTERNATIVE_RATIO * final.solution.loss):
+            first, second = (self.search.without_effect(pair, len(pair.terms) - number) for number in (1, 2))
+            turned = self.search.moved_to_end(pair, len(pair.terms) - 2)
+            if all(
+                is_physical(both, single) and self._acceptance.is_confirmed(single, both)
+                for both, single in ((pair, first), (turned, second))
+            ) and self._is_worth_both(model, final, pair):
+                worth.append([first, pair])
         return min(worth, key=lambda models: models[1].solution.loss, default=[])
 
     def start(self, structure: ModelStructure, x: Floats) -> tuple[FittedModel, list[SelectionStep]]:
