@@ -26,6 +26,8 @@ class CandidatePair:
 
 def screen_pairs(screener: Screener, candidates: Sequence[Candidate]) -> list[CandidatePair]:
     """All pairs of different `candidates` with possible signs, the most promising first."""
+    if not candidates:
+        return []
     blocks = [screener.orthogonal(screener.columns(each.term, each.scale, each.shapes)) for each in candidates]
     columns = np.concatenate(blocks, axis=1)
     gram, correlation = columns.T @ columns, columns.T @ screener.residual

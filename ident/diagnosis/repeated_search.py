@@ -34,10 +34,10 @@ def _is_searched(model: FittedModel, index: int) -> bool:
 def _again(search: CandidateSearch, model: FittedModel, index: int) -> FittedModel:
     """`model` with the effect `index` as a search beside all the others finds it; `model` if that finds nothing."""
     reduced = search.without_effect(model, index)
-    found = search.candidate(reduced, model.terms[index].name)
-    if found is None or found.loss >= model.solution.loss:
+    candidate = search.candidate(reduced, model.terms[index].name)
+    if candidate is None or candidate.loss >= model.solution.loss:
         return model
-    again = search.add(reduced, found)
+    again = search.add(reduced, candidate)
     for _ in model.terms[index + 1 :]:  # these stand behind it, as before
         again = search.moved_to_end(again, index)
     return again

@@ -55,6 +55,11 @@ class EffectInputs:
         return self.rigid_at(self.motion)
 
     @cached_property
+    def load(self) -> Floats:
+        """Torque (n, dof) that the gears transmit, without friction: with that of the effects on the arms [N m]."""
+        return self.rigid if self._arm_load is None else self.rigid + self._arm_load
+
+    @cached_property
     def platform(self) -> Platform:
         """Motion of the platform of a delta robot, Appendix A, Eqs. (16) and (23)."""
         return platform(self.rig.geometry, self.motion)

@@ -26,7 +26,7 @@ TEMPERATURE = 40.0
 TOLERANCE = {"double": 1e-9, "float": 1e-3}
 """Largest difference that the example accepts, of the largest torque."""
 
-_OF_JOINT = ("q", "qd", "qdd", "direction", "rigid", "torque_per_mass", "rods")
+_OF_JOINT = ("q", "qd", "qdd", "direction", "rigid", "load", "torque_per_mass", "rods")
 _OF_MOTION = ("t", "dt", "first")
 _OF_PLATFORM = ("J", "velocity")
 _CONSTANTS = {
@@ -47,6 +47,8 @@ class EffectFunction:
 
     name: str
     additive: bool
+    on_arm: bool
+    """Whether its torque is a part of the load of the gears."""
     state: bool
     """Whether it remembers anything."""
     declarations: tuple[str, ...]
@@ -174,7 +176,8 @@ def _function(name: str, term: Term, code: CCode, arrays: tuple[str, ...]) -> Ef
     if not additive:
         lines += [f"m->{key}[i] = {key};" for key in ("q", "qd", "qdd") if key in used]
     remembers = bool(code.state) or "temperature" in used
-    return EffectFunction(name, additive, remembers, tuple(declarations), tuple(_indented(lines)), expression)
+    on_arm = isinstance(term.effect, Additive) and term.effect.on_arm
+    return EffectFunction(name, additive, on_arm, remembers, tuple(declarations), tuple(_indented(lines)), expression)
 
 
 def _effect_values(name: str, term: Term, code: CCode, keys: list[str]) -> Iterator[str]:

@@ -6,7 +6,8 @@ The code is one joint's, and may use the names of the effect's parameters and th
     i, DOF                    the joint, from 0, and the number of joints
     t, dt                     time since the start, and since the last step
     temperature               of the joint's drive [degC]
-    rigid                     the joint's torque without friction
+    rigid                     the joint's torque without friction and effects
+    load                      the same with that of the effects on the arms
     c_v, c_c                  the joint's viscous and Coulomb friction
     m_p, T_g, m_d, L1         parameters and length of a delta robot; cos_phi, sin_phi: direction of its limb
     J[i][d]                   platform velocity along axis d per velocity of joint i, Eq. (16)

@@ -11,7 +11,8 @@ typedef {{ real }} real;
 
 typedef struct {
     real q[DOF], qd[DOF], qdd[DOF], direction[DOF]; /* corrected motion; sign of the reported velocity */
-    real rigid[DOF];                                /* torque without friction */
+    real rigid[DOF];                                /* torque without friction and effects */
+    real load[DOF];                                 /* the same with that of the effects on the arms */
 {%- if delta %}
     real J[DOF][3], velocity[3], lift[3]; /* of the platform; lift: acceleration minus that of gravity */
     real torque_per_mass[DOF], rods[DOF]; /* for 1 kg at the platform; for rods of 1 kg in each limb */
@@ -187,7 +188,12 @@ void delta_model_torque(delta_model_state *state, const real q[DOF], const real 
         m.rigid[i] = inertia[i] * m.qdd[i] + weight_cos[i] * cos(m.q[i]) + weight_sin[i] * sin(m.q[i]) + weight[i];
         tau[i] = m.rigid[i] + viscous[i] * m.qd[i] + coulomb[i] * m.direction[i];
 {%- endif %}
-{%- for effect in effects if effect.additive %}
+        m.load[i] = m.rigid[i];
+{%- for effect in effects if effect.on_arm %}
+        m.load[i] += {{ effect.name }}({{ "state, " if effect.state }}&m, i);
+{%- endfor %}
+        tau[i] += m.load[i] - m.rigid[i];
+{%- for effect in effects if effect.additive and not effect.on_arm %}
         tau[i] += {{ effect.name }}({{ "state, " if effect.state }}&m, i);
 {%- endfor %}
     }

@@ -69,3 +69,11 @@ def test_pair_with_an_impossible_sign_is_left_out() -> None:
     effects = {**EFFECTS, "b": building.effect(second, coefficients=(negative,))}
     pairs = screened(effects)[2]
     assert all({candidate.term.name for candidate in pair.effects} != {"a", "b"} for pair in pairs)
+
+
+def test_without_two_candidates_there_is_no_pair() -> None:
+    split = data()
+    structure = building.structure(split.recordings[0].recording)
+    screener = Screener(split, split.fit(structure, building.start(structure)))
+    assert screen_pairs(screener, []) == []
+    assert screen_pairs(screener, screener.screen({"c": EFFECTS["c"]})[0]) == []

@@ -7,6 +7,8 @@ import pytest
 
 from ident.data.prepared_recording import prepare
 from ident.dynamics.effect_inputs import EffectInputs
+from ident.dynamics.effects.library import library
+from ident.dynamics.structure import Term
 from ident.estimation.predicted_torque import TorquePredictor
 from recordings.recording import Floats, Recording
 
@@ -41,3 +43,21 @@ def test_instants_without_filter_output_keep_their_values(inputs: EffectInputs) 
     known = np.isfinite(inputs.motion.velocity)
     assert (np.isfinite(inputs.low_passed().motion.velocity) == known).all()
     assert inputs.low_passed(0.0) is inputs
+
+
+def test_load_of_the_gears_has_the_effects_on_the_arms(make: object, truth: Floats) -> None:
+    recording: Recording = make(cycles=2, rate=250.0)  # type: ignore[operator]
+    prepared = prepare(recording, "parallel", BANDWIDTH)
+    structure = prepared.base_structure
+    for name in ("air_drag", "torque_offset", "load_dependent_friction"):
+        structure = structure.with_term(Term.on_all_joints(name, library()[name], structure.rig))
+    drag, offset, share = 0.5, 0.3, 0.1
+    without, with_load = (
+        TorquePredictor(prepared).effect_inputs(structure, np.array([*truth, c, *[offset] * 3, *[share] * 3]))
+        for c in (0.0, drag)
+    )
+    drag_torque = structure.terms[0].effect.columns(with_load, {})[:, :, 0] * drag  # type: ignore[union-attr]
+    np.testing.assert_allclose(without.load, without.rigid)  # an offset is of the motor
+    np.testing.assert_allclose(with_load.load, with_load.rigid + drag_torque)
+    lost = structure.terms[2].effect.columns(with_load, {})[:, :, 0]  # type: ignore[union-attr]
+    np.testing.assert_allclose(lost, np.abs(with_load.load) * with_load.motion.direction)

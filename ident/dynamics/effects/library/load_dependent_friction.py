@@ -9,8 +9,8 @@ from recordings.recording import Floats
 
 
 def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
-    """|torque of the rigid model| sgn v (n, dof, 1)."""
-    lost: Floats = (np.abs(inputs.rigid) * inputs.motion.direction)[:, :, None]
+    """|torque of the rigid model, with the effects on its arms| sgn v (n, dof, 1)."""
+    lost: Floats = (np.abs(inputs.load) * inputs.motion.direction)[:, :, None]
     return lost
 
 
@@ -23,5 +23,5 @@ effect = Additive(
     axis="load",
     coefficients=(Quantity(name="a", unit="1", meaning="share of the torque that is lost", lower=0.0, upper=1.0),),
     columns=columns,
-    c=CCode(expression="a * fabs(rigid) * direction"),
+    c=CCode(expression="a * fabs(load) * direction"),
 )
