@@ -25,7 +25,7 @@ class CandidatePair:
 
 
 def screen_pairs(screener: Screener, candidates: Sequence[Candidate]) -> list[CandidatePair]:
-    """All pairs of different `candidates` with possible signs, the most promising first."""
+    """All pairs of `candidates` with different names and possible signs, the most promising first."""
     if not candidates:
         return []
     blocks = [screener.orthogonal(screener.columns(each.term, each.scale, each.shapes)) for each in candidates]
@@ -36,10 +36,12 @@ def screen_pairs(screener: Screener, candidates: Sequence[Candidate]) -> list[Ca
     pairs = []
     for i, j in combinations(range(len(candidates)), 2):
         first, second = candidates[i], candidates[j]
+        if first.term.name == second.term.name:
+            continue
         both = np.concatenate([entries[i], entries[j]])
         coefficients = np.linalg.lstsq(gram[np.ix_(both, both)], correlation[both], rcond=1e-9)[0]
         signs = np.concatenate([_signs(first), _signs(second)])
-        if first.term.name != second.term.name and (coefficients * signs >= 0).all():
+        if (coefficients * signs >= 0).all():
             loss = screener.loss - float(coefficients @ correlation[both])
             parts = np.split(coefficients, [len(entries[i])])
             pairs.append(CandidatePair((_with(first, parts[0]), _with(second, parts[1])), loss))

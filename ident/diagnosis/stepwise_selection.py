@@ -91,16 +91,18 @@ class Selector:
         return min(alternatives, key=lambda entry: entry[0])[1] if alternatives else None
 
     def _pair_start(self, model: FittedModel, final: FittedModel) -> list[FittedModel]:
-        """Two models after `model`, with one and with both of two effects that show only together; or nothing."""
+        """`model` with one and with both of two effects that show only together; empty if no pair is confirmed."""
         self._progress("large residual error; trying pairs of effects")
         worth = []
         for pair in self.search.pairs(model, MAX_ALTERNATIVE_RATIO * final.solution.loss):
+            if not self._is_worth_both(model, final, pair):
+                continue
             first, second = (self.search.without_effect(pair, len(pair.terms) - number) for number in (1, 2))
             turned = self.search.moved_to_end(pair, len(pair.terms) - 2)
             if all(
                 is_physical(both, single) and self._acceptance.is_confirmed(single, both)
                 for both, single in ((pair, first), (turned, second))
-            ) and self._is_worth_both(model, final, pair):
+            ):
                 worth.append([first, pair])
         return min(worth, key=lambda models: models[1].solution.loss, default=[])
 
