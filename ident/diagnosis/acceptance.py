@@ -6,7 +6,7 @@ import numpy as np
 
 from ident.diagnosis.candidate_search import MIN_SIGNIFICANCE, CandidateSearch
 from ident.diagnosis.claims import Claims
-from ident.diagnosis.confirmation import is_decisive, is_supported
+from ident.diagnosis.confirmation import MIN_DECISIVE_SHARE, is_decisive, is_supported
 from ident.diagnosis.split_data import SplitData, rms
 from ident.diagnosis.steps import FittedModel
 
@@ -67,14 +67,15 @@ class Acceptance:
         """Whether `after` explains a small part of a large excess error, of the test rows or of the training rows.
 
         Many such small effects together can imitate any effect that is not in the library, and so can a curve. An
-        effect that shows on other rows than those that it was fitted to is an extrapolation, unless those decide.
+        effect that shows on other rows than those that it was fitted to is an extrapolation, unless those decide. One
+        that explains most of the training rows is not small, whatever else is missing on the test rows.
         """
         improvement = after.improvement_over(before)
         fitted = after.improvement_over(before, self._split.train)
         extrapolates = fitted.share < MIN_FITTED_SHARE and not is_decisive(improvement)
-        small = improvement.share < MIN_ADDED_SHARE or extrapolates
+        small = improvement.share < MIN_ADDED_SHARE and fitted.share < MIN_DECISIVE_SHARE
         imitates = after.terms[-1].effect.curve and fitted.remaining > LARGE_EXCESS
-        return imitates or (small and improvement.remaining > LARGE_EXCESS)
+        return imitates or ((small or extrapolates) and improvement.remaining > LARGE_EXCESS)
 
     def is_promising(self, model: FittedModel, extension: FittedModel) -> bool:
         """Whether test rows support `extension`, or it explains so much that it deserves a second effect."""
