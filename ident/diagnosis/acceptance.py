@@ -7,6 +7,7 @@ import numpy as np
 from ident.diagnosis.candidate_search import MIN_SIGNIFICANCE, CandidateSearch
 from ident.diagnosis.claims import Claims
 from ident.diagnosis.confirmation import MIN_DECISIVE_SHARE, is_decisive, is_supported
+from ident.diagnosis.joint_subsets import MIN_JOINT_SHARE
 from ident.diagnosis.split_data import SplitData, rms
 from ident.diagnosis.steps import FittedModel
 
@@ -63,6 +64,19 @@ class Acceptance:
             and is_supported(after.improvement_over(before))
         )
 
+    def without_minor_joints(self, model: FittedModel) -> FittedModel:
+        """`model` without the effects on joints where they are small beside the others and not confirmed."""
+        for index, term in enumerate(model.terms):
+            if len(term.joints) == 1 or term.effect.whole_robot or term.effect.mandatory:
+                continue
+            squares = (model.solution.structure.local_values(index, model.solution.x) ** 2).sum(axis=1)
+            for instance in np.flatnonzero(squares < MIN_JOINT_SHARE * squares.max()):
+                kept = [other != instance for other in range(len(squares))]
+                fewer = self._search.without_instances(model, index, kept)
+                if not self.is_confirmed(fewer, model):
+                    return self.without_minor_joints(fewer)
+        return model
+
     def is_minor(self, before: FittedModel, after: FittedModel) -> bool:
         """Whether `after` explains a small part of a large excess error, of the test rows or of the training rows.
 
@@ -85,7 +99,8 @@ class Acceptance:
         )
 
     def is_far_better(self, model: FittedModel, reference: FittedModel) -> bool:
-        return self.excess(model) < MAX_ALTERNATIVE_RATIO * self.excess(reference)
+        """Whether `model` leaves far less excess error than the `reference`, beside the same noise floor."""
+        return model.improvement_over(reference).share > 1 - MAX_ALTERNATIVE_RATIO
 
     def may_be_far_better(self, model: FittedModel, reference: FittedModel) -> bool:
         """Whether screening promises that an extension of `model` leaves far less than the `reference`."""

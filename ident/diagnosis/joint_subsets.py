@@ -10,8 +10,9 @@ from recordings.recording import Floats
 
 _MAX_SUBSET_JOINTS = 4
 """Up to this number of joints, all subsets are tried."""
-_MIN_JOINT_SHARE = 0.03
-"""A joint must add this share of the reduction to be included."""
+MIN_JOINT_SHARE = 0.03
+"""A joint must add this share of the reduction to be included. With a smaller share of the largest squared strength,
+it must be confirmed to stay."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,4 +103,4 @@ def _parsimonious(reductions: Mapping[tuple[int, ...], float]) -> tuple[int, ...
     if not possible:
         return None
     largest = max(possible.values())
-    return min(possible, key=lambda subset: largest - possible[subset] + _MIN_JOINT_SHARE * largest * len(subset))
+    return min(possible, key=lambda subset: largest - possible[subset] + MIN_JOINT_SHARE * largest * len(subset))

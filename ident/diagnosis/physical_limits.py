@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ident.diagnosis.confirmation import MIN_T, is_supported
-from ident.diagnosis.parameter_intervals import standard_errors
+from ident.diagnosis.parameter_intervals import propagated_errors, standard_errors
 from ident.diagnosis.steps import FittedModel
 from ident.dynamics.effects.base import Quantity
 from ident.dynamics.structure import Term
@@ -297,8 +297,13 @@ def unresolved(model: FittedModel) -> str | None:
 
 
 def resolved_instances(model: FittedModel, index: int) -> list[bool]:
-    """For each instance of the term `index`, whether its local parameters together differ from zero."""
-    covariance = model.uncertainty.covariance
+    """For each instance of the term `index`, whether its local parameters together differ from zero.
+
+    What repeats with the motion counts as in the intervals that are reported: no effect is named on a joint beside an
+    interval that holds zero.
+    """
+    propagated = propagated_errors(model.split, model.solution).variance()
+    covariance = model.uncertainty.covariance + np.diag(propagated)
     local = model.solution.structure.local_values(index, model.solution.x)
     instances = zip(local, _local_entries(model, index), strict=True)
     return [_differs_from_zero(values, covariance[np.ix_(entries, entries)]) for values, entries in instances]

@@ -235,7 +235,8 @@ class Selector:
             ):
                 return self._pruned(reduced)
         claims = self._acceptance.claims
-        return claims.on_fewest_joints(claims.without_zero_joints(claims.all_simplified(model)))
+        model = self._acceptance.without_minor_joints(claims.without_zero_joints(claims.all_simplified(model)))
+        return claims.on_fewest_joints(model)
 
     def _is_worth_both(self, model: FittedModel, reference: FittedModel, pair: FittedModel) -> bool:
         """Whether `pair`, two effects more than `model`, is confirmed and leaves far less than the `reference`."""

@@ -106,7 +106,7 @@ class Effect:
     meanings: Mapping[str, str] = field(default_factory=dict, hash=False)
     """Meanings that parameters of the mechanism have beside this effect, by their names."""
     differential: bool = False
-    """True if hardly more than differences between joints show: on all joints alike, it only scales the model."""
+    """True if hardly more than differences between joints show: on all joints alike, the base model imitates it."""
     same_sign: bool = False
     """True if hardware gives the local parameters of an instance the same sign."""
     shapes: tuple[Quantity, ...] = ()

@@ -1,11 +1,14 @@
 """Which of several extensions of a model is accepted."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from ident.diagnosis.acceptance import Acceptance
+from ident.diagnosis.acceptance import MIN_ADDED_SHARE, Acceptance
 from ident.diagnosis.candidate_search import CandidateSearch
 from ident.diagnosis.steps import FittedModel
+from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats
 from tests.ident import building
@@ -59,6 +62,34 @@ def test_effect_that_explains_nothing_is_not_confirmed() -> None:
 def test_small_effect_is_minor_only_beside_a_large_error(size: float) -> None:
     acceptance, model, extended = models(lambda motion: drag(motion) / 6 + size * wave(motion), drag)
     assert acceptance.is_minor(model, extended["drag"]) == (size > 0)
+
+
+def test_effect_that_explains_most_of_the_training_rows_is_not_minor() -> None:
+    """Whatever else the held-out motion shows."""
+    held_out = building.record(noise=0.05, shape=1, extra=lambda motion: drag(motion) + 5 * wave(motion))
+    data = building.split([building.record(noise=0.05, extra=drag)], [held_out])
+    search = CandidateSearch(data, {"drag": building.effect(drag)})
+    bare = building.structure(data.recordings[0].recording)
+    model = search.fit(bare, building.start(bare))
+    extended = search.extensions(model).models[0]
+    assert extended.improvement_over(model).share < MIN_ADDED_SHARE
+    assert not Acceptance(data, search).is_minor(model, extended)
+
+
+def test_model_with_a_larger_noise_floor_of_its_own_is_not_far_better() -> None:
+    """Where nothing repeats, what a model leaves raises the floor that it is measured by."""
+    acceptance, model, _ = models(drag, wave)
+    same = replace(model)
+    same.__dict__["noise_floor"] = replace(model.noise_floor, noise=3 * model.noise_floor.rms)
+    assert not acceptance.is_far_better(same, model)
+
+
+@pytest.mark.parametrize(("share", "joints"), [(0.0, (0,)), (0.15, (0, 1))])
+def test_small_effect_of_a_further_joint_stays_only_if_it_is_confirmed(share: float, joints: tuple[int, ...]) -> None:
+    data = building.split([building.record(2, noise=0.02, extra=lambda motion: drag(motion) * (1.0, share))])
+    acceptance = Acceptance(data, CandidateSearch(data, library()))
+    model = building.fitted(data, "quadratic_friction")
+    assert acceptance.without_minor_joints(model).terms[0].joints == joints
 
 
 def test_extensions_that_explain_alike_are_equivalent() -> None:

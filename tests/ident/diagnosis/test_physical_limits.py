@@ -13,6 +13,7 @@ from ident.diagnosis.physical_limits import (
     implausibility,
     implausible_shape,
     is_physical,
+    resolved_instances,
     sign_warnings,
     simpler_effect,
     unresolved,
@@ -171,6 +172,14 @@ def drag(motion: Motion) -> Floats:
 @pytest.mark.parametrize(("extra", "reason"), [(drag, None), (None, "its strength is zero within its interval")])
 def test_strength_that_may_be_zero_is_not_resolved(extra: building.Torque | None, reason: str | None) -> None:
     assert unresolved(building.fitted(data(extra=extra), "quadratic_friction")) == reason
+
+
+def test_effect_is_not_named_on_joints_where_its_reported_interval_holds_zero() -> None:
+    """Encoder steps repeat with the motion: the residual's noise alone makes a strength of the first joint."""
+    coarse = building.split([building.record(3, noise=0.01, encoder_step=0.001)])
+    model = building.fitted(coarse, "quadratic_friction")
+    assert abs(model.solution.x[-3]) > model.uncertainty.half_width()[-3]
+    assert resolved_instances(model, 0) == [False, False, False]
 
 
 @pytest.mark.parametrize(("dry", "reason"), [(0.5, None), (-0.5, "its parts would need opposite signs")])

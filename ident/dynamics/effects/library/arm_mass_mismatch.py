@@ -25,5 +25,6 @@ effect = Additive(
     coefficients=(Quantity(name="a", unit="{effort}", meaning="gravity torque beyond that of the other arms"),),
     columns=columns,
     on_arm=True,
+    differential=True,
     c=CCode(expression="a * cos(q)"),
 )
