@@ -128,7 +128,7 @@ def diagnose(
     reduced = split.without_saturated_rows(selection.model.solution, selection.model.noise_floor.rms)
     if reduced is not split:
         split, selector = reduced, Selector(reduced, effects.observable, progress)
-        selection = _select(selector, start, options)
+        selection = selector.or_earlier(_select(selector, start, options), selection)
     known = split.without_extrapolated_rows(selection.model.extrapolated)
     if known is not split:
         other = Selector(known, effects.observable, progress)

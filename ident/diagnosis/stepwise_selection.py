@@ -1,6 +1,7 @@
 """Stepwise selection: add the effect that explains most, refit all parameters, and repeat until nothing is left."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -134,6 +135,20 @@ class Selector:
         extensions = Extensions((), *self.search.screen(model)[1:])
         findings = tuple(self._review_effect(model, index)[0] for index in range(len(model.terms)))
         return Selection(tuple(steps), findings, extensions, extensions)
+
+    def or_earlier(self, selection: Selection, earlier: Selection) -> Selection:
+        """`selection`, or an `earlier` one, chosen when other rows were scored, if that is far better on these."""
+        if not self._acceptance.leaves_much(selection.model):
+            return selection
+        steps: list[SelectionStep] = []
+        for step in earlier.steps:  # fitted to the same rows
+            model = FittedModel(self._split, step.model.solution)
+            steps.append(SelectionStep(step.added, model, model.improvement_over(steps[-1].model) if steps else None))
+        final = steps[-1].model
+        holds = effect_key(self._pruned(final)) == effect_key(final)
+        if not holds or not self._acceptance.is_far_better(final, selection.model):
+            return selection
+        return self.truncated(replace(earlier, steps=tuple(steps)), len(steps) - 1)
 
     def truncated(self, selection: Selection, number: int) -> Selection:
         """The `selection` up to step `number`."""

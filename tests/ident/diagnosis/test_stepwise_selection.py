@@ -254,3 +254,20 @@ def test_computed_torque_and_residual_add_up_to_the_measured_one() -> None:
         data.recordings, selection.model.computed, selection.model.residuals, strict=True
     ):
         np.testing.assert_allclose(computed + residual, dataset.torque)
+
+
+def test_earlier_selection_is_kept_where_other_rows_lead_to_a_far_worse_one() -> None:
+    data = split(drag, spring)
+    fewer, begin = selector(data, {"torque_offset": LIBRARY["torque_offset"]})
+    poor, good, complete = fewer.select(*begin), select(data), selector(data)[0]
+    kept = complete.or_earlier(poor, good)
+    assert [finding.term.name for finding in kept.findings] == [finding.term.name for finding in good.findings]
+    assert kept.steps[0].improvement is None
+    assert complete.or_earlier(good, poor) is good
+
+
+def test_earlier_selection_is_not_kept_if_these_rows_do_not_confirm_all_of_it() -> None:
+    data = split(spring)
+    poor, (complete, begin) = selector(data, {})[0].select(*selector(data)[1]), selector(data)
+    assert complete.or_earlier(poor, complete.select_forced(*begin, ["joint_spring"])) is not poor
+    assert complete.or_earlier(poor, complete.select_forced(*begin, ["joint_spring", "quadratic_friction"])) is poor
