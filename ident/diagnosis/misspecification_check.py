@@ -92,9 +92,11 @@ def _with_curves(selector: Selector, selection: Selection, first: int) -> Iterat
 
     The curves of a step are over what its residual depends on. Once more, they are over what that of the last step
     does, because variables are hardly recognized while much is missing; and over the same variable of the joint
-    itself, because an imitation may have explained that part.
+    itself, because an imitation may have explained that part. Steps with effects that the selection has taken away
+    again are left out.
     """
-    numbers = range(first, len(selection.steps))
+    kept = _names(selection.model)
+    numbers = [i for i in range(first, len(selection.steps)) if _names(selection.steps[i].model) <= kept]
     models = [selector.with_mandatory_effects(selection.steps[number].model, []) for number in numbers]
     beside_all = fit_curves(models[-1])
     for number, model in zip(numbers, models, strict=True):
@@ -105,6 +107,10 @@ def _with_curves(selector: Selector, selection: Selection, first: int) -> Iterat
         if beside_all and not is_last:
             fit = fit_curves_over(model, [_with_joint_itself(each) for each in beside_all.dependences])
             yield number, fit.with_explained_of(model)
+
+
+def _names(model: FittedModel) -> set[str]:
+    return {term.name for term in model.terms}
 
 
 def _with_joint_itself(dependence: ResidualDependence) -> ResidualDependence:

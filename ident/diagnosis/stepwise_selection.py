@@ -166,11 +166,15 @@ class Selector:
             extension = self._next_model(model, extensions.models) if len(model.terms) < MAX_EFFECTS else None
             if extension is None:
                 return model, extensions
-            model = self._pruned(searched_again(self.search, extension))
-            if effect_key(model) in visited:  # the added effect was pruned again
+            added = self._pruned(searched_again(self.search, extension))
+            # Where two models lead to each other, what one of them does without is not needed.
+            if effect_key(added) in visited and len(added.terms) >= len(model.terms):
+                return model, extensions
+            model = added
+            steps.append(SelectionStep(extension.terms[-1].name, model, model.improvement_over(steps[-1].model)))
+            if effect_key(model) in visited:
                 return model, self.search.extensions(model)
             visited.add(effect_key(model))
-            steps.append(SelectionStep(extension.terms[-1].name, model, model.improvement_over(steps[-1].model)))
             self._progress(f"{steps[-1].added} added; searching for more")
 
     def with_mandatory_effects(self, model: FittedModel, steps: list[SelectionStep]) -> FittedModel:

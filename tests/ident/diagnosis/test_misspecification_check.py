@@ -1,8 +1,10 @@
 """Effects that only imitate an unknown one are removed."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from ident.diagnosis.misspecification_check import remove_imitations, remove_pieces
+from ident.diagnosis.misspecification_check import _with_curves, remove_imitations, remove_pieces
 from ident.diagnosis.nonparametric_fit import NonparametricFit
 from ident.diagnosis.steps import Selection
 from ident.diagnosis.stepwise_selection import Selector
@@ -59,6 +61,24 @@ def test_effects_that_together_approximate_an_unknown_curve_are_removed() -> Non
     assert [step.added for step in selection.steps] == [None, "drag", "cubic"]
     assert [step.added for step in result.steps] == [None]
     assert result.findings == ()
+
+
+def test_step_with_an_effect_that_was_taken_away_again_does_not_come_back() -> None:
+    effects = {"drag": building.effect(drag), "cubic": building.effect(lambda motion: motion.velocity**3)}
+    data = building.split([building.record(noise=0.02, extra=concave)])
+    selector = Selector(data, effects, lambda text: None)
+    model = building.structure(data.recordings[0].recording)
+    both, last = (
+        selector.select_forced(model, building.start(model), names) for names in (("drag", "cubic"), ("cubic",))
+    )
+    selection = replace(last, steps=(*both.steps, last.steps[-1]))
+    assert [[term.name for term in step.model.terms] for step in selection.steps] == [
+        [],
+        ["drag"],
+        ["drag", "cubic"],
+        ["cubic"],
+    ]
+    assert {number for number, _ in _with_curves(selector, selection, 0)} == {0, 3}
 
 
 def test_effect_that_is_a_part_of_an_unknown_one_is_removed() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ident.diagnosis.split_data import SplitData
-from ident.diagnosis.steps import Selection
+from ident.diagnosis.steps import Selection, SelectionStep
 from ident.diagnosis.stepwise_selection import Selector
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.library import library
@@ -271,3 +271,19 @@ def test_earlier_selection_is_not_kept_if_these_rows_do_not_confirm_all_of_it() 
     poor, (complete, begin) = selector(data, {})[0].select(*selector(data)[1]), selector(data)
     assert complete.or_earlier(poor, complete.select_forced(*begin, ["joint_spring"])) is not poor
     assert complete.or_earlier(poor, complete.select_forced(*begin, ["joint_spring", "quadratic_friction"])) is poor
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_of_two_models_that_lead_to_each_other_the_smaller_is_the_last_step(
+    first: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    data = split(drag, spring)
+    chosen, begin = selector(data)
+    names = (["joint_spring"], ["joint_spring", "quadratic_friction"])
+    turns = [chosen.select_forced(*begin, each).model for each in names]
+    steps = [SelectionStep(None, turns[first], None)]
+    monkeypatch.setattr(chosen, "_next_model", lambda model, candidates: turns[len(model.terms) % 2])
+    monkeypatch.setattr(chosen, "_pruned", lambda model: model)
+    model, _ = chosen._add_effects(turns[first], steps)
+    assert steps[-1].model is model
+    assert len(model.terms) == 1
