@@ -87,9 +87,9 @@ class Acceptance:
         improvement = after.improvement_over(before)
         fitted = after.improvement_over(before, self._split.train)
         extrapolates = fitted.share < MIN_FITTED_SHARE and not is_decisive(improvement)
-        small = improvement.share < MIN_ADDED_SHARE and fitted.share < MIN_DECISIVE_SHARE
+        small = (improvement.share < MIN_ADDED_SHARE and fitted.share < MIN_DECISIVE_SHARE) or extrapolates
         imitates = after.terms[-1].effect.curve and fitted.remaining > LARGE_EXCESS
-        return imitates or ((small or extrapolates) and improvement.remaining > LARGE_EXCESS)
+        return imitates or (small and improvement.remaining > LARGE_EXCESS)
 
     def is_promising(self, model: FittedModel, extension: FittedModel) -> bool:
         """Whether test rows support `extension`, or it explains so much that it deserves a second effect."""

@@ -193,7 +193,7 @@ class CandidateSearch:
         Returns the candidates, the most promising first; the excluded effects with the reason; and the relative
         reduction of the loss that each candidate promises.
         """
-        present = {term.name for term in model.terms}
+        present = model.names
         library = {
             name: effect
             for name, effect in self._library.items()

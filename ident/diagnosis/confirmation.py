@@ -7,7 +7,8 @@ MIN_T = 3.5
 MIN_LOWER_BOUND = 0.1
 """Lower bound of the interval from which a test improvement is supported as well."""
 MIN_DECISIVE_SHARE = 0.5
-"""An improvement over an equivalent model is decisive if it removes this share of its excess error."""
+"""An improvement over an equivalent model is decisive if it removes this share of its excess error. An effect that
+removes it on training rows is not small."""
 MIN_DECISIVE_REDUCTION = 0.05
 """Smaller reductions of the mean square, in units of the squared noise floor, are never decisive: the floor is not
 known more accurately."""

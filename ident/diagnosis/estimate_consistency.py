@@ -10,7 +10,6 @@ import numpy as np
 from ident.data.prepared_recording import MIN_ROWS_PER_PARAMETER
 from ident.diagnosis.confirmation import MIN_T
 from ident.diagnosis.document import ParameterValue, StepEntry
-from ident.diagnosis.parameter_intervals import standard_errors
 from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.steps import FittedModel
 from recordings.recording import Floats
@@ -98,7 +97,7 @@ def _fit_alone(model: FittedModel, indices: Sequence[int]) -> tuple[Floats, Floa
     weights = tuple(weight * (i in indices) for i, weight in enumerate(split.weights))
     alone: SplitData = replace(split, train=train, weights=weights)
     solution = alone.fit(model.solution.structure, model.solution.x)
-    return solution.x, standard_errors(alone, solution)
+    return solution.x, FittedModel(alone, solution).standard_errors
 
 
 def _between_steps(steps: Sequence[StepEntry]) -> Iterator[str]:

@@ -56,7 +56,7 @@ def remove_pieces(selector: Selector, selection: Selection) -> Selection:
     Each of them was needed beside the other, and yet the motion hardly distinguishes them: only their sum is known,
     and an unknown effect is as good an explanation of it as these two.
     """
-    model, initial = selection.model, {term.name for term in selection.steps[0].model.terms}
+    model, initial = selection.model, selection.steps[0].model.names
     parameters, reasons = model.solution.structure.parameters, {}
     for i, j, correlation in indistinguishable(model):
         first, second = (model.terms[parameters[entry].term].name for entry in (i, j))
@@ -95,8 +95,8 @@ def _with_curves(selector: Selector, selection: Selection, first: int) -> Iterat
     itself, because an imitation may have explained that part. Steps with effects that the selection has taken away
     again are left out.
     """
-    kept = _names(selection.model)
-    numbers = [i for i in range(first, len(selection.steps)) if _names(selection.steps[i].model) <= kept]
+    kept = selection.model.names
+    numbers = [i for i in range(first, len(selection.steps)) if selection.steps[i].model.names <= kept]
     models = [selector.with_mandatory_effects(selection.steps[number].model, []) for number in numbers]
     beside_all = fit_curves(models[-1])
     for number, model in zip(numbers, models, strict=True):
@@ -107,10 +107,6 @@ def _with_curves(selector: Selector, selection: Selection, first: int) -> Iterat
         if beside_all and not is_last:
             fit = fit_curves_over(model, [_with_joint_itself(each) for each in beside_all.dependences])
             yield number, fit.with_explained_of(model)
-
-
-def _names(model: FittedModel) -> set[str]:
-    return {term.name for term in model.terms}
 
 
 def _with_joint_itself(dependence: ResidualDependence) -> ResidualDependence:

@@ -35,14 +35,6 @@ def with_gain(intervals: Floats, solution: Solution, gain_uncertainty: float) ->
     return np.stack([solution.x - width, solution.x + width], axis=1)
 
 
-def standard_errors(split: SplitData, solution: Solution) -> Floats:
-    """(K,) standard errors of the parameters of `solution`, due to noise and propagated errors; NaN: not
-    identifiable."""
-    noise = parameter_uncertainty(split, solution).std
-    errors: Floats = np.sqrt(noise**2 + propagated_errors(split, solution).variance())
-    return errors
-
-
 def propagated_errors(split: SplitData, solution: Solution) -> PropagatedErrors:
     """Propagation of errors that repeat with the motion to the parameters of `solution`."""
     predictors = [split.predictors[i] for i in split.train_indices]

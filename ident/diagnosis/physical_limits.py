@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from ident.diagnosis.confirmation import MIN_T, is_supported
-from ident.diagnosis.parameter_intervals import propagated_errors, standard_errors
 from ident.diagnosis.steps import FittedModel
 from ident.dynamics.effects.base import Quantity
 from ident.dynamics.structure import Term
@@ -302,8 +301,7 @@ def resolved_instances(model: FittedModel, index: int) -> list[bool]:
     What repeats with the motion counts as in the intervals that are reported: no effect is named on a joint beside an
     interval that holds zero.
     """
-    propagated = propagated_errors(model.split, model.solution).variance()
-    covariance = model.uncertainty.covariance + np.diag(propagated)
+    covariance = model.uncertainty.covariance + np.diag(model.propagated_variance)
     local = model.solution.structure.local_values(index, model.solution.x)
     instances = zip(local, _local_entries(model, index), strict=True)
     return [_differs_from_zero(values, covariance[np.ix_(entries, entries)]) for values, entries in instances]
@@ -338,7 +336,7 @@ def simpler_effect(model: FittedModel, index: int = -1) -> str | None:
     if not columns:
         return None
     local = model.solution.structure.local_values(index % len(model.terms), model.solution.x)
-    error = standard_errors(model.split, model.solution)[_local_entries(model, index)]
+    error = model.standard_errors[_local_entries(model, index)]
     for column in columns:
         if not (np.abs(local[:, column]) > MIN_T * error[:, column]).any():
             return term.local_parameters[column].reduces_to

@@ -9,7 +9,7 @@ import numpy as np
 
 from ident.diagnosis.improvement import Improvement, measure_improvement
 from ident.diagnosis.noise_floor import NoiseFloor, estimate_noise_floor
-from ident.diagnosis.parameter_intervals import confidence_intervals, parameter_uncertainty
+from ident.diagnosis.parameter_intervals import confidence_intervals, parameter_uncertainty, propagated_errors
 from ident.diagnosis.split_data import SplitData
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
@@ -32,6 +32,11 @@ class FittedModel:
     def terms(self) -> tuple[Term, ...]:
         """Its effects."""
         return self.solution.structure.terms
+
+    @property
+    def names(self) -> set[str]:
+        """Names of its effects."""
+        return {term.name for term in self.terms}
 
     @cached_property
     def computed(self) -> tuple[Floats, ...]:
@@ -77,6 +82,17 @@ class FittedModel:
     def uncertainty(self) -> Uncertainty:
         """Uncertainty of its K parameters due to noise."""
         return parameter_uncertainty(self.split, self.solution)
+
+    @cached_property
+    def propagated_variance(self) -> Floats:
+        """(K,) mean square error of its parameters that repeats with the motion; 0 where not identifiable."""
+        return propagated_errors(self.split, self.solution).variance()
+
+    @property
+    def standard_errors(self) -> Floats:
+        """(K,) standard errors of its parameters, due to noise and propagated errors; NaN where not identifiable."""
+        errors: Floats = np.sqrt(self.uncertainty.std**2 + self.propagated_variance)
+        return errors
 
     @cached_property
     def shape_intervals(self) -> Floats:

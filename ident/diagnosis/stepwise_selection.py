@@ -46,7 +46,7 @@ class Selector:
         if not starts:
             return selection
         for start in starts:
-            steps.append(SelectionStep(start.terms[-1].name, start, start.improvement_over(steps[-1].model)))
+            _append(steps, start.terms[-1].name, start)
         alternative = self._select_from(steps[-1].model, steps, extensions)
         return alternative if self._acceptance.is_far_better(alternative.steps[-1].model, final) else selection
 
@@ -65,7 +65,7 @@ class Selector:
             if effect_key(pruned) in reviewed_keys and pruned.improvement_over(model).reduction <= 0:
                 break
             model = pruned
-            steps.append(SelectionStep(better.terms[-1].name, model, model.improvement_over(steps[-1].model)))
+            _append(steps, better.terms[-1].name, model)
         findings = tuple(finding for finding, _ in reviews)
         return Selection(tuple(steps), findings, first_extensions, extensions, self._acceptance.claims.refused)
 
@@ -78,7 +78,7 @@ class Selector:
         Therefore the second step decides which first step was right.
         """
         self._progress("large residual error; trying another first effect")
-        selected, alternatives = {term.name for term in final.terms}, []
+        selected, alternatives = final.names, []
         for extension in extensions.models:
             if (
                 extension.terms[-1].name in selected
@@ -124,14 +124,14 @@ class Selector:
             candidates, excluded, _ = self.search.screen(model)
             by_name = {candidate.term.name: candidate for candidate in reversed(candidates)}
             if name not in by_name:
-                present = name in {term.name for term in model.terms}
+                present = name in model.names
                 reason = "is in the model already" if present else "does not show in this motion"
                 reason = "would need an impossible sign" if excluded.get(name) == "sign" else reason
                 raise BadInput(
                     f"effect: one of {', '.join(sorted(by_name))} expected; '{name}' {reason}; leave it out"
                 )
             model = self.search.add(model, by_name[name])
-            steps.append(SelectionStep(name, model, model.improvement_over(steps[-1].model)))
+            _append(steps, name, model)
         extensions = Extensions((), *self.search.screen(model)[1:])
         findings = tuple(self._review_effect(model, index)[0] for index in range(len(model.terms)))
         return Selection(tuple(steps), findings, extensions, extensions)
@@ -140,14 +140,15 @@ class Selector:
         """`selection`, or an `earlier` one, chosen when other rows were scored, if that is far better on these."""
         if not self._acceptance.leaves_much(selection.model):
             return selection
-        steps: list[SelectionStep] = []
-        for step in earlier.steps:  # fitted to the same rows
-            model = FittedModel(self._split, step.model.solution)
-            steps.append(SelectionStep(step.added, model, model.improvement_over(steps[-1].model) if steps else None))
-        final = steps[-1].model
-        holds = effect_key(self._pruned(final)) == effect_key(final)
-        if not holds or not self._acceptance.is_far_better(final, selection.model):
+        models = [FittedModel(self._split, step.model.solution) for step in earlier.steps]  # fitted to the same rows
+        final = models[-1]
+        if not self._acceptance.is_far_better(final, selection.model):
             return selection
+        if effect_key(self._pruned(final)) != effect_key(final):
+            return selection
+        steps: list[SelectionStep] = []
+        for step, model in zip(earlier.steps, models, strict=True):
+            _append(steps, step.added, model)
         return self.truncated(replace(earlier, steps=tuple(steps)), len(steps) - 1)
 
     def truncated(self, selection: Selection, number: int) -> Selection:
@@ -167,12 +168,13 @@ class Selector:
             if extension is None:
                 return model, extensions
             added = self._pruned(searched_again(self.search, extension))
+            again = effect_key(added) in visited
             # Where two models lead to each other, what one of them does without is not needed.
-            if effect_key(added) in visited and len(added.terms) >= len(model.terms):
+            if again and len(added.terms) >= len(model.terms):
                 return model, extensions
             model = added
-            steps.append(SelectionStep(extension.terms[-1].name, model, model.improvement_over(steps[-1].model)))
-            if effect_key(model) in visited:
+            _append(steps, extension.terms[-1].name, model)
+            if again:
                 return model, self.search.extensions(model)
             visited.add(effect_key(model))
             self._progress(f"{steps[-1].added} added; searching for more")
@@ -291,6 +293,11 @@ class Selector:
             names if any(candidate is model for candidate in equivalent) else []
         )  # a much better effect is no alternative
         return Finding(term, improvement, tuple(names[:3]), reduced.residuals, model.residuals, compared), best
+
+
+def _append(steps: list[SelectionStep], added: str | None, model: FittedModel) -> None:
+    """Append a step to the `model`, judged against the last of the `steps`, if any."""
+    steps.append(SelectionStep(added, model, model.improvement_over(steps[-1].model) if steps else None))
 
 
 def _is_worse(model: FittedModel, other: FittedModel) -> bool:

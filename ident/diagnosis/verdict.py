@@ -121,7 +121,7 @@ def _is_supported(diagnosis: Diagnosis, finding: Finding) -> bool:
 
 def _initial_effects(diagnosis: Diagnosis) -> set[str]:
     """Names of the effects of the initial model."""
-    return {term.name for term in diagnosis.selection.steps[0].model.terms}
+    return diagnosis.selection.steps[0].model.names
 
 
 def merge_repeated(findings: Sequence[Finding]) -> list[Finding]:

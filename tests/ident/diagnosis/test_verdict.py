@@ -23,7 +23,7 @@ SAMPLE = Path("recordings/samples/fig5a.mcap")
     ],
 )
 def test_nothing_found_is_adequate_only_above_a_known_floor(known: bool, significant: bool, expected: str) -> None:
-    mandatory = SimpleNamespace(model=SimpleNamespace(terms=()))
+    mandatory = SimpleNamespace(model=SimpleNamespace(terms=(), names=set()))
     diagnosis: Any = SimpleNamespace(
         selection=SimpleNamespace(findings=(), steps=(mandatory,)),
         forced=False,
