@@ -20,7 +20,7 @@ from benchmarks.hidden_effects.cases import Case
 from benchmarks.hidden_effects.drawn_cases import drawn_cases
 from benchmarks.hidden_effects.figures import Figure
 from ident.diagnosis.diagnosis import DiagnosisOptions, prepare_inputs
-from ident.diagnosis.parameter_intervals import confidence_intervals
+from ident.diagnosis.split.parameter_intervals import confidence_intervals
 from ident.dynamics.effects.library import library
 from ident.dynamics.structure import Term
 from ident.estimation import estimators

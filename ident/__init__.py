@@ -18,7 +18,7 @@ from recordings.errors import BadInput, RunFailed
 
 if TYPE_CHECKING:
     from ident.diagnosis.diagnosis import StatusCallback
-    from ident.diagnosis.result import DiagnosisResult
+    from ident.diagnosis.document.result import DiagnosisResult
     from ident.estimation.problem import Progress
     from ident.identification.model import Model
     from ident.residuals.analysis import ResidualAnalysis
@@ -82,7 +82,7 @@ def fit(
         BadInput: a recording cannot be used, the recordings are not of one rig, or an option does not exist.
     """
     from ident.data.compatibility import check_not_repeated
-    from ident.diagnosis.residual_test import check_residual
+    from ident.diagnosis.unknown.residual_test import check_residual
     from ident.dynamics.effects.library import library
     from ident.estimation import estimators
     from ident.identification.identify import FitOptions, identify
@@ -133,7 +133,7 @@ def compare(model: Model, files: Sequence[File]) -> ResidualAnalysis:
     Raises:
         BadInput: a recording cannot be used, or is of another rig than the model.
     """
-    from ident.diagnosis.residual_test import scored_predictions
+    from ident.diagnosis.unknown.residual_test import scored_predictions
     from ident.identification.prediction import predict
     from ident.residuals.analysis import analyse
 
@@ -167,7 +167,7 @@ def diagnose(
         BadInput: a recording cannot be used, the recordings are not of one rig, or an effect does not exist.
     """
     from ident.diagnosis.diagnosis import DiagnosisOptions
-    from ident.diagnosis.result import diagnosed
+    from ident.diagnosis.document.result import diagnosed
 
     if model is not None:
         _check_model(model)

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 from benchmarks.real.data_set import Manifest
 from drivers.simulated.config import SimConfig
-from ident.diagnosis.document import Document
+from ident.diagnosis.document.document import Document
 from ident.identification.model_file import ModelFile
 from recordings.rig import Rig
 from tests.documents import ROOT, Session, agrees, documents, examples, renewed

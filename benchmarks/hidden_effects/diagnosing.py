@@ -45,9 +45,9 @@ class Answers:
 
 def diagnose(case: Case, root: Path, engine: str) -> dict[str, Any]:
     """Diagnose a case; return the line to store: the document of `ident diagnose`, or the error."""
-    from ident.diagnosis import verdict
     from ident.diagnosis.diagnosis import DiagnosisOptions
     from ident.diagnosis.diagnosis import diagnose as run
+    from ident.diagnosis.document import verdict
 
     folder, start = root / case.name, time.monotonic()
     line: dict[str, Any] = {"case": case.name, "engine": engine}

@@ -9,9 +9,9 @@ from tempfile import TemporaryDirectory
 
 import click
 
-from ident.diagnosis import verdict
 from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose
-from ident.diagnosis.document import Document
+from ident.diagnosis.document import verdict
+from ident.diagnosis.document.document import Document
 from ident.dynamics.effects.library import library
 from tests.foreign import traps
 from tests.foreign.pairs import TRAIN, VALIDATE

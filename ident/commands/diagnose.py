@@ -14,7 +14,7 @@ from recordings.errors import BadInput
 from recordings.next_command import diagnosis, free_name, free_output
 
 if TYPE_CHECKING:
-    from ident.diagnosis.document import Document
+    from ident.diagnosis.document.document import Document
 
 FILE = click.Path(path_type=Path)
 
@@ -98,7 +98,7 @@ def command(
     from rich.console import Console
 
     import ident
-    from ident.diagnosis import verdict
+    from ident.diagnosis.document import verdict
     from ident.output.console import diagnosis as console_table
     from recordings.progress import progress_bar
 

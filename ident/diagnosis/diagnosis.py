@@ -10,17 +10,17 @@ import numpy as np
 from ident.data.compatibility import check_no_overlap, check_not_repeated, check_same_rig
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import PreparedRecording, common_cutoff, prepare
-from ident.diagnosis.confirmation import is_structure
-from ident.diagnosis.misspecification_check import remove_imitations, remove_pieces
-from ident.diagnosis.nonparametric_fit import NonparametricFit, fit_curves
-from ident.diagnosis.observability import Observability, observability
-from ident.diagnosis.ripple import Ripple, below_low_pass, find_ripple
-from ident.diagnosis.split_data import SplitData
-from ident.diagnosis.steps import FittedModel, Selection
-from ident.diagnosis.stepwise_selection import Selector
-from ident.diagnosis.train_test_split import split_recordings
-from ident.diagnosis.unexplained_residual import UnexplainedResidual, estimate_unexplained, with_vibrations
-from ident.diagnosis.vibration_check import with_vibration_alternatives
+from ident.diagnosis.judge.confirmation import is_structure
+from ident.diagnosis.judge.steps import FittedModel, Selection
+from ident.diagnosis.ripple.ripple import Ripple, below_low_pass, find_ripple
+from ident.diagnosis.ripple.vibration_check import with_vibration_alternatives
+from ident.diagnosis.search.stepwise_selection import Selector
+from ident.diagnosis.split.observability import Observability, observability
+from ident.diagnosis.split.split_data import SplitData
+from ident.diagnosis.split.train_test_split import split_recordings
+from ident.diagnosis.unknown.misspecification_check import remove_imitations, remove_pieces
+from ident.diagnosis.unknown.nonparametric_fit import NonparametricFit, fit_curves
+from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual, estimate_unexplained, with_vibrations
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure
 from ident.identification.chosen_effects import check_effect_name

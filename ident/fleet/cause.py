@@ -7,14 +7,14 @@ from typing import Literal
 
 import numpy as np
 
-from ident.diagnosis.acceptance import EQUIVALENT_SHARE
-from ident.diagnosis.candidate_search import MIN_SIGNIFICANCE
 from ident.diagnosis.diagnosis import DiagnosisOptions, prepare_inputs
-from ident.diagnosis.residual_dependence import find_dependences
-from ident.diagnosis.screening import Candidate
-from ident.diagnosis.steps import FittedModel
-from ident.diagnosis.stepwise_selection import Selector
-from ident.diagnosis.unexplained_residual import MIN_TORQUE_SHARE
+from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.search.acceptance import EQUIVALENT_SHARE
+from ident.diagnosis.search.candidate_search import MIN_SIGNIFICANCE
+from ident.diagnosis.search.screening import Candidate
+from ident.diagnosis.search.stepwise_selection import Selector
+from ident.diagnosis.unknown.residual_dependence import find_dependences
+from ident.diagnosis.unknown.unexplained_residual import MIN_TORQUE_SHARE
 from ident.dynamics.effects.base import Effect, Signal
 from ident.dynamics.effects.library import library
 from ident.fleet.change_screening import ChangeScreener, as_change

@@ -12,8 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.diagnosis.screening import Candidate, Screener
-from ident.diagnosis.split_data import SplitData
+from ident.diagnosis.search.screening import Candidate, Screener
+from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Additive, Effect, Quantity
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from ident.diagnosis.diagnosis import DiagnosisOptions, prepare_inputs
-from ident.diagnosis.split_data import rms
-from ident.diagnosis.steps import FittedModel
-from ident.diagnosis.stepwise_selection import Selector
+from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.search.stepwise_selection import Selector
+from ident.diagnosis.split.split_data import rms
 from ident.dynamics.effects.library import library
 from ident.fleet.settings import FleetSettings
 from ident.fleet.walk import RecordingFile

@@ -2,7 +2,7 @@
 
 Every task is a generator of views, the most urgent first. A task names the ladder from which it starts: a process
 that has this ladder continues at once, a new process rebuilds it. Models, errors and improvements are those of
-`ident diagnose` (`ident.diagnosis.stepwise_selection`), one step at a time.
+`ident diagnose` (`ident.diagnosis.search.stepwise_selection`), one step at a time.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -13,14 +13,14 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ident.data.samples import holds_torque
-from ident.diagnosis import verdict
 from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose, prepare_inputs
-from ident.diagnosis.document import labels
-from ident.diagnosis.effect_contribution import EffectContribution
-from ident.diagnosis.screening import Candidate
-from ident.diagnosis.steps import FittedModel, SelectionStep
-from ident.diagnosis.stepwise_selection import Selector
-from ident.diagnosis.unexplained_residual import UnexplainedResidual
+from ident.diagnosis.document import verdict
+from ident.diagnosis.document.document import labels
+from ident.diagnosis.judge.steps import FittedModel, SelectionStep
+from ident.diagnosis.search.effect_contribution import EffectContribution
+from ident.diagnosis.search.screening import Candidate
+from ident.diagnosis.search.stepwise_selection import Selector
+from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual
 from ident.dynamics.effects.library import library
 from ident.dynamics.structure import Term
 from ident.output.figures.finding import before_after, effect_contribution

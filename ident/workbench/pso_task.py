@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ident.diagnosis.residual_test import check_residual
+from ident.diagnosis.unknown.residual_test import check_residual
 from ident.dynamics.effects.library import library
 from ident.estimation import estimators
 from ident.identification import identify

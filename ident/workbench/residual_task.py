@@ -1,8 +1,8 @@
 """Residual analysis of the current model, as in `ident compare`."""
 
-from ident.diagnosis.diagnosed_model import model_file
-from ident.diagnosis.steps import FittedModel
-from ident.diagnosis.unexplained_residual import UnexplainedResidual, estimate_unexplained
+from ident.diagnosis.document.diagnosed_model import model_file
+from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual, estimate_unexplained
 from ident.identification.model import Model
 from ident.identification.model_file import ModelFile
 from ident.identification.prediction import Prediction

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ident.diagnosis.diagnosis import DiagnosisInputs
-from ident.diagnosis.steps import FittedModel, SelectionStep
-from ident.diagnosis.stepwise_selection import Selector
+from ident.diagnosis.judge.steps import FittedModel, SelectionStep
+from ident.diagnosis.search.stepwise_selection import Selector
 from ident.workbench.views import ModelSpec
 
 _MAX_KNOWN_STEPS = 16

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.diagnosis.document import StepEntry
+from ident.diagnosis.document.document import StepEntry
 from ident.identification.model_file import ModelFile
 from ident.residuals.windows import Window
 from recordings.recording import Bools, Floats, Ints

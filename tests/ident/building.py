@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording, prepare
-from ident.diagnosis.observability import observability
-from ident.diagnosis.split_data import SplitData
-from ident.diagnosis.steps import FittedModel
-from ident.diagnosis.stepwise_selection import Selector
-from ident.diagnosis.train_test_split import split_recordings
+from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.search.stepwise_selection import Selector
+from ident.diagnosis.split.observability import observability
+from ident.diagnosis.split.split_data import SplitData
+from ident.diagnosis.split.train_test_split import split_recordings
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.base import Additive, Quantity
 from ident.dynamics.effects.library import library

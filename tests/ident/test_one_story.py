@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 import ident
-from ident.diagnosis.result import DiagnosisResult
+from ident.diagnosis.document.result import DiagnosisResult
 from ident.dynamics.motion import Motion
 from ident.identification import model_file
 from ident.output.console import diagnosis as console_diagnosis

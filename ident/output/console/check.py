@@ -3,8 +3,8 @@
 from rich.console import Console
 from rich.table import Table
 
-from ident.diagnosis.document import UNKNOWN_FLOOR
-from ident.diagnosis.visibility_document import CheckDocument, CheckedEffect, CheckedJoint
+from ident.diagnosis.document.document import UNKNOWN_FLOOR
+from ident.diagnosis.visibility.visibility_document import CheckDocument, CheckedEffect, CheckedJoint
 
 _EVEN = 1e-4
 """Steps of time with less jitter than this are even."""

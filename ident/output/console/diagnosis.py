@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ident.diagnosis.document import (
+from ident.diagnosis.document.document import (
     UNKNOWN_FLOOR,
     Document,
     FindingEntry,

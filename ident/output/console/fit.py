@@ -6,7 +6,7 @@ from math import isinf
 from rich.console import Console
 from rich.table import Table
 
-from ident.diagnosis.residual_test import score
+from ident.diagnosis.unknown.residual_test import score
 from ident.dynamics.effects.base import is_infinite
 from ident.dynamics.structure import ModelStructure
 from ident.identification.goodness_of_fit import GoodnessOfFit

@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.steps import Finding, FittedModel
+from ident.diagnosis.judge.steps import Finding, FittedModel
 from ident.dynamics.structure import Term
 from ident.output.figures import theme
 from ident.residuals.curves import axis_unit, axis_values, binned_means

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import plotly.graph_objects as go
 
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.document import Document, StepEntry
+from ident.diagnosis.document.document import Document, StepEntry
 from ident.output.figures import theme
 
 MAX_CANDIDATES = 14

@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.nonparametric_fit import NonparametricFit
+from ident.diagnosis.unknown.nonparametric_fit import NonparametricFit
 from ident.dynamics.effects.learned_curve import LearnedCurve
 from ident.identification.prediction import Prediction
 from ident.output.figures import theme

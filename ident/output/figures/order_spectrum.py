@@ -2,7 +2,7 @@
 
 import plotly.graph_objects as go
 
-from ident.diagnosis.ripple import Ripple
+from ident.diagnosis.ripple.ripple import Ripple
 from ident.output.figures import theme
 
 

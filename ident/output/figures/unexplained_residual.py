@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import plotly.graph_objects as go
 
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.document import Document
-from ident.diagnosis.residual_test import residual_test
+from ident.diagnosis.document.document import Document
+from ident.diagnosis.unknown.residual_test import residual_test
 from ident.identification.prediction import Prediction
 from ident.output.figures import theme
 from ident.output.figures.residuals import curve_grid

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose
-from ident.diagnosis.residual_test import scored_predictions
-from ident.diagnosis.result import DiagnosisResult
-from ident.diagnosis.verdict import to_document
+from ident.diagnosis.document.result import DiagnosisResult
+from ident.diagnosis.document.verdict import to_document
+from ident.diagnosis.unknown.residual_test import scored_predictions
 from ident.dynamics.effects.library import library
 from ident.estimation.axis_response import AxisResponse, axis_response
 from ident.identification import model_file, prediction

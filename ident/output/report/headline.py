@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ident.diagnosis.document import UNKNOWN_FLOOR, Document
+from ident.diagnosis.document.document import UNKNOWN_FLOOR, Document
 from ident.output.figures.theme import number, percent
 from ident.output.report.contents import ReportContents
 

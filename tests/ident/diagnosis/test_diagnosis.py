@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.diagnosis import verdict
 from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose, prepare_inputs
+from ident.diagnosis.document import verdict
 from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
 from recordings.errors import BadInput

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ident.diagnosis.diagnosis import DiagnosisOptions, prepare_inputs
-from ident.diagnosis.stepwise_selection import Selector
+from ident.diagnosis.search.stepwise_selection import Selector
 from ident.dynamics.effects.base import Additive
 from ident.dynamics.effects.library import library
 from ident.fleet.change_screening import ChangeScreener, as_change, base_name

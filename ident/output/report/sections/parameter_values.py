@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from ident.diagnosis.document import ParameterValue
+from ident.diagnosis.document.document import ParameterValue
 from ident.output.figures.theme import interval, number
 from ident.output.report.blocks import ReportTable
 

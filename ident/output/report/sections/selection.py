@@ -1,6 +1,6 @@
 """Section with the steps of the selection and the error of each."""
 
-from ident.diagnosis.result import DiagnosisResult
+from ident.diagnosis.document.result import DiagnosisResult
 from ident.output.figures import ladder
 from ident.output.report.blocks import Fold, Plot, ReportBlock, ReportSection, ReportTable
 from ident.output.report.sections import parameter_values

@@ -1,6 +1,6 @@
 """Section with measured and computed torque over time."""
 
-from ident.diagnosis.result import DiagnosisResult
+from ident.diagnosis.document.result import DiagnosisResult
 from ident.output.figures import theme, torque
 from ident.output.figures.theme import percent
 from ident.output.report.blocks import Fold, Plot, ReportBlock, ReportSection

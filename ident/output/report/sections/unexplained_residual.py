@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
-from ident.diagnosis.document import Document
-from ident.diagnosis.result import DiagnosisResult
+from ident.diagnosis.document.document import Document
+from ident.diagnosis.document.result import DiagnosisResult
 from ident.output.figures import spectrum, unexplained_residual
 from ident.output.figures.learned_curves import learned_curves
 from ident.output.figures.theme import percent

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ident.diagnosis.candidate_search import CandidateSearch
-from ident.diagnosis.split_data import SplitData
+from ident.diagnosis.search.candidate_search import CandidateSearch
+from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Additive
 from ident.dynamics.effects.library import load
 from ident.dynamics.motion import Motion

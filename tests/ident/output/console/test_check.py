@@ -4,7 +4,7 @@ import io
 
 from rich.console import Console
 
-from ident.diagnosis.visibility_document import (
+from ident.diagnosis.visibility.visibility_document import (
     CheckDocument,
     CheckedEffect,
     CheckedJoint,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.diagnosis.residual_test import scored_predictions
+from ident.diagnosis.unknown.residual_test import scored_predictions
 from ident.dynamics.effects.library import library
 from ident.estimation import estimators
 from ident.identification import identify, prediction

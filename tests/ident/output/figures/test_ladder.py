@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ident.diagnosis.document import Document, Remaining, StepEntry
+from ident.diagnosis.document.document import Document, Remaining, StepEntry
 from ident.output.figures import ladder
 
 HOSTILE = "<a href='javascript:alert(1)'>x"

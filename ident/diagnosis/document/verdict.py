@@ -1,0 +1,305 @@
+"""Convert a diagnosis to the document that is printed: sentences and numbers."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ident.diagnosis.diagnosis import Diagnosis
+from ident.diagnosis.document.advice import fit_command, next_motion
+from ident.diagnosis.document.document import (
+    Document,
+    FindingEntry,
+    FindingStatus,
+    LearnedCurveEntry,
+    ParameterValue,
+    Remaining,
+    StepEntry,
+    Verdict,
+)
+from ident.diagnosis.document.estimate_consistency import consistency_warnings
+from ident.diagnosis.document.rejections import rejected_effects
+from ident.diagnosis.document.ripple_document import (
+    above_low_pass,
+    describe_ripple,
+    ripple_step,
+    step_errors,
+    with_ripple,
+)
+from ident.diagnosis.document.warnings import data_warnings, file_names
+from ident.diagnosis.judge.confirmation import is_supported
+from ident.diagnosis.judge.physical_limits import sign_warnings, size_warnings
+from ident.diagnosis.judge.steps import Finding, SelectionStep
+from ident.diagnosis.split.parameter_intervals import with_gain
+from ident.diagnosis.split.split_data import SplitData, rms
+from ident.dynamics.effects.learned_curve import effect_file_text
+from ident.identification.identify import is_relative
+from ident.uncertainty.assessment import gain_uncertainty, interval_or_none
+from recordings.recording import Floats
+
+_UNKNOWN_FLOOR = "whether more is missing is not known, because nothing repeats and the noise is unknown"
+
+
+def to_document(diagnosis: Diagnosis) -> Document:
+    """The document of a `diagnosis`."""
+    split, selection = diagnosis.split, diagnosis.selection
+    rig = split.recordings[0].recording.rig
+    verdict, ripple, floor = _verdict(diagnosis), diagnosis.ripple, selection.model.noise_floor
+    rungs = [step_entry(split, step, step_errors(ripple, step.model)) for step in selection.steps]
+    return Document(
+        schema=1,
+        verdict=verdict,
+        sentence=_sentence(diagnosis, verdict),
+        bandwidth_hz=ripple.upper,
+        noise_rms=_numbers(ripple.with_noise(floor.rms)) if floor.known else (None,) * len(floor.rms),
+        noise_source="repetition" if floor.known else "unknown",
+        torque_rms=_numbers(split.torque_rms),
+        joints=rig.joint_names,
+        effort_units=rig.effort_units,
+        relative=is_relative(split.recordings[0].recording),
+        scale_uncertainty=gain_uncertainty(split.recordings[0].recording),
+        simulated=any(data.recording.run.simulated for data in split.recordings),
+        held_out=describe_test_data(split),
+        rungs=(*rungs, *ripple_step(ripple, rungs[-1])),
+        findings=with_ripple(
+            [_finding(diagnosis, finding) for finding in merge_repeated(selection.findings)], ripple
+        ),
+        rejected=tuple(rejected_effects(diagnosis)),
+        remaining=Remaining(
+            structured_share=diagnosis.unexplained.share,
+            depends_on=diagnosis.unexplained.variables,
+            why=diagnosis.unexplained.sentence,
+            structured_rms=_numbers(diagnosis.unexplained.rms),
+        ),
+        above_low_pass=above_low_pass(ripple),
+        next_motion=next_motion(diagnosis, _new_findings(diagnosis)),
+        cautions=(
+            *_bias_caution(diagnosis),
+            *consistency_warnings(selection.model, rungs),
+            *sign_warnings(selection.model),
+            *size_warnings(selection.model),
+            *data_warnings(split, selection.model, floor, diagnosis.library.get("torque_offset")),
+        ),
+        recordings=tuple(file_names(split, range(len(split.recordings)))),
+    )
+
+
+def write_learned_curve(diagnosis: Diagnosis, path: Path) -> LearnedCurveEntry | None:
+    """Write the learned curves to the effect file `path`; None if there are none that the test rows support."""
+    learned = diagnosis.learned
+    if learned is None or not learned.supported:
+        return None
+    about = ", ".join(dict.fromkeys(data.recording.path.name for data in diagnosis.split.recordings))
+    path.write_text(effect_file_text(learned.curves, about))
+    joints = tuple(sorted({curve.joint for curve in learned.curves}))
+    return LearnedCurveEntry(
+        file=str(path),
+        command=fit_command(diagnosis, path, joints),
+        joints=joints,
+        over=tuple(sorted({curve.variable for curve in learned.curves})),
+        validate_rms=_numbers(rms(learned.model.residuals, diagnosis.split.test)),
+        gain=learned.improvement.share,
+        gain_ci95=learned.improvement.interval,
+    )
+
+
+def _numbers(values: Floats) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)
+
+
+def _new_findings(diagnosis: Diagnosis) -> list[Finding]:
+    """Findings that are neither mandatory effects nor part of the initial model, and that the test rows support."""
+    initial = _initial_effects(diagnosis)
+    return [
+        finding
+        for finding in merge_repeated(diagnosis.selection.findings)
+        if not finding.term.effect.mandatory
+        and finding.term.name not in initial
+        and _is_supported(diagnosis, finding)
+    ]
+
+
+def _is_supported(diagnosis: Diagnosis, finding: Finding) -> bool:
+    """Whether the test rows support a finding. This is open only for forced effects, which are added in any case."""
+    return not diagnosis.forced or is_supported(finding.improvement)
+
+
+def _initial_effects(diagnosis: Diagnosis) -> set[str]:
+    """Names of the effects of the initial model."""
+    return diagnosis.selection.steps[0].model.names
+
+
+def merge_repeated(findings: Sequence[Finding]) -> list[Finding]:
+    """Merge the findings of the same effect: several lines of a spectrum become one finding.
+
+    The finding with the largest improvement is kept, with the joints of all of them.
+    """
+    merged: dict[str, Finding] = {}
+    for finding in findings:
+        present = merged.setdefault(finding.term.name, finding)
+        joints = tuple(sorted({*finding.term.joints, *present.term.joints}))
+        strongest = max(finding, present, key=lambda item: item.improvement.share)
+        merged[finding.term.name] = replace(strongest, term=replace(strongest.term, joints=joints))
+    return list(merged.values())
+
+
+def _verdict(diagnosis: Diagnosis) -> Verdict:
+    if diagnosis.unexplained.significant:
+        return "unknown-structure"
+    if _new_findings(diagnosis) or diagnosis.ripple.lines:
+        return "missing-effect"
+    return "adequate" if diagnosis.model.noise_floor.known else "undetermined"
+
+
+def _sentence(diagnosis: Diagnosis, verdict: Verdict) -> str:
+    descriptions = [_describe(finding) for finding in _new_findings(diagnosis)]
+    names = ", ".join([*descriptions, *describe_ripple(diagnosis.ripple)])
+    remains = "no structured residual is left above the noise floor"
+    if verdict == "unknown-structure":
+        remains = "a structured residual is left"
+    elif not diagnosis.model.noise_floor.known:
+        remains = _UNKNOWN_FLOOR
+    if diagnosis.forced:
+        if not names:
+            return f"The requested effects explain nothing. Without them, {remains}: {diagnosis.unexplained.sentence}"
+        return f"With {names}, as requested, {remains}: {diagnosis.unexplained.sentence}"
+    initial = ", ".join(sorted(_initial_effects(diagnosis)))
+    model = f"The model with {initial}" if initial else "The base model"
+    if verdict == "undetermined":
+        return f"No missing effect was found; {remains}."
+    if verdict == "adequate":
+        return "No structured residual is left above the noise floor: the model is adequate for these recordings."
+    if verdict == "missing-effect":
+        return f"{model} lacks {names}; with it, {remains}."
+    subject = f"{model} lacks {names}, but a structured residual" if names else "A structured residual"
+    return f"{subject} is left that no effect of the library explains: {diagnosis.unexplained.sentence}"
+
+
+def _bias_caution(diagnosis: Diagnosis) -> Iterator[str]:
+    """A caution that estimates may be biased while an effect is missing."""
+    if diagnosis.unexplained.significant and diagnosis.selection.findings:
+        yield (
+            "Estimates and intervals assume that no other effect is missing, but one is: until it is found, the "
+            "errors may exceed the intervals."
+        )
+
+
+def _describe(finding: Finding) -> str:
+    term = finding.term
+    joints = "" if term.effect.whole_robot else f" (joint {', '.join(str(joint + 1) for joint in term.joints)})"
+    alternatives = f" or {' or '.join(finding.alternatives)}" if finding.alternatives else ""
+    return f"{term.name}{joints}{alternatives}"
+
+
+def describe_test_data(split: SplitData) -> str:
+    """The data on which the models are validated, in words."""
+    if split.other_motion:
+        files = file_names(split, [i for i, rows in enumerate(split.test) if rows.any()])
+        return f"{'another recording' if len(files) == 1 else 'other recordings'}: {', '.join(files)}"
+    return "phase segments of the same motion, because there is no other recording: pass one with --validate"
+
+
+def step_entry(
+    split: SplitData, step: SelectionStep, errors: Mapping[str, tuple[float, ...]] | None = None
+) -> StepEntry:
+    """One model of the selection in numbers.
+
+    errors: `train_rms` and `validate_rms` up to the highest ripple; None: below the low-pass.
+    """
+    model = step.model
+    below = {
+        "train_rms": _numbers(rms(model.residuals, split.train)),
+        "validate_rms": _numbers(rms(model.residuals, split.test)),
+        "train_rms_all": _numbers(rms(model.residuals, split.train_all)),
+        "validate_rms_all": _numbers(rms(model.residuals, split.test_all)),
+    }
+    return StepEntry(
+        added=step.added,
+        effects=tuple(term.name for term in model.terms),
+        parameters=_parameters(split, step),
+        **{**below, **(errors or {})},
+    )
+
+
+def _parameters(split: SplitData, step: SelectionStep) -> dict[str, ParameterValue]:
+    solution = step.model.solution
+    recording = split.recordings[0].recording
+    entries, shapes = solution.structure.parameters, step.model.shape_intervals
+    totals = shapes if is_relative(recording) else with_gain(shapes, solution, gain_uncertainty(recording))
+    return {
+        entry.name: ParameterValue(
+            value=float(value),
+            unit=entry.unit,
+            ci95=interval_or_none(total),
+            shape_ci95=interval_or_none(shape),
+            meaning=entry.meaning,
+            lower=entry.lower if np.isfinite(entry.lower) else None,
+            upper=entry.upper if np.isfinite(entry.upper) else None,
+        )
+        for entry, value, total, shape in zip(entries, solution.x, totals, shapes, strict=True)
+        if entry.free or entry.term >= 0  # not friction of the mechanism that an effect replaces
+    }
+
+
+def _finding(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
+    effect, improvement = finding.term.effect, finding.improvement
+    where = "the whole robot" if effect.whole_robot else f"joint {', '.join(str(j + 1) for j in finding.term.joints)}"
+    known = diagnosis.selection.model.noise_floor.known
+    excess = "error above the noise floor" if known else "mean square above what may be noise"
+    share, interval = _part(diagnosis, finding)
+    if share is None:
+        low, high = improvement.interval
+        why = f"Leaving it out would add {improvement.share:.0%} of the {excess} on held-out data"
+    else:
+        low, high = interval or (share, share)
+        why = f"It accounts for {share:.0%} of the {excess} that the first model leaves on held-out data"
+    if finding.compared > 1:
+        why += (
+            f" ({low:.0%} to {high:.0%}: no fit used these data, but they chose among {finding.compared} models, "
+            "which the interval allows for)"
+        )
+    if not _is_supported(diagnosis, finding):
+        why = "It was requested, but the held-out data do not support it"
+    elif finding.alternatives:
+        why += f"; on these data, {', '.join(finding.alternatives)} would explain as much in its place"
+    return FindingEntry(
+        effect=finding.term.name,
+        joints=tuple(joint + 1 for joint in finding.term.joints),
+        confusable_with=finding.alternatives,
+        gain=improvement.share,
+        gain_ci95=improvement.interval,
+        share=share,
+        status=_status(diagnosis, finding),
+        in_model=finding.term.name in _initial_effects(diagnosis),
+        why=f"On {where}. {why}.",
+        sentence=effect.sentence,
+        looks=effect.symptom,
+        causes=effect.causes,
+        remedy=effect.remedy,
+    )
+
+
+def _part(diagnosis: Diagnosis, finding: Finding) -> tuple[float | None, tuple[float, float] | None]:
+    """Part of a finding in the fall of the held-out excess from the first model to the last, and its interval.
+
+    The fall is divided in proportion to what leaving out each effect alone would add to the mean square.
+    """
+    selection, initial = diagnosis.selection, _initial_effects(diagnosis)
+    if finding.term.name in initial or len(selection.steps) < 2:
+        return None, None
+    added: dict[str, float] = {}
+    for each in selection.findings:
+        if each.term.name not in initial:
+            added[each.term.name] = added.get(each.term.name, 0.0) + max(each.improvement.reduction, 0.0)
+    total = sum(added.values())
+    fall = selection.model.improvement_over(selection.steps[0].model, compared=finding.compared)
+    part = added[finding.term.name] / total if total else 0.0
+    low, high = fall.interval
+    return part * fall.share, (part * low, part * high)
+
+
+def _status(diagnosis: Diagnosis, finding: Finding) -> FindingStatus:
+    if not _is_supported(diagnosis, finding):
+        return "not-supported"
+    return "asked-for" if diagnosis.forced else "supported"

@@ -1,0 +1,100 @@
+"""Cautions about recordings that limit the validity of a diagnosis."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from ident.data.samples import holds_torque
+from ident.diagnosis.document.extrapolation import extrapolation_warnings
+from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.split.friction_offset_confounding import confounding_warnings
+from ident.diagnosis.split.noise_floor import NoiseFloor
+from ident.diagnosis.split.split_data import MIN_REPORTED_SHARE, SplitData, rms
+from ident.dynamics.effects.base import Effect
+
+_MIN_ROWS_PER_PARAMETER = 20
+"""With fewer independent rows per parameter, small effects are not significant."""
+_MAX_ERROR_RATIO = 1.5
+"""Largest plausible ratio between the errors on different test recordings."""
+
+
+def data_warnings(split: SplitData, model: FittedModel, floor: NoiseFloor, offset: Effect | None) -> Iterator[str]:
+    """Cautions about `model` and its noise `floor`; `offset`: the effect that is confounded with Coulomb friction."""
+    yield from confounding_warnings(split, model.solution, offset)
+    yield from _insufficient_data(split, model)
+    if floor.known:
+        yield from _disagreement(split, model, floor)
+        yield from extrapolation_warnings(split, model, floor)
+    yield from _excluded_rows(split)
+    yield from _assumed_gain(split)
+
+
+def file_names(split: SplitData, selected: Sequence[int]) -> list[str]:
+    """File names of the `selected` recordings; with their folders where the names alone are ambiguous."""
+    paths = list(dict.fromkeys(data.recording.path for data in split.recordings))
+    all_names = [path.name for path in paths]
+    files = (split.recordings[i].recording.path for i in selected)
+    return list(dict.fromkeys(path.name if all_names.count(path.name) == 1 else str(path) for path in files))
+
+
+def _insufficient_data(split: SplitData, model: FittedModel) -> Iterator[str]:
+    """Whether recordings are truncated or too short."""
+    truncated = [i for i, data in enumerate(split.recordings) if not data.recording.complete]
+    if truncated:
+        yield f"Truncated: {', '.join(file_names(split, truncated))}. The rest of the motion is not known."
+    rows, parameters = split.independent_rows, len(model.solution.x)
+    if rows < _MIN_ROWS_PER_PARAMETER * parameters:
+        yield (
+            f"Too short: {rows:.0f} independent rows for {parameters} parameters. Effects that were not found may "
+            "still exist; record a longer motion."
+        )
+
+
+def _disagreement(split: SplitData, model: FittedModel, floor: NoiseFloor) -> Iterator[str]:
+    """Whether the error of the final model is much larger on one test recording than on another."""
+    if not floor.rms.any():
+        return
+    test = [i for i, rows in enumerate(split.test) if rows.any()]
+    errors: dict[str, float] = {}
+    for name in file_names(split, test) if split.other_motion else ():
+        indices = [i for i in test if file_names(split, [i]) == [name]]
+        level = rms([model.residuals[i] for i in indices], [split.test[i] for i in indices])
+        errors[name] = float(np.linalg.norm(level) / np.linalg.norm(floor.rms))
+    if len(errors) > 1 and max(errors.values()) > _MAX_ERROR_RATIO * min(errors.values()):
+        listing = ", ".join(f"{name}: {error:.2g}" for name, error in errors.items())
+        yield (
+            f"The held-out recordings disagree; ratio of the final model's error to the noise floor: {listing}. "
+            "Was the machine changed between them? Diagnose them one by one."
+        )
+
+
+def _excluded_rows(split: SplitData) -> Iterator[str]:
+    """Rows that are not scored."""
+    if split.standstill_share > MIN_REPORTED_SHARE:
+        yield (
+            f"{split.standstill_share:.0%} of the rows are left out of fits and errors because a joint is at or near "
+            "standstill, where its dry friction is not determined."
+        )
+    if split.insensitive_share > MIN_REPORTED_SHARE:
+        yield (
+            f"{split.insensitive_share:.1%} of the rows are not scored: the amplifiers are so near their limit, or "
+            "in their dead band, that the voltage hardly depends on the torque. A slower motion avoids this."
+        )
+    if split.extrapolated_shares:
+        shares = " and ".join(
+            f"{share:.1%} (joint {joint})" for joint, share in enumerate(split.extrapolated_shares, start=1) if share
+        )
+        yield (
+            f"Of the held-out rows, {shares} are not scored: the joint is outside of the travel of the training "
+            "data, where friction that changes along the travel is not known. Train on a motion that goes there, too."
+        )
+
+
+def _assumed_gain(split: SplitData) -> Iterator[str]:
+    recording = split.recordings[0].recording
+    if recording.rig.torque.gain_source == "assumed" and not holds_torque(recording):
+        share = recording.rig.torque.gain_uncertainty
+        yield (
+            f"The torque gain is assumed, with an uncertainty of {share:.0%}: it scales all torques alike. "
+            "Parameters that are proportional to the torque are RELATIVE; their intervals leave this factor out."
+        )

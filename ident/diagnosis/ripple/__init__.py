@@ -1,0 +1,1 @@
+"""Ripple and vibrations above the low-pass of the analysis."""

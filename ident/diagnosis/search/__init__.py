@@ -1,0 +1,1 @@
+"""Search the models that a library of effects can form."""

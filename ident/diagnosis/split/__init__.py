@@ -1,0 +1,1 @@
+"""Rows of recordings as weights: training and held-out rows, blocks, and the noise floor."""

@@ -1,0 +1,75 @@
+"""Which effects of the library recordings can show, on which joints, and why not the others."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ident.data.samples import holds_torque
+from ident.diagnosis.split.friction_offset_confounding import MAX_RARE_SHARE, rarer_direction_share
+from ident.diagnosis.split.split_data import SplitData
+from ident.dynamics.effects.base import Effect
+
+MIN_TEMPERATURE_CHANGE = 2.0
+"""A smaller change of the temperature says nothing about friction [K]: grease loses some percent of it per degree."""
+
+
+@dataclass(frozen=True, eq=False)
+class Observability:
+    """The effects of a library, sorted by what recordings can say about them."""
+
+    observable: Mapping[str, Effect]
+    """Effects that such recordings can show, restricted to the joints on which these recordings can."""
+    unobservable: Mapping[str, str]
+    """Effects that such recordings cannot show, with the reason."""
+    untested: Mapping[str, str]
+    """Effects that are not tested in these recordings, with the reason."""
+
+
+def observability(split: SplitData, library: Mapping[str, Effect], without: Sequence[str] = ()) -> Observability:
+    """Sort the effects of the `library` for the mechanism of the recordings, but for those of other mechanisms.
+
+    without: effects that the user leaves out.
+    """
+    recording = split.recordings[0].recording
+    rig, torque_measured = recording.rig, holds_torque(recording)
+    warming = _temperature_change(split)
+    observable: dict[str, Effect] = {}
+    unobservable: dict[str, str] = {}
+    untested: dict[str, str] = {}
+    for name, effect in library.items():
+        if rig.mechanism not in effect.mechanisms:
+            continue
+        if name in without:
+            untested[name] = "Left out by the user."
+        elif reason := effect.why_unobservable(rig, torque_measured, bool(np.isfinite(warming).any())):
+            unobservable[name] = reason
+        else:
+            reasons = {
+                joint: " ".join(_lacking(split, effect, joint, warming)) for joint in effect.possible_joints(rig)
+            }
+            joints = tuple(joint for joint, lacking in reasons.items() if not lacking)
+            if joints:
+                observable[name] = effect if len(joints) == len(reasons) else replace(effect, joints=joints)
+            else:
+                untested[name] = next(iter(reasons.values()))
+    return Observability(observable, unobservable, untested)
+
+
+def _lacking(split: SplitData, effect: Effect, joint: int, warming: np.ndarray) -> Iterator[str]:
+    """Yield what the recordings lack to test `effect` on `joint` (from 0)."""
+    if "both directions" in effect.needs and (share := rarer_direction_share(split)[joint]) < MAX_RARE_SHARE:
+        yield f"Joint {joint + 1} moves in one of its directions only {share:.0%} of the time; record both equally."
+    if "temperature" in effect.needs and not warming[joint] >= MIN_TEMPERATURE_CHANGE:
+        known = f"changes by {warming[joint]:.2g} K only" if np.isfinite(warming[joint]) else "was not recorded"
+        yield f"The temperature of joint {joint + 1} {known}; record while the machine warms up."
+
+
+def _temperature_change(split: SplitData) -> np.ndarray:
+    """(dof,) range of the temperature of each joint over all training recordings [K]; NaN where it is unknown."""
+    known = np.concatenate([split.recordings[i].temperature for i in split.train_indices])
+    lowest, highest = (
+        bound(np.where(np.isfinite(known), known, sign * np.inf), axis=0)
+        for bound, sign in ((np.min, 1), (np.max, -1))
+    )
+    return np.where(np.isfinite(lowest), highest - lowest, np.nan)

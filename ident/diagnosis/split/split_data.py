@@ -1,0 +1,239 @@
+"""Training rows and test rows of recordings, and what is computed from them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from ident.data.cycle_statistics import repeating_share
+from ident.data.prepared_recording import PreparedRecording
+from ident.data.quantization import with_encoder_errors
+from ident.diagnosis.split.training_range import outside_of_range, training_range
+from ident.dynamics.effects.base import Signal
+from ident.dynamics.structure import ModelStructure
+from ident.estimation.nonlinear_fit import (
+    Solution,
+    adapted,
+    escape_local_minima,
+    initial_solution,
+    levenberg_marquardt,
+)
+from ident.estimation.predicted_torque import TorquePredictor
+from ident.threads import in_threads
+from ident.uncertainty.propagated_errors import perturbed_draws
+from recordings.recording import Bools, Floats, Ints
+
+MAX_STANDSTILL = 0.25
+"""Rows with a larger share of standstill are left out."""
+MAX_AMPLIFICATION = 2.0
+"""Rows that amplify torque errors more than this are not scored."""
+MIN_REPORTED_SHARE = 0.01
+"""Below this share of all rows, excluded rows are not reported, and rows near saturation are scored as well."""
+
+
+@dataclass(frozen=True, eq=False)
+class SplitData:
+    """Prepared recordings with training rows, test rows and unused rows."""
+
+    predictors: tuple[TorquePredictor, ...]
+    train: tuple[Bools, ...]
+    """(m, dof) training rows of each recording."""
+    test: tuple[Bools, ...]
+    """(m, dof) test rows of each recording."""
+    weights: tuple[Floats, ...]
+    """(m, dof) of each recording [1 / (N m)]; 0 outside of the training rows."""
+    other_motion: bool
+    """Whether the test rows are of other recordings; else they are phase segments of the same ones."""
+    standstill_share: float = 0.0
+    """Share of the rows that are not used because a joint stands still."""
+    insensitive_share: float = 0.0
+    """Share of the rows that are not scored because the reported signal hardly depends on the torque."""
+    extrapolated_shares: tuple[float, ...] = ()
+    """Share of the test rows of each joint that are not scored because a curve of the model is not known there; empty
+    if all are."""
+    train_all: tuple[Bools, ...] = ()
+    """(m, dof) training rows of each recording, with those that are not used because a joint stands still, or not
+    scored."""
+    test_all: tuple[Bools, ...] = ()
+    _perturbed_cache: dict[tuple[str, ...], tuple[list[tuple[Floats, Floats]], Floats]] = field(
+        default_factory=dict, repr=False
+    )
+    """Results of `perturbed_regressors`, by the names of effects."""
+
+    @property
+    def recordings(self) -> tuple[PreparedRecording, ...]:
+        """The recordings of the predictors."""
+        return tuple(predictor.prepared for predictor in self.predictors)
+
+    @property
+    def scored(self) -> tuple[Bools, ...]:
+        """(m, dof) of each recording: training rows and test rows."""
+        return tuple(train | test for train, test in zip(self.train, self.test, strict=True))
+
+    @cached_property
+    def outside_of_travel(self) -> tuple[Bools, ...]:
+        """(m, dof) rows of each recording at which a joint is outside of its travel in the training rows."""
+        positions = [recording.motion.position for recording in self.recordings]
+        return outside_of_range(positions, *training_range(positions, self.train))
+
+    @cached_property
+    def perturbed(self) -> tuple[TorquePredictor, ...]:
+        """The recordings with perturbed encoder readings: random errors of at most half an encoder step."""
+        return tuple(map(TorquePredictor, in_threads(with_encoder_errors, self.recordings)))
+
+    @cached_property
+    def perturbed_draws(self) -> tuple[tuple[TorquePredictor, ...], ...]:
+        """Several such perturbations of the recordings with training rows."""
+        return perturbed_draws([self.predictors[i].prepared for i in self.train_indices])
+
+    @cached_property
+    def repeating_share(self) -> tuple[Floats, ...]:
+        """(dof,) of each recording: share of the finest part of its motion that is the same in all repetitions."""
+        return tuple(repeating_share(predictor.prepared) for predictor in self.predictors)
+
+    def perturbed_regressors(self, bare: ModelStructure) -> tuple[list[tuple[Floats, Floats]], Floats]:
+        """Regressors with measured and with perturbed encoder readings, and the attenuation bias between them.
+
+        Returns for each recording both regressors (m, dof, K) of the `bare` structure, and the matrix (K, K) by which
+        a fit to the second changes the parameters. Errors in a regressor attenuate the parameters: with coarse
+        encoder steps, inertias are underestimated.
+        """
+        names = tuple(term.name for term in bare.terms)
+        if names not in self._perturbed_cache:
+            x = np.zeros(len(bare.parameters))
+
+            def derivatives(predictor: TorquePredictor) -> Floats:
+                return predictor.linearized(bare, x)[1]
+
+            pairs = list(
+                zip(in_threads(derivatives, self.predictors), in_threads(derivatives, self.perturbed), strict=True)
+            )
+            self._perturbed_cache[names] = pairs, self._attenuation_bias(pairs)
+        return self._perturbed_cache[names]
+
+    def _attenuation_bias(self, pairs: Sequence[tuple[Floats, Floats]]) -> Floats:
+        """(K, K) bias in `perturbed_regressors`, by weighted least squares over the training rows."""
+        rows, errors = [], []
+        for weight, (measured, perturbed) in zip(self.weights, pairs, strict=True):
+            known = (weight > 0) & np.isfinite(measured).all(axis=2) & np.isfinite(perturbed).all(axis=2)
+            rows.append((perturbed * weight[:, :, None])[known])
+            errors.append(((measured - perturbed) * weight[:, :, None])[known])
+        size = np.sqrt((np.concatenate(rows) ** 2).sum(axis=0))
+        size[size == 0] = 1.0
+        coefficients = np.linalg.lstsq(np.concatenate(rows) / size, np.concatenate(errors), rcond=1e-10)[0]
+        bias: Floats = coefficients / size[:, None]
+        return bias
+
+    @cached_property
+    def train_indices(self) -> tuple[int, ...]:
+        """Indices of the recordings with training rows."""
+        return tuple(i for i, rows in enumerate(self.train) if rows.any())
+
+    @cached_property
+    def independent_rows(self) -> float:
+        """Equivalent number of independent training rows: a low-pass correlates neighbours."""
+        return sum(
+            float(self.train[i].sum()) * min(1.0, 2 * self.recordings[i].bandwidth / self.recordings[i].rate)
+            for i in self.train_indices
+        )
+
+    @cached_property
+    def torque_rms(self) -> Floats:
+        """(dof,) RMS of the measured torque over all scored rows [N m]."""
+        return rms([recording.torque for recording in self.recordings], self.scored)
+
+    def fit(self, structure: ModelStructure, x: Floats) -> Solution:
+        """Fit the model `structure` to the training rows, starting from `x` (K,)."""
+        return self.fit_nonlinear(self.fit_linear(structure, x))
+
+    def fit_linear(self, structure: ModelStructure, x: Floats) -> Solution:
+        """Fit the linear parameters of `structure` to the training rows, with the others as in `x` (K,)."""
+        return initial_solution(self._train_predictors, structure, x, self._train_weights)
+
+    def adapted(self, solution: Solution, entries: Bools) -> Solution:
+        """Adapt the parameters `entries` (K,) to the others, by a single step."""
+        return adapted(self._train_predictors, solution, self._train_weights, entries)
+
+    def fit_nonlinear(self, solution: Solution) -> Solution:
+        """Fit all parameters, starting from those of a `solution`."""
+        return levenberg_marquardt(self._train_predictors, solution, self._train_weights)
+
+    def escape_local_minima(self, solution: Solution) -> Solution:
+        """Improve a `solution` that may be a local minimum, if its structure has discontinuous effects."""
+        return escape_local_minima(self._train_predictors, solution, self._train_weights)
+
+    @property
+    def _train_predictors(self) -> list[TorquePredictor]:
+        return [self.predictors[i] for i in self.train_indices]
+
+    @property
+    def _train_weights(self) -> list[Floats]:
+        return [self.weights[i] for i in self.train_indices]
+
+    def without_saturated_rows(self, solution: Solution, error: Floats) -> "SplitData":
+        """Exclude rows from scoring in which the reported signal hardly depends on the torque.
+
+        In saturation, any error of the torque is amplified. Fits still use these rows (the weights are unchanged):
+        only they show where saturation begins. If there are only few such rows, or hardly any others, nothing
+        is changed.
+
+        error: (dof,) smallest detectable torque error [N m].
+        """
+        if not any(isinstance(term.effect, Signal) and term.effect.report for term in solution.structure.terms):
+            return self
+        amplification = [
+            predictor.error_amplification(solution.structure, solution.x, error) for predictor in self.predictors
+        ]
+        insensitive = [
+            predictor.prepared.condition(np.where(np.isfinite(size), size > MAX_AMPLIFICATION, np.nan).astype(float))
+            > MAX_STANDSTILL
+            for predictor, size in zip(self.predictors, amplification, strict=True)
+        ]
+        train, test = (
+            tuple(rows & ~excluded for rows, excluded in zip(subset, insensitive, strict=True))
+            for subset in (self.train, self.test)
+        )
+        before, after = (
+            sum(int(rows.sum()) for rows in (*a, *b)) for a, b in ((self.train, self.test), (train, test))
+        )
+        share = 1 - after / before
+        expected = self.recordings[0].regressor.shape[2]
+        if share <= MIN_REPORTED_SHARE or min(row_count(train).min(), row_count(test).min()) < expected:
+            return self
+        return replace(self, train=train, test=test, insensitive_share=share)
+
+    def without_extrapolated_rows(self, extrapolated: Sequence[Bools]) -> "SplitData":
+        """Exclude test rows at which a model is `extrapolated` (m, dof) from scoring, unless hardly any are left."""
+        test = tuple(rows & ~unknown for rows, unknown in zip(self.test, extrapolated, strict=True))
+        before, after = row_count(self.test), row_count(test)
+        fewer = after < before
+        if not fewer.any() or after[fewer].min() < self.recordings[0].regressor.shape[2]:
+            return self
+        return replace(
+            self, test=test, extrapolated_shares=tuple(((before - after) / np.maximum(before, 1)).tolist())
+        )
+
+    def residuals(self, solution: Solution) -> tuple[Floats, ...]:
+        """(m, dof) measured minus computed torque of every recording [N m]."""
+        structure, x = solution.structure, solution.x
+        return tuple(
+            in_threads(lambda predictor: predictor.prepared.torque - predictor.torque(structure, x), self.predictors)
+        )
+
+
+def row_count(rows: Sequence[Bools]) -> Ints:
+    """(dof,) number of `rows` (m, dof) of all recordings."""
+    counts: Ints = np.sum([selected.sum(axis=0) for selected in rows], axis=0)
+    return counts
+
+
+def rms(residuals: Sequence[Floats], selected: Sequence[Bools]) -> Floats:
+    """(dof,) RMS of the `selected` rows (m, dof) of all recordings; NaN is skipped."""
+    known = [rows & np.isfinite(residual) for residual, rows in zip(residuals, selected, strict=True)]
+    squares = sum(
+        np.where(rows, residual**2, 0.0).sum(axis=0) for residual, rows in zip(residuals, known, strict=True)
+    )
+    count = sum(rows.sum(axis=0) for rows in known)
+    result: Floats = np.sqrt(squares / np.maximum(count, 1))
+    return result

@@ -1,0 +1,142 @@
+"""Split recordings into training rows and test rows."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ident.data import noise
+from ident.data.prepared_recording import PreparedRecording
+from ident.data.quantization import with_encoder_errors
+from ident.diagnosis.split.split_data import MAX_STANDSTILL, SplitData, row_count
+from ident.estimation.predicted_torque import TorquePredictor, cache_size
+from ident.threads import in_threads
+from recordings.errors import BadInput
+from recordings.recording import Bools, Floats
+
+SEGMENTS = 15
+"""Number of segments of a cycle if there is no other recording to validate on; every third one is a test segment."""
+_MIN_SEGMENT = 5
+"""Minimum length of a segment, in filter lengths."""
+_DEVIATIONS = 3.0
+"""Speeds within this many standard deviations of the quantization error are standstill."""
+_CREEPING = 0.02
+"""Share of the largest speed: below it, dry friction is between its two levels in any machine."""
+_MIN_CREEPING_SHARE = 0.5
+"""Share of creeping instants behind a row from which it is a standstill rather than a reversal."""
+
+
+def split_recordings(train: Sequence[PreparedRecording], validate: Sequence[PreparedRecording]) -> SplitData:
+    """Split recordings for training and recordings for validation; without the latter, split by phase segments."""
+    recordings = [*train, *validate]
+    standstill = in_threads(standstill_share, recordings)
+    moving = [
+        recording.usable & (share < MAX_STANDSTILL) for recording, share in zip(recordings, standstill, strict=True)
+    ]
+    subsets = _subsets_with_validation if validate else _subsets_by_phase
+    train_rows, test_rows = subsets(recordings, moving, len(train))
+    train_all, test_all = subsets(recordings, [recording.usable for recording in recordings], len(train))
+    _check_rows(recordings, train_rows, test_rows)
+    weights = _weights(recordings, train_rows, standstill)
+    size = cache_size(recordings)
+    predictors = tuple(TorquePredictor(recording, size) for recording in recordings)
+    usable = sum(int(recording.usable.sum()) for recording in recordings)
+    excluded_share = 1 - sum(int(rows.sum()) for rows in moving) / max(usable, 1)
+    return SplitData(
+        predictors,
+        train_rows,
+        test_rows,
+        tuple(weights),
+        bool(validate),
+        excluded_share,
+        train_all=train_all,
+        test_all=test_all,
+    )
+
+
+def _check_rows(recordings: Sequence[PreparedRecording], train: Sequence[Bools], test: Sequence[Bools]) -> None:
+    """Check that every joint moves in enough training rows and test rows, and that it is driven there.
+
+    Raises:
+        BadInput: a joint moves in too few rows to fit its parameters, or to judge them, or its torque is zero.
+    """
+    expected = recordings[0].regressor.shape[2]
+    for rows, kind in ((train, "fitted"), (test, "held-out")):
+        counts = row_count(rows)
+        if counts.min() < expected:
+            raise BadInput(
+                f"at least {expected} {kind} samples of every joint in motion expected, {counts.min()} of joint "
+                f"{counts.argmin() + 1} found; record a longer motion in which every joint moves"
+            )
+    driven = np.any(
+        [((recording.torque != 0) & rows).any(axis=0) for recording, rows in zip(recordings, train, strict=True)],
+        axis=0,
+    )
+    if not driven.all():
+        raise BadInput(
+            f"a torque that drives the motion expected, but that of joint {driven.argmin() + 1} is 0 wherever it "
+            "moves; check what was recorded"
+        )
+
+
+def _subsets_with_validation(
+    recordings: Sequence[PreparedRecording], usable: Sequence[Bools], count: int
+) -> tuple[tuple[Bools, ...], tuple[Bools, ...]]:
+    """Training and test rows (m, dof) of recordings, of which the first `count` are for training."""
+    unused = [np.zeros_like(rows) for rows in usable]
+    return (*usable[:count], *unused[count:]), (*unused[:count], *usable[count:])
+
+
+def _subsets_by_phase(
+    recordings: Sequence[PreparedRecording], usable: Sequence[Bools], count: int
+) -> tuple[tuple[Bools, ...], tuple[Bools, ...]]:
+    """Training and test rows (m, dof) of recordings that are all for training."""
+    train, test = zip(*map(_split_by_phase, recordings, usable), strict=True)
+    return train, test
+
+
+def _split_by_phase(recording: PreparedRecording, usable: Bools) -> tuple[Bools, Bools]:
+    """Training and test rows: the same phase segments of all cycles, separated by the length of the filter.
+
+    Whole cycles would leak: any function of phase that fits one cycle of a repeated motion fits the next.
+    """
+    phase = recording.phase if np.isfinite(recording.phase).any() else recording.time
+    longest, reach = max(float(np.nanmax(phase)), 1 / recording.rate), 1.5 / recording.bandwidth
+    segments = 3 * max(1, min(SEGMENTS // 3, int(longest / (3 * _MIN_SEGMENT * reach))))
+    segment = phase * segments / longest
+    test = np.floor(segment) % 3 == 2  # rows without a phase are in neither set
+    guard = reach * segments / longest
+    offset = segment % 3
+    near = (np.abs(offset - 2) < guard) | (offset > 3 - guard) | (offset < guard)
+    known = np.isfinite(segment)
+    return usable & (known & ~test & ~near)[:, None], usable & (test & ~near)[:, None]
+
+
+def _weights(
+    recordings: Sequence[PreparedRecording], train: Sequence[Bools], standstill: Sequence[Floats]
+) -> list[Floats]:
+    """1 / standard deviation of each row, from noise, a first fit's residual, and standstill."""
+    indices = [i for i, rows in enumerate(train) if rows.any()]
+    regressor = np.concatenate([recordings[i].regressor[train[i]] for i in indices])
+    torque = np.concatenate([recordings[i].torque[train[i]] for i in indices])
+    parameters = np.linalg.lstsq(regressor, torque, rcond=None)[0]
+    residuals = [recording.torque - recording.regressor @ parameters for recording in recordings]
+    noise_models = noise.estimate(recordings, residuals)
+    return [
+        np.where(rows, 1 / np.hypot(noise.residual_std(recording, residual, noise_models), still), 0.0)
+        for recording, residual, rows, still in zip(recordings, residuals, train, standstill, strict=True)
+    ]
+
+
+def standstill_share(recording: PreparedRecording) -> Floats:
+    """(m, dof) share of the instants behind a row at which a joint is too slow for its direction to be known.
+
+    Dry friction may then be anywhere between its two levels. The threshold follows from the encoder steps.
+    """
+    motion, perturbed = recording.as_recorded.motion, with_encoder_errors(recording).as_recorded.motion
+    threshold = _DEVIATIONS * np.nanstd(perturbed.velocity - motion.velocity, axis=0)
+    speed = np.abs(motion.velocity)
+    unsure, creeping = (
+        np.clip(recording.condition(np.where(np.isfinite(speed), speed < limit, np.nan)), 0.0, 1.0)
+        for limit in (threshold, _CREEPING * np.nanmax(speed, axis=0))
+    )
+    return np.maximum(unsure, np.where(creeping > _MIN_CREEPING_SHARE, creeping, 0.0))

@@ -1,0 +1,1 @@
+"""What nothing in the library explains: on what it depends, and curves in its place."""

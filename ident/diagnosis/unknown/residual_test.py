@@ -1,0 +1,132 @@
+"""Test a model's residual against the noise floor: the one verdict of fit, compare, diagnose, report and workbench.
+
+The noise floor is that of `ident.diagnosis.split.noise_floor`, the rows are those in which a joint moves, and the
+test is that of `ident.diagnosis.unknown.unexplained_residual`, for every model alike.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ident.data.excerpts import excerpts
+from ident.data.prepared_recording import prepare
+from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.split.noise_floor import NoiseFloor
+from ident.diagnosis.split.split_data import MAX_STANDSTILL, SplitData
+from ident.diagnosis.split.train_test_split import split_recordings, standstill_share
+from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual, estimate_unexplained
+from ident.dynamics.effects.base import Effect
+from ident.dynamics.structure import ModelStructure
+from ident.estimation import chunks
+from ident.estimation.nonlinear_fit import Solution
+from ident.identification.model_file import FloorVerdict, ModelFile, RecordingSource, ResidualTest, recording_source
+from ident.identification.prediction import Prediction, structure_of
+from recordings.errors import BadInput
+from recordings.recording import Bools, Floats, Recording
+
+
+def residual_test(model: FittedModel, unexplained: UnexplainedResidual, diagnosed: bool = False) -> ResidualTest:
+    """The test of `model` with its `unexplained` residual; `diagnosed`: a diagnosis has searched it for effects."""
+    split, floor = model.split, model.noise_floor
+    verdict: FloorVerdict = "above-noise" if unexplained.significant else "within-noise"
+    return ResidualTest(
+        verdict=verdict if floor.known or unexplained.significant else "unknown",
+        diagnosed=diagnosed,
+        bandwidth_hz=split.recordings[0].bandwidth,
+        noise_rms=floor.known_rms,
+        repetition_rms=_known(floor, floor.noise),
+        quantization_rms=_known(floor, floor.quantization),
+        structured_rms=tuple(unexplained.rms.tolist()),
+        structured_share=unexplained.share,
+        recordings=_sources(data.recording for data in split.recordings),
+    )
+
+
+def scored_predictions(
+    model: ModelFile, predictions: Sequence[Prediction], library: Mapping[str, Effect]
+) -> tuple[tuple[Prediction, ...], ResidualTest | None]:
+    """The `predictions` of `model` with the rows that are scored, and the test of the residual in them.
+
+    The test is the one that the model file holds, if it was done on these recordings. Alternative forms of the
+    mechanism are not tested, and all of their rows are scored.
+    """
+    if model.form:
+        return tuple(predictions), None
+    structure, x = structure_of(model, predictions[0].prepared.recording.rig, library)
+    sources = _sources(prediction.prepared.recording for prediction in predictions)
+    held = model.residual_test
+    known = held is not None and set(sources) <= set(held.recordings)
+    test = held if known else check_residual(predictions, structure, x)
+    return score(predictions, structure, x, test), test
+
+
+def score(
+    predictions: Sequence[Prediction], structure: ModelStructure, x: Floats, test: ResidualTest | None
+) -> tuple[Prediction, ...]:
+    """The `predictions` of a model with the rows that are scored: those in motion, and not near saturation."""
+    rows = [_moving(prediction) for prediction in predictions]
+    reports = any(effect.report for _, _, effect in structure.signals)
+    short = all(len(excerpts(each.prepared.recording)) == 1 for each in predictions)
+    split = _split(predictions) if test and reports and short else None
+    if split and test:
+        floor = np.array([value or 0.0 for value in test.noise_rms])
+        rows = list(split.without_saturated_rows(_solution(split, predictions, structure, x), floor).train)
+    return tuple(replace(each, scored=moving) for each, moving in zip(predictions, rows, strict=True))
+
+
+def check_residual(predictions: Sequence[Prediction], structure: ModelStructure, x: Floats) -> ResidualTest | None:
+    """The test of a model `structure` with the parameters `x` (K,); None if the joints hardly move.
+
+    Of long recordings, excerpts are tested.
+    """
+    short = [part for prediction in predictions for part in _excerpts(prediction, structure, x)]
+    split = _split(short)
+    if split is None:
+        return None
+    model = FittedModel(split, _solution(split, short, structure, x))
+    return residual_test(model, estimate_unexplained(model, ()))
+
+
+def _excerpts(prediction: Prediction, structure: ModelStructure, x: Floats) -> Iterator[Prediction]:
+    prepared = prediction.prepared
+    parts = excerpts(prepared.recording)
+    if len(parts) == 1:
+        yield prediction
+        return
+    hz = prepared.cutoff.hz if prepared.cutoff else None
+    for part in parts:
+        excerpt = prepare(part.recording, prepared.method, hz, part.start, part.end)
+        yield Prediction(excerpt, chunks.torque(excerpt, structure, x))
+
+
+def _split(predictions: Sequence[Prediction]) -> SplitData | None:
+    """All rows in motion as training rows; None if there are too few."""
+    try:
+        split = split_recordings([each.prepared for each in predictions], [])
+    except BadInput:
+        return None
+    moving = tuple(map(_moving, predictions))
+    return replace(split, train=moving, test=tuple(np.zeros_like(rows) for rows in moving))
+
+
+def _solution(split: SplitData, predictions: Sequence[Prediction], structure: ModelStructure, x: Floats) -> Solution:
+    """The model as if it had been fitted to these recordings; its derivatives are not needed."""
+    rows = sum(int(moving.sum()) for moving in split.train)
+    return Solution(structure, x, tuple(each.residual for each in predictions), (), split.weights, rows)
+
+
+def _moving(prediction: Prediction) -> Bools:
+    """(m, dof) rows in which a joint moves; all usable ones of a joint that never does."""
+    usable = prediction.prepared.usable
+    moving = usable & (standstill_share(prediction.prepared) < MAX_STANDSTILL)
+    rows: Bools = np.where(moving.any(axis=0), moving, usable)
+    return rows
+
+
+def _known(floor: NoiseFloor, values: Floats) -> tuple[float | None, ...]:
+    return tuple(value if floor.known else None for value in values.tolist())
+
+
+def _sources(recordings: Iterator[Recording]) -> tuple[RecordingSource, ...]:
+    return tuple(map(recording_source, {recording.path: recording for recording in recordings}.values()))

@@ -1,0 +1,64 @@
+"""Entries of the document about the band above the low-pass."""
+
+from dataclasses import replace
+
+import pytest
+
+from ident.diagnosis.document.document import StepEntry
+from ident.diagnosis.document.ripple_document import (
+    above_low_pass,
+    describe_ripple,
+    ripple_step,
+    step_errors,
+    with_ripple,
+)
+from ident.diagnosis.ripple.ripple import Ripple
+from tests.ident.diagnosis.ripple.test_ripple import found
+
+
+@pytest.fixture(scope="module")
+def ripple() -> Ripple:
+    return found()
+
+
+def test_step_adds_all_lines_with_parameters_and_intervals(ripple: Ripple) -> None:
+    last = StepEntry(added=None, effects=(), parameters={}, **step_errors(ripple, ripple.model))
+    (step,) = ripple_step(ripple, last)
+    assert step.effects == ("cogging",)
+    assert list(step.parameters) == ["cogging.a2", "cogging.b2", "cogging.N"]
+    low, high = step.parameters["cogging.N"].ci95 or (0.0, 0.0)
+    assert low < 160.0 < high
+    assert step.validate_rms[1] < last.validate_rms[1]
+    assert step.validate_rms_all[1] < last.validate_rms_all[1]
+
+
+def test_finding_names_joint_and_order(ripple: Ripple) -> None:
+    (finding,) = with_ripple([], ripple)
+    assert (finding.effect, finding.joints, finding.confusable_with) == ("cogging", (2,), ())
+    assert "joint 2: 159.99" in finding.why
+    assert finding.gain_ci95[0] > 0.3
+    assert describe_ripple(ripple) == ["cogging (joint 2)"]
+
+
+def test_vibration_that_explains_as_much_is_said(ripple: Ripple) -> None:
+    uncertain = replace(ripple, lines=(replace(ripple.lines[0], same_frequency=41.0),))
+    (finding,) = with_ripple([], uncertain)
+    assert finding.confusable_with == ("vibration",)
+    assert "a vibration of 41 Hz" in finding.why
+    assert describe_ripple(uncertain) == ["cogging (joint 2) or vibration"]
+
+
+def test_finding_below_the_low_pass_is_joined(ripple: Ripple) -> None:
+    (above,) = with_ripple([], ripple)
+    below = above.model_copy(update={"joints": (1,), "why": "Below."})
+    (joined,) = with_ripple([below], ripple)
+    assert joined.joints == (1, 2)
+    assert joined.why.startswith("Below. Above the low-pass")
+
+
+def test_unexplained_share_is_stated(ripple: Ripple) -> None:
+    entry = above_low_pass(ripple)
+    assert entry is not None
+    assert entry.unexplained_share[0] == pytest.approx(float(ripple.unexplained_share[0]))
+    assert entry.why.startswith("Above the low-pass, up to 200 Hz")
+    assert above_low_pass(replace(ripple, bands=(), lines=())) is None

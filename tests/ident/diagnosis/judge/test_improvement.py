@@ -1,0 +1,206 @@
+"""The improvement of one model over another, and the coverage of its interval."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.signal import fftconvolve
+
+from ident import filters
+from ident.diagnosis.judge.improvement import BLOCK_SECONDS, Improvement, measure_improvement
+from recordings.recording import Floats
+
+RATE = 125.0
+TAPS = filters.low_pass(30.0, RATE)[:, None]
+
+
+def compare(
+    before: Floats, after: Floats, floor: float = 1.0, rows: Any = None, time: Any = None, compared: int = 1
+) -> Improvement:
+    """Improvement on all rows of one recording; residuals (m, dof)."""
+    time = np.arange(len(before)) / RATE if time is None else time
+    split: Any = SimpleNamespace(test=[np.ones(before.shape, bool)], recordings=[SimpleNamespace(time=time)])
+    return measure_improvement(split, [before], [after], np.full(before.shape[1], floor), rows, compared)
+
+
+def low_passed(rng: np.random.Generator, shape: tuple[int, int]) -> Floats:
+    """Noise (m, dof) of variance one behind the low-pass of the preprocessing."""
+    white = rng.normal(size=(shape[0] + len(TAPS) - 1, shape[1]))
+    return np.asarray(fftconvolve(white, TAPS, "valid", axes=0) / np.linalg.norm(TAPS))
+
+
+def coverage(seconds: float, before: float, after: float, draws: int, joints: int = 1) -> float:
+    """Share of the intervals that contain the true share of the excess that is removed.
+
+    before, after: amplitude of a sine in the residual of each model, beside noise of one noise floor.
+    """
+    rng = np.random.default_rng(0)
+    time = np.arange(round(seconds * RATE)) / RATE
+    sine = np.sin(2 * np.pi * 1.3 * time)[:, None]
+    true = 1 - after**2 / before**2
+    inside = 0
+    for _ in range(draws):
+        noise = low_passed(rng, (len(time), joints))
+        low, high = compare(noise + before * sine, noise + after * sine).interval
+        inside += low <= true <= high
+    return inside / draws
+
+
+def test_ratio_is_significant_where_one_block_outweighs_the_others() -> None:
+    rng = np.random.default_rng(0)
+    size = np.repeat([1.0, 1.0, 1.0, 1.0, 1.0, 30.0], 31)[:, None]
+    before = size * rng.normal(size=(186, 1))
+    improvement = compare(before, 0.2 * before * rng.uniform(0.5, 1.5, before.shape))
+    assert improvement.t_statistic < 3.5 < improvement.t_of_ratio
+    assert compare(before, 0.0 * before).t_of_ratio == 0.0
+
+
+def test_few_blocks_suffice_where_all_of_the_change_agrees_with_the_residual() -> None:
+    rng = np.random.default_rng(0)
+    noise, change = rng.normal(size=(2, 80 * 31, 1))
+    change *= np.repeat(np.arange(80) % 14 == 3, 31)[:, None] * 2  # in six blocks of eighty
+    improvement = compare(noise + change, noise)
+    assert improvement.t_statistic < 3.5 < improvement.t_for_change
+    assert compare(noise, noise - change).t_for_change < -3.5
+
+
+@pytest.mark.parametrize("blocks", [0, 1, 2])
+def test_change_in_hardly_any_block_tells_nothing(blocks: int) -> None:
+    noise = np.random.default_rng(0).normal(size=(80 * 31, 1))
+    change = 3.0 * (np.arange(len(noise)) < 31 * blocks)[:, None]
+    assert compare(noise + change, noise).t_for_change == pytest.approx(0.0)
+
+
+def test_change_that_gains_nothing_is_as_rarely_supported_as_stated() -> None:
+    """Blocks of very different change, of which half agrees with the residual: as much is gained as is lost."""
+    rng = np.random.default_rng(0)
+    size = np.repeat(rng.lognormal(0.0, 1.0, 60), 31)[:, None]
+    values = []
+    for _ in range(1000):
+        change = size * low_passed(rng, (len(size), 1))
+        before = change / 2 + low_passed(rng, (len(size), 1)) * (1 + size / 2)
+        values.append(compare(before, before - change).t_for_change)
+    assert abs(np.mean(values)) < 0.15
+    assert np.mean(np.array(values) > 1.645) < 0.07
+
+
+CASES = [(7.0, 1.0, 0.5), (7.0, 3.0, 1.0), (10.0, 1.0, 0.9), (20.0, 1.0, 0.1)]
+"""Duration of the test rows [s], size of the residual before and after."""
+
+
+def test_interval_covers_the_true_share() -> None:
+    """Four cases, 500 draws each: the binomial error of the mean coverage is 0.5 %."""
+    shares = [coverage(*case, draws=500) for case in CASES]
+    assert 0.93 <= np.mean(shares) <= 0.97, shares
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", [*CASES, (60.0, 3.0, 1.0)])
+@pytest.mark.parametrize("joints", [1, 3])
+def test_interval_covers_the_true_share_in_every_case(case: tuple[float, float, float], joints: int) -> None:
+    """With 1000 draws the binomial error is 0.7 %."""
+    assert 0.93 <= coverage(*case, draws=1000, joints=joints) <= 0.97
+
+
+def test_interval_of_the_best_of_many_allows_for_the_choice() -> None:
+    """Twelve models that change nothing but noise: the best of them looks better, as it was chosen for that."""
+    rng, models = np.random.default_rng(0), 12
+    inside = {1: 0, models: 0}
+    for _ in range(150):
+        before = 2 * low_passed(rng, (1000, 1))
+        chosen = min(
+            (before + 0.3 * low_passed(rng, (1000, 1)) - 0.045 * before for _ in range(models)),
+            key=lambda after: float((after**2).sum()),
+        )
+        true = 1 - (0.955**2 * 4 + 0.09 - 1) / 3
+        for compared in inside:
+            improvement = compare(before, chosen, compared=compared)
+            inside[compared] += improvement.interval[0] <= true <= improvement.interval[1]
+    assert inside[1] < 0.8 * 150
+    assert inside[models] > 0.93 * 150
+
+
+def test_rows_where_one_model_is_undefined_are_not_compared() -> None:
+    rng = np.random.default_rng(0)
+    before = rng.normal(0.0, 2.0, (400, 1))
+    after = before / 2
+    after[:30] = np.nan
+    improvement = compare(before, after)
+    assert improvement == compare(np.where(np.isfinite(after), before, np.nan), after)
+    assert improvement.reduction == pytest.approx(3.0, rel=0.2)
+
+
+@given(seed=st.integers(0, 2**32 - 1), unit=st.floats(1e-6, 1e6), kept=st.floats(0.0, 0.99))
+def test_unit_of_the_torque_does_not_matter(seed: int, unit: float, kept: float) -> None:
+    before = 2 * np.random.default_rng(seed).normal(size=(500, 2))
+    expected, result = compare(before, kept * before), compare(unit * before, kept * unit * before, floor=unit)
+    assert result.share == pytest.approx(expected.share)
+    assert result.interval == pytest.approx(expected.interval)
+    assert result.t_statistic == pytest.approx(expected.t_statistic)
+
+
+def test_rounding_errors_are_no_improvement() -> None:
+    before = 2 * np.random.default_rng(0).normal(size=(500, 2))
+    improvement = compare(before, before * (1 - 2**-53))
+    assert improvement.t_statistic == improvement.t_for_change == 0
+
+
+@given(seed=st.integers(0, 2**32 - 1), kept=st.floats(-2.0, 2.0))
+def test_share_lies_in_the_interval_and_both_between_minus_one_and_one(seed: int, kept: float) -> None:
+    rng = np.random.default_rng(seed)
+    before = rng.normal(0.0, rng.uniform(0.1, 3), (300, 1))
+    result = compare(before, kept * before)
+    assert -1 <= result.interval[0] <= result.share <= result.interval[1] <= 1
+
+
+def test_all_of_the_excess_is_a_share_of_one() -> None:
+    """Every second row of the better model is at the noise floor, the other one as well."""
+    before, after = np.full((1000, 1), 3.0), np.ones((1000, 1))
+    result = compare(before, after)
+    assert (result.share, result.interval) == (1.0, (1.0, 1.0))
+    assert (result.reduction, result.remaining) == (8.0, 0.0)
+
+
+def test_same_model_is_no_improvement_and_a_worse_one_is_negative() -> None:
+    residual = np.random.default_rng(0).normal(0.0, 2.0, (1000, 1))
+    same, worse = compare(residual, residual), compare(residual, 1.2 * residual)
+    assert (same.share, same.t_statistic, same.reduction) == (0.0, 0.0, 0.0)
+    assert same.interval == pytest.approx((0.0, 0.0))
+    assert worse.share < worse.interval[1] < 0
+    assert worse.t_statistic < -3
+
+
+def test_share_of_an_excess_that_may_be_chance_is_not_known() -> None:
+    noise = np.random.default_rng(0).normal(size=(2000, 1))
+    assert compare(noise, 0.999 * noise).interval == (-1.0, 1.0)
+    below = compare(0.5 * noise, 0.4 * noise)
+    assert (below.share, below.interval) == (0.0, (-1.0, 1.0))
+
+
+def test_two_blocks_tell_nothing() -> None:
+    rows = int(2 * BLOCK_SECONDS * RATE)
+    assert compare(np.full((rows, 1), 3.0), np.ones((rows, 1))) == Improvement(0.0, (0.0, 0.0), 0.0, 0.0, 0.0)
+
+
+def test_joints_are_weighted_by_their_floor() -> None:
+    """A joint with a tenth of the noise counts ten times its torque."""
+    rng = np.random.default_rng(1)
+    first = rng.normal(0.0, 3.0, (1000, 1))
+    before, after = np.hstack([first, 0.1 * first]), np.hstack([first / 3, 0.1 * first])
+    split: Any = SimpleNamespace(
+        test=[np.ones(before.shape, bool)], recordings=[SimpleNamespace(time=np.arange(1000) / RATE)]
+    )
+    result = measure_improvement(split, [before], [after], np.array([1.0, 0.1]))
+    assert result.share == pytest.approx(0.5, abs=0.03)
+
+
+def test_blocks_are_of_time_and_not_of_rows() -> None:
+    """A gap of time between rows makes no difference to the number of blocks but that of the rows present."""
+    rng = np.random.default_rng(2)
+    before = rng.normal(0.0, 2.0, (1000, 1))
+    time = np.arange(1000) / RATE
+    later = np.where(time >= 4.0, time + 1000 * BLOCK_SECONDS, time)
+    assert compare(before, before / 2, time=later) == compare(before, before / 2, time=time)
