@@ -10,17 +10,17 @@ import numpy as np
 from ident.data.compatibility import check_no_overlap, check_not_repeated, check_same_rig
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import PreparedRecording, common_cutoff, prepare
-from ident.diagnosis.judge.confirmation import is_structure
-from ident.diagnosis.judge.steps import FittedModel, Selection
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.ripple.ripple import Ripple, below_low_pass, find_ripple
 from ident.diagnosis.ripple.vibration_check import with_vibration_alternatives
-from ident.diagnosis.search.stepwise_selection import Selector
+from ident.diagnosis.search.search import Search
+from ident.diagnosis.search.selection import Selection
 from ident.diagnosis.split.observability import Observability, observability
 from ident.diagnosis.split.split_data import SplitData
 from ident.diagnosis.split.train_test_split import split_recordings
-from ident.diagnosis.unknown.misspecification_check import remove_imitations, remove_pieces
-from ident.diagnosis.unknown.nonparametric_fit import NonparametricFit, fit_curves
-from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual, estimate_unexplained, with_vibrations
+from ident.diagnosis.unknown.analysis import analyse_unexplained
+from ident.diagnosis.unknown.nonparametric_fit import NonparametricFit
+from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual, with_vibrations
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure
 from ident.identification.chosen_effects import check_effect_name
@@ -122,46 +122,34 @@ def diagnose(
     inputs = prepare_inputs(files, validate, library, options)
     effects = inputs.effects
     _check_effects(options.only, library, {**effects.unobservable, **effects.untested})
-    split, selector = inputs.split, Selector(inputs.split, effects.observable, progress)
-    start = inputs.initial_model(library, initial_model)
-    selection = _select(selector, start, options)
-    reduced = split.without_saturated_rows(selection.model.solution, selection.model.noise_floor.rms)
-    if reduced is not split:
-        split, selector = reduced, Selector(reduced, effects.observable, progress)
-        selection = selector.or_earlier(_select(selector, start, options), selection)
-    known = split.without_extrapolated_rows(selection.model.extrapolated)
-    if known is not split:
-        other = Selector(known, effects.observable, progress)
-        again = _select(other, start, options)
-        if selection.model.curve_joints <= again.model.curve_joints:  # otherwise, nothing was extrapolated
-            split, selector, selection = known, other, again
-    selection = selection if options.only else remove_pieces(selector, selection)
+    search = Search(inputs.split, effects.observable, progress)
+    selection = _select(search, inputs.initial_model(library, initial_model), options)
+    search, selection = _on_judged_rows(search, selection)
     progress("analysing the unexplained residual")
-    unexplained = estimate_unexplained(selection.model)
-    learned = None
-    if unexplained.significant:
-        if not options.only:
-            selection, learned = remove_imitations(selector, selection)
-        learned = learned or fit_curves(selection.model)
-        dependences = learned.described if learned and learned.supported else None
-        if not selection.model.noise_floor.known:
-            dependences = learned.described if learned and is_structure(learned.improvement) else ()
-        unexplained = estimate_unexplained(selection.model, dependences)
-    selection = with_vibration_alternatives(selection)
+    selection, unexplained, learned = analyse_unexplained(search, selection, bool(options.only))
     progress("searching ripple above the low-pass")
     wanted = {name: effect for name, effect in effects.observable.items() if not options.only or name in options.only}
     ripple = find_ripple(selection.model, wanted)
+    split = selection.model.split
     return Diagnosis(
         split,
         library,
         effects,
-        selection,
+        with_vibration_alternatives(selection),
         with_vibrations(unexplained, ripple.vibrations, split.torque_rms),
         learned,
         ripple,
         inputs.excerpt_share,
         bool(options.only),
     )
+
+
+def _on_judged_rows(search: Search, selection: Selection) -> tuple[Search, Selection]:
+    """Score all steps on the rows that the last model can judge, so that their errors can be compared."""
+    model = selection.model
+    split = model.split.without_saturated_rows(model.solution, model.noise_floor.rms)
+    split = split.without_extrapolated_rows(model.extrapolated)
+    return (search, selection) if split is model.split else (search.on(split), selection.on(split))
 
 
 def _check_effects(names: Sequence[str], library: Mapping[str, Effect], not_shown: Mapping[str, str]) -> None:
@@ -171,8 +159,8 @@ def _check_effects(names: Sequence[str], library: Mapping[str, Effect], not_show
             raise BadInput(f"effect: one that these recordings can show expected, '{name}' found: {not_shown[name]}")
 
 
-def _select(selector: Selector, start: tuple[ModelStructure, Floats], options: DiagnosisOptions) -> Selection:
-    return selector.select_forced(*start, options.only) if options.only else selector.select(*start)
+def _select(search: Search, start: tuple[ModelStructure, Floats], options: DiagnosisOptions) -> Selection:
+    return search.select_forced(*start, options.only) if options.only else search.select(*start)
 
 
 def prepare_inputs(

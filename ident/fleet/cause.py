@@ -8,11 +8,11 @@ from typing import Literal
 import numpy as np
 
 from ident.diagnosis.diagnosis import DiagnosisOptions, prepare_inputs
-from ident.diagnosis.judge.steps import FittedModel
-from ident.diagnosis.search.acceptance import EQUIVALENT_SHARE
-from ident.diagnosis.search.candidate_search import MIN_SIGNIFICANCE
+from ident.diagnosis.judge.equivalence import EQUIVALENT_SHARE
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.price import PRICE
 from ident.diagnosis.search.screening import Candidate
-from ident.diagnosis.search.stepwise_selection import Selector
+from ident.diagnosis.search.search import Search
 from ident.diagnosis.unknown.residual_dependence import find_dependences
 from ident.diagnosis.unknown.unexplained_residual import MIN_TORQUE_SHARE
 from ident.dynamics.effects.base import Effect, Signal
@@ -73,7 +73,7 @@ def cause(event: Event, series: Sequence[Series], settings: FleetSettings) -> Ca
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)
             inputs = prepare_inputs(paths, [], library([]), options)
-            selector = Selector(inputs.split, inputs.effects.observable, lambda text: None)
+            selector = Search(inputs.split, inputs.effects.observable, lambda text: None)
             model, _ = selector.start(*inputs.initial_model(library([])))
             scatter = _scatter(event, series, nights, [entry.name for entry in model.solution.structure.parameters])
             screener = ChangeScreener(inputs.split, model.solution, [night in after for night in nights], scatter)
@@ -145,7 +145,7 @@ def _judged(
     lacking = max(screener.loss - reachable, 1e-12)
     best = candidates[0]
     slack = EQUIVALENT_SHARE * (screener.loss - best.loss)
-    slack = max(slack, MIN_SIGNIFICANCE * best.loss / model.split.independent_rows)
+    slack = max(slack, PRICE * best.loss / model.split.independent_rows)
     equivalent = [candidate for candidate in candidates if candidate.loss - best.loss <= slack]
     chosen = min(equivalent, key=lambda candidate: (candidate.parameter_count, candidate.loss))
     explained = float(np.clip((screener.loss - chosen.loss) / lacking, 0.0, 1.0))
@@ -171,7 +171,7 @@ def _judged(
 
 def _fades(screener: ChangeScreener, chosen: Candidate, lacking: float, independent_rows: float) -> bool:
     """Whether the effect explains clearly more if it may grow or fade during each recording."""
-    chance = MIN_SIGNIFICANCE * chosen.parameter_count * chosen.loss / independent_rows
+    chance = PRICE * chosen.parameter_count * chosen.loss / independent_rows
     return screener.fading_reduction(chosen) > max(MAX_FADING * lacking, chance)
 
 

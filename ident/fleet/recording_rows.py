@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from ident.diagnosis.diagnosis import DiagnosisOptions, prepare_inputs
-from ident.diagnosis.judge.steps import FittedModel
-from ident.diagnosis.search.stepwise_selection import Selector
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.search.search import Search
 from ident.diagnosis.split.split_data import rms
 from ident.dynamics.effects.library import library
 from ident.fleet.settings import FleetSettings
@@ -85,7 +85,7 @@ def _rows(about: Row, recording: Recording, file: RecordingFile, settings: Fleet
     }
     options = DiagnosisOptions(settings.preprocessing, settings.cutoff)
     inputs = prepare_inputs([file.path], [], library([]), options)
-    selector = Selector(inputs.split, inputs.effects.observable, lambda text: None)
+    selector = Search(inputs.split, inputs.effects.observable, lambda text: None)
     model, _ = selector.start(*inputs.initial_model(library([])))
     values = [*_parameters(model), *_errors(model)]
     return [about, *({**about, **row, "temperature": _of_joint(temperature, row["joint"])} for row in values)]

@@ -2,7 +2,7 @@
 
 Every task is a generator of views, the most urgent first. A task names the ladder from which it starts: a process
 that has this ladder continues at once, a new process rebuilds it. Models, errors and improvements are those of
-`ident diagnose` (`ident.diagnosis.search.stepwise_selection`), one step at a time.
+`ident diagnose` (`ident.diagnosis.search`), one step at a time.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -16,10 +16,11 @@ from ident.data.samples import holds_torque
 from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose, prepare_inputs
 from ident.diagnosis.document import verdict
 from ident.diagnosis.document.document import labels
-from ident.diagnosis.judge.steps import FittedModel, SelectionStep
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.search.effect_contribution import EffectContribution
 from ident.diagnosis.search.screening import Candidate
-from ident.diagnosis.search.stepwise_selection import Selector
+from ident.diagnosis.search.search import Search
+from ident.diagnosis.search.selection import SelectionStep
 from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual
 from ident.dynamics.effects.library import library
 from ident.dynamics.structure import Term
@@ -79,7 +80,7 @@ class Engine:
                 "choose another card"
             )
         self._progress(f"fitting everything with {name}")
-        selection.push(f"+ {name}", name, selection.selector.search.add(selection.model, candidates[name]))
+        selection.push(f"+ {name}", name, selection.selector.candidates.add(selection.model, candidates[name]))
         yield from self._views(selection)
 
     def remove(self, base: LadderSpec, index: int) -> Iterator[View]:
@@ -89,7 +90,7 @@ class Engine:
             raise BadInput(f"an effect of the model expected, number {index + 1} found; reload the page")
         name = selection.model.terms[index].name
         self._progress(f"fitting everything without {name}")
-        selection.push(f"− {name}", None, selection.selector.search.without_effect(selection.model, index))
+        selection.push(f"− {name}", None, selection.selector.fits.without_effect(selection.model, index))
         yield from self._views(selection)
 
     def diagnose(self, base: LadderSpec) -> Iterator[View]:
@@ -107,7 +108,7 @@ class Engine:
             effects=diagnosis.effects,
             excerpt_share=diagnosis.excerpt_share,
         )
-        selector = Selector(inputs.split, inputs.effects.observable, self._progress)
+        selector = Search(inputs.split, inputs.effects.observable, self._progress)
         self._selection = selection = SelectionState(selection.files, inputs, selector)
         selection.set_steps(*_labelled_steps(diagnosis.selection.steps))
         selection.diagnosed = selection.model
@@ -132,7 +133,7 @@ class Engine:
     def _start(self, train: Path, validate: Path | None) -> SelectionState:
         self._progress("reading and preparing the recordings")
         inputs = prepare_inputs([train], [validate] if validate else [], self._library, DiagnosisOptions())
-        selector = Selector(inputs.split, inputs.effects.observable, self._progress)
+        selector = Search(inputs.split, inputs.effects.observable, self._progress)
         self._progress("fitting the base model")
         model, steps = selector.start(*inputs.initial_model(self._library))
         selection = SelectionState((train, validate), inputs, selector)
@@ -150,7 +151,7 @@ class Engine:
             step = selection.known_steps.get(specs[:number])
             if step is None:
                 structure = replace(base_structure, terms=tuple(self._term(*term) for term in terms))
-                model = selection.selector.search.fit(structure, np.array(x))
+                model = selection.selector.fits.fit(structure, np.array(x))
                 improvement = model.improvement_over(previous.step.model) if previous else None
                 step = LabelledStep(
                     label, SelectionStep(terms[-1][0] if label.startswith("+") else None, model, improvement)
@@ -211,16 +212,16 @@ class Engine:
     def _screen(self, selection: SelectionState) -> tuple[dict[str, Candidate], views.CandidateList]:
         """Rate the effects that could be added to the current model; return them by name, and their view."""
         if selection.model not in self._screened:
-            ranked, not_excited, improvements = selection.selector.search.screen(selection.model)
+            screening = selection.selector.candidates.screen(selection.model)
             candidates: dict[str, Candidate] = {}
-            for candidate in ranked:
+            for candidate in screening.candidates:
                 candidates.setdefault(candidate.term.name, candidate)  # of several spectral lines the best
             cards = tuple(
-                views.CandidateCard(name, _joints(candidate.term), improvements[name])
+                views.CandidateCard(name, _joints(candidate.term), screening.reductions[name])
                 for name, candidate in candidates.items()
             )
             effects = selection.inputs.effects
-            view = views.CandidateList(cards, tuple(not_excited), {**effects.unobservable, **effects.untested})
+            view = views.CandidateList(cards, tuple(screening.excluded), {**effects.unobservable, **effects.untested})
             self._screened[selection.model] = candidates, view
         return self._screened[selection.model]
 

@@ -4,8 +4,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ident.diagnosis.diagnosis import DiagnosisInputs
-from ident.diagnosis.judge.steps import FittedModel, SelectionStep
-from ident.diagnosis.search.stepwise_selection import Selector
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.search.search import Search
+from ident.diagnosis.search.selection import SelectionStep
 from ident.workbench.views import ModelSpec
 
 _MAX_KNOWN_STEPS = 16
@@ -32,7 +33,7 @@ class SelectionState:
 
     files: tuple[Path, Path | None]
     inputs: DiagnosisInputs
-    selector: Selector
+    selector: Search
     steps: tuple[LabelledStep, ...] = ()
     known_steps: dict[tuple[ModelSpec, ...], LabelledStep] = field(default_factory=dict)
     """Steps by the specifications of the ladder that leads to them."""

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording, prepare
-from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.search.stepwise_selection import Selector
 from ident.diagnosis.split.observability import observability
 from ident.diagnosis.split.split_data import SplitData

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.document import NextMotion
-from ident.diagnosis.judge.steps import Finding
+from ident.diagnosis.search.selection import Finding
 from ident.dynamics.effects.library import names as built_in
 from recordings.next_command import NEXT_MOTION, free_name, free_output
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording
-from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.split.parameter_intervals import with_gain
 from ident.diagnosis.unknown.residual_test import residual_test
 from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual

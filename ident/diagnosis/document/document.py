@@ -100,7 +100,7 @@ class RejectedEntry(ConfigSection):
     """An effect that was tested but not found, or could not be tested."""
 
     effect: str
-    status: Literal["not-supported", "not-tested", "not-observable", "absorbed"]
+    status: Literal["refuted", "not-confirmed", "not-tested", "not-observable", "absorbed"]
     why: str
     hopeless: bool = Field(default=False, exclude=True)
     """Whether it would explain hardly more than chance: it needs no line of its own."""

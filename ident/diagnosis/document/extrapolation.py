@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import BLOCK_SECONDS
-from ident.diagnosis.judge.steps import FittedModel
 from ident.diagnosis.split.noise_floor import NoiseFloor
 from ident.diagnosis.split.split_data import SplitData, rms
 from ident.diagnosis.split.training_range import outside_of_range, training_range

@@ -1,6 +1,6 @@
 """Reasons why effects of the library are not among the findings."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.document import RejectedEntry
@@ -33,32 +33,5 @@ def rejected_effects(diagnosis: Diagnosis) -> Iterator[RejectedEntry]:
         elif name in contained:
             reason = f"It is part of {contained[name]}, which was added."
             yield RejectedEntry(effect=name, status="absorbed", why=reason)
-        elif selection.last_extensions.excluded.get(name) == "collinear":
-            reason = "This motion does not show it: other parameters reproduce its torque."
-            yield RejectedEntry(effect=name, status="not-tested", why=reason)
-        elif name in selection.last_extensions.excluded:
-            reason = "It would need an impossible sign."
-            yield RejectedEntry(effect=name, status="not-supported", why=reason)
-        else:
-            yield _not_added(diagnosis, name, sorted(present))
-
-
-def _not_added(diagnosis: Diagnosis, name: str, present: Sequence[str]) -> RejectedEntry:
-    first, last = (
-        extensions.loss_reductions.get(name, 0.0)
-        for extensions in (diagnosis.selection.first_extensions, diagnosis.selection.last_extensions)
-    )
-    if diagnosis.forced:
-        reason = f"It was not requested. It would explain {last:.1%} of the remaining residual, by screening."
-        return RejectedEntry(effect=name, status="not-supported", why=reason)
-    refusal = diagnosis.selection.refused.get(name)
-    if refusal and last > _CHANCE_LEVEL:
-        reason = f"It would explain {last:.1%} of the remaining residual, but {refusal}."
-        return RejectedEntry(effect=name, status="not-supported", why=reason)
-    if first > _MIN_ABSORBED and last < first / 2:
-        others = ", ".join(present)
-        reason = f"Alone it would explain {first:.0%} of the first residual, but only {last:.1%} beside {others}."
-        return RejectedEntry(effect=name, status="absorbed", why=reason)
-    ending = "but the held-out data do not support it" if last > _CHANCE_LEVEL else "hardly more than chance"
-    reason = f"It would explain {last:.1%} of the remaining residual, {ending}."
-    return RejectedEntry(effect=name, status="not-supported", why=reason, hopeless=last <= _CHANCE_LEVEL)
+        elif rejection := selection.rejected.get(name):
+            yield RejectedEntry(effect=name, status=rejection.status, why=rejection.why)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ident.diagnosis.document.document import AboveLowPass, FindingEntry, ParameterValue, StepEntry, VibrationEntry
-from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.ripple.ripple import EFFECT, Ripple, RippleLine
 
 

@@ -29,8 +29,9 @@ from ident.diagnosis.document.ripple_document import (
 )
 from ident.diagnosis.document.warnings import data_warnings, file_names
 from ident.diagnosis.judge.confirmation import is_supported
-from ident.diagnosis.judge.physical_limits import sign_warnings, size_warnings
-from ident.diagnosis.judge.steps import Finding, SelectionStep
+from ident.diagnosis.judge.rules.amplitude import size_warnings
+from ident.diagnosis.judge.rules.mechanism import sign_warnings
+from ident.diagnosis.search.selection import Finding, SelectionStep
 from ident.diagnosis.split.parameter_intervals import with_gain
 from ident.diagnosis.split.split_data import SplitData, rms
 from ident.dynamics.effects.learned_curve import effect_file_text

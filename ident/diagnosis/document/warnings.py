@@ -6,7 +6,7 @@ import numpy as np
 
 from ident.data.samples import holds_torque
 from ident.diagnosis.document.extrapolation import extrapolation_warnings
-from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.split.friction_offset_confounding import confounding_warnings
 from ident.diagnosis.split.noise_floor import NoiseFloor
 from ident.diagnosis.split.split_data import MIN_REPORTED_SHARE, SplitData, rms

@@ -1,38 +1,28 @@
-"""The rule when an effect counts as confirmed: what test rows, which no fit uses, must show."""
+"""What held-out rows, which no fit uses, must show of an improvement."""
 
 from ident.diagnosis.judge.improvement import Improvement
 
 MIN_T = 3.5
-"""Student's t from which a test improvement is supported; it is high because many candidates are tried."""
-MIN_LOWER_BOUND = 0.1
-"""Lower bound of the interval from which a test improvement is supported as well."""
-MIN_DECISIVE_SHARE = 0.5
-"""An improvement over an equivalent model is decisive if it removes this share of its excess error. An effect that
-removes it on training rows is not small."""
-MIN_DECISIVE_REDUCTION = 0.05
-"""Smaller reductions of the mean square, in units of the squared noise floor, are never decisive: the floor is not
-known more accurately."""
+"""Student's t that confirms an improvement on held-out rows; it is high because many models are tried."""
+MIN_SHARE = 0.1
+"""Share of the mean square above the noise floor that an effect must take: with much data, trifles are significant."""
+
+
+def strongest_t(improvement: Improvement) -> float:
+    """The largest Student's t of an improvement.
+
+    Of the mean squares over all blocks, or over those that the change concerns; and of the logarithms of their ratio,
+    which no block outweighs, where the improvement itself is no chance.
+    """
+    of_ratio = improvement.t_of_ratio if improvement.interval[0] > 0 else 0.0
+    return max(improvement.t_statistic, improvement.t_for_change, of_ratio)
 
 
 def is_supported(improvement: Improvement) -> bool:
-    """Whether the test rows support an improvement: a small one in most blocks, or a large one in a few.
-
-    In a few short blocks of very different size, the ratio of the errors tells what their difference does not.
-    """
-    large = improvement.share > MIN_DECISIVE_SHARE and improvement.t_of_ratio > MIN_T
-    any_size = max(improvement.t_statistic, improvement.t_for_change) > MIN_T
-    return any_size or improvement.interval[0] > MIN_LOWER_BOUND or large
+    """Whether held-out rows confirm an improvement."""
+    return strongest_t(improvement) > MIN_T
 
 
-def is_structure(improvement: Improvement) -> bool:
-    """Whether the test rows show that what a curve explains is no noise, even if the noise floor is unknown."""
-    return is_supported(improvement) or improvement.t_of_ratio > MIN_T
-
-
-def is_decisive(improvement: Improvement) -> bool:
-    """Whether an improvement rules out a model that explains nearly as much."""
-    return (
-        improvement.t_statistic > MIN_T
-        and improvement.share > MIN_DECISIVE_SHARE
-        and improvement.reduction > MIN_DECISIVE_REDUCTION
-    )
+def is_small(improvement: Improvement) -> bool:
+    """Whether an improvement takes less than MIN_SHARE of what is left above the noise floor."""
+    return improvement.reduction < MIN_SHARE * (improvement.remaining + improvement.reduction)

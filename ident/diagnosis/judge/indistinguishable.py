@@ -4,7 +4,7 @@ from itertools import combinations
 
 import numpy as np
 
-from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.judge.fitted_model import FittedModel
 
 MAX_CORRELATION = 0.95
 """Parameters whose errors correlate by more are known only together: each variance is ten times what it would be

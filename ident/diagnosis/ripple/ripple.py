@@ -12,8 +12,8 @@ import numpy as np
 
 from ident.data import cycle_statistics
 from ident.data.prepared_recording import PreparedRecording
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import Improvement
-from ident.diagnosis.judge.steps import FittedModel
 from ident.diagnosis.ripple.high_band import HighBand, high_bands
 from ident.diagnosis.ripple.ripple_search import Waves, search
 from ident.diagnosis.ripple.waves import JointSignal, wave, wave_numbers

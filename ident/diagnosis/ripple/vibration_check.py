@@ -8,11 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import BLOCK_SECONDS, improvement_of_blocks
-from ident.diagnosis.judge.steps import Finding, FittedModel, Selection
 from ident.diagnosis.ripple.ripple import EFFECT
 from ident.diagnosis.ripple.ripple_search import MIN_DIFFERENCE_T
 from ident.diagnosis.ripple.waves import least_squares, wave, wave_numbers
+from ident.diagnosis.search.selection import Finding, Selection
 from ident.dynamics.effects.periodogram import periodogram
 from recordings.recording import Floats
 

@@ -12,9 +12,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.diagnosis.judge.steps import Exclusion
 from ident.diagnosis.search.initial_guesses import initial_guesses
 from ident.diagnosis.search.joint_subsets import Products, Replaced, choose_joints
+from ident.diagnosis.search.selection import Exclusion
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Additive, Effect, Signal, Suggestion
 from ident.dynamics.structure import Term
@@ -71,11 +71,18 @@ class _Block:
     """(c,) 1 where only a positive coefficient is possible, -1 where only a negative one is, else 0."""
 
 
+ColumnsKey = tuple[str, bytes, bytes]
+"""Name of an effect, and the local parameters and shapes at which its columns are computed."""
+
+
 class Screener:
     """Screens candidates against one model."""
 
-    def __init__(self, split: SplitData, solution: Solution) -> None:
-        self._split, self._solution = split, solution
+    def __init__(
+        self, split: SplitData, solution: Solution, known: dict[ColumnsKey, tuple[Floats, ...]] | None = None
+    ) -> None:
+        """`known`: columns of signal effects beside other models of the same data, which hardly differ from them."""
+        self._split, self._solution, self._known = split, solution, {} if known is None else known
         regressor, self.residual = solution.rows()
         self._set_regressor(regressor)
         self.loss = solution.loss
@@ -152,12 +159,20 @@ class Screener:
         return outside
 
     def _computed_columns(self, term: Term, guess: Floats, shapes: Floats) -> Floats:
-        solution, rows = self._solution, []
-        for predictor, weight, residual in zip(self._predictors, solution.weights, solution.residuals, strict=True):
-            computed = predictor.prepared.torque - residual
-            columns = effect_columns(predictor, solution, term, guess, shapes, computed)
-            rows.append(np.nan_to_num(columns[weight > 0]) * weight[weight > 0][:, None])
-        return np.concatenate(rows)
+        key = (term.name, guess.tobytes(), shapes.tobytes())
+        columns = self._known.get(key) or self._columns_of_recordings(term, guess, shapes)
+        if isinstance(term.effect, Signal):
+            self._known[key] = columns
+        pairs = zip(columns, self._solution.weights, strict=True)
+        return np.concatenate([np.nan_to_num(each[w > 0]) * w[w > 0][:, None] for each, w in pairs])
+
+    def _columns_of_recordings(self, term: Term, guess: Floats, shapes: Floats) -> tuple[Floats, ...]:
+        """(m, dof, instances * c) `effect_columns` of each training recording."""
+        solution = self._solution
+        return tuple(
+            effect_columns(predictor, solution, term, guess, shapes, predictor.prepared.torque - residual)
+            for predictor, residual in zip(self._predictors, solution.residuals, strict=True)
+        )
 
     def suggestions(self, effect: Effect) -> list[Suggestion]:
         """Initial guesses that the effect suggests from the residual of each recording."""

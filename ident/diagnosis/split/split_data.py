@@ -133,10 +133,18 @@ class SplitData:
     @cached_property
     def independent_rows(self) -> float:
         """Equivalent number of independent training rows: a low-pass correlates neighbours."""
-        return sum(
-            float(self.train[i].sum()) * min(1.0, 2 * self.recordings[i].bandwidth / self.recordings[i].rate)
-            for i in self.train_indices
+        return float(self.independent(self.train).sum())
+
+    def independent(self, rows: Sequence[Bools]) -> Floats:
+        """(dof,) equivalent number of independent ones among the `rows` (m, dof) of all recordings."""
+        counts: Floats = np.sum(
+            [
+                selected.sum(axis=0) * min(1.0, 2 * data.bandwidth / data.rate)
+                for selected, data in zip(rows, self.recordings, strict=True)
+            ],
+            axis=0,
         )
+        return counts
 
     @cached_property
     def torque_rms(self) -> Floats:
@@ -171,27 +179,30 @@ class SplitData:
     def _train_weights(self) -> list[Floats]:
         return [self.weights[i] for i in self.train_indices]
 
-    def without_saturated_rows(self, solution: Solution, error: Floats) -> "SplitData":
-        """Exclude rows from scoring in which the reported signal hardly depends on the torque.
+    def saturated_rows(self, solution: Solution, error: Floats) -> tuple[Bools, ...]:
+        """(m, dof) rows of each recording in which the reported signal hardly depends on the torque.
 
         In saturation, any error of the torque is amplified. Fits still use these rows (the weights are unchanged):
-        only they show where saturation begins. If there are only few such rows, or hardly any others, nothing
-        is changed.
+        only they show where saturation begins.
 
         error: (dof,) smallest detectable torque error [N m].
         """
         if not any(isinstance(term.effect, Signal) and term.effect.report for term in solution.structure.terms):
-            return self
+            return tuple(np.zeros_like(rows) for rows in self.train)
         amplification = [
             predictor.error_amplification(solution.structure, solution.x, error) for predictor in self.predictors
         ]
-        insensitive = [
+        return tuple(
             predictor.prepared.condition(np.where(np.isfinite(size), size > MAX_AMPLIFICATION, np.nan).astype(float))
             > MAX_STANDSTILL
             for predictor, size in zip(self.predictors, amplification, strict=True)
-        ]
+        )
+
+    def without_saturated_rows(self, solution: Solution, error: Floats) -> "SplitData":
+        """Exclude the `saturated_rows` from scoring, unless they are few or hardly any others are left."""
+        saturated = self.saturated_rows(solution, error)
         train, test = (
-            tuple(rows & ~excluded for rows, excluded in zip(subset, insensitive, strict=True))
+            tuple(rows & ~excluded for rows, excluded in zip(subset, saturated, strict=True))
             for subset in (self.train, self.test)
         )
         before, after = (

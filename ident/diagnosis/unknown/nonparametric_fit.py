@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from ident.diagnosis.judge.confirmation import is_supported
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import Improvement, measure_improvement
-from ident.diagnosis.judge.steps import FittedModel
 from ident.diagnosis.split.split_data import SplitData, rms
 from ident.diagnosis.unknown.normal_equations import NormalEquations
 from ident.diagnosis.unknown.residual_dependence import ResidualDependence

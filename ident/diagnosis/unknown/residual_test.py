@@ -11,7 +11,7 @@ import numpy as np
 
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import prepare
-from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.split.noise_floor import NoiseFloor
 from ident.diagnosis.split.split_data import MAX_STANDSTILL, SplitData
 from ident.diagnosis.split.train_test_split import split_recordings, standstill_share

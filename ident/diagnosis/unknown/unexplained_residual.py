@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.data import cycle_statistics
-from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.ripple.ripple import Vibration
 from ident.diagnosis.ripple.ripple_search import HIGHEST, MIN_SAMPLES, SAME_SHARE
 from ident.diagnosis.ripple.waves import least_squares, wave, wave_numbers

@@ -11,11 +11,12 @@ from itertools import product
 
 import numpy as np
 
-from ident.diagnosis.judge.confirmation import MIN_DECISIVE_REDUCTION, MIN_T
-from ident.diagnosis.judge.physical_limits import plausible_instances
-from ident.diagnosis.judge.steps import FittedModel
-from ident.diagnosis.search.acceptance import EQUIVALENT_SHARE, MIN_TORQUE_SHARE
-from ident.diagnosis.search.candidate_search import MIN_SIGNIFICANCE
+from ident.diagnosis.judge.confirmation import MIN_T
+from ident.diagnosis.judge.equivalence import EQUIVALENT_SHARE, MIN_DECISIVE_REDUCTION
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.judge import MIN_TORQUE_SHARE
+from ident.diagnosis.judge.price import PRICE
+from ident.diagnosis.judge.rules.amplitude import plausible_instances
 from ident.diagnosis.search.screening import MIN_EXCITATION, Screener
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Effect, Quantity, Signal
@@ -203,7 +204,7 @@ class VisibilityCheck:
         """
         parameters = len(term.local_parameters) + sum(shape.searched for shape in term.shapes)
         train, test = (self._independent_rows(rows, joint) for rows in (self._split.train, self._split.test))
-        return float(np.sqrt(max(MIN_SIGNIFICANCE * parameters / train, (2 * MIN_T) ** 2 / test, MIN_FLOOR_RATIO**2)))
+        return float(np.sqrt(max(PRICE * parameters / train, (2 * MIN_T) ** 2 / test, MIN_FLOOR_RATIO**2)))
 
     def _independent_rows(self, rows: Sequence[Bools], joint: int | None) -> float:
         """Equivalent number of independent `rows` (m, dof) of a joint: a low-pass correlates neighbours."""
@@ -252,7 +253,7 @@ class VisibilityCheck:
     def _indecisive_loss(self, loss: float) -> float:
         """What an effect may leave of the `loss` of a planted torque without being ruled out by it."""
         noise = float(((self._weight * self._floor[self._joint]) ** 2).sum())
-        equivalent = max(EQUIVALENT_SHARE * loss, MIN_SIGNIFICANCE * noise / self._split.independent_rows)
+        equivalent = max(EQUIVALENT_SHARE * loss, PRICE * noise / self._split.independent_rows)
         test = self._independent_rows(self._split.test, None)
         return min(equivalent, noise * max(MIN_DECISIVE_REDUCTION, (2 * MIN_T) ** 2 / test))
 

@@ -9,7 +9,7 @@ from pydantic import Field
 from ident.data.recording_facts import JointFacts, recording_facts
 from ident.data.samples import holds_torque
 from ident.diagnosis.diagnosis import DiagnosisInputs, DiagnosisOptions, prepare_inputs
-from ident.diagnosis.search.stepwise_selection import Selector
+from ident.diagnosis.search.search import Search
 from ident.diagnosis.visibility.visibility import EffectVisibility, VisibilityCheck
 from ident.diagnosis.visibility.visibility_advice import Advice, Adviser
 from ident.dynamics.effects.base import Effect
@@ -104,7 +104,7 @@ def check(
     inputs = prepare_inputs(files, [], library, DiagnosisOptions())
     split = inputs.split
     progress("fitting the base model")
-    model, _ = Selector(split, inputs.effects.observable, progress).start(*inputs.initial_model(library))
+    model, _ = Search(split, inputs.effects.observable, progress).start(*inputs.initial_model(library))
     progress("looking at every effect")
     visibilities = VisibilityCheck(split, model, inputs.effects.observable).effects(share)
     floor = model.noise_floor

@@ -6,7 +6,8 @@ import numpy as np
 import plotly.graph_objects as go
 
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.judge.steps import Finding, FittedModel
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.search.selection import Finding
 from ident.dynamics.structure import Term
 from ident.output.figures import theme
 from ident.residuals.curves import axis_unit, axis_values, binned_means

@@ -69,10 +69,7 @@ def rms_bars(
 
 def candidates(diagnosis: Diagnosis) -> go.Figure:
     """Draw the predicted share of the residual that each effect explains before the first and after the last step."""
-    first, last = (
-        diagnosis.selection.first_extensions.loss_reductions,
-        diagnosis.selection.last_extensions.loss_reductions,
-    )
+    first, last = diagnosis.selection.first_reductions, diagnosis.selection.last_reductions
     names = sorted({*first, *last}, key=lambda name: -max(first.get(name, 0.0), last.get(name, 0.0)))[:MAX_CANDIDATES]
     added = {finding.term.name for finding in diagnosis.selection.findings}
     figure = theme.subplots(1, 1, theme.LEGEND + theme.FOOTER + 24 * len(names))

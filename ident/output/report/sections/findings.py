@@ -6,8 +6,8 @@ from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document import verdict
 from ident.diagnosis.document.document import Document, FindingEntry
 from ident.diagnosis.document.result import DiagnosisResult
-from ident.diagnosis.judge.steps import Finding
 from ident.diagnosis.ripple.ripple import EFFECT
+from ident.diagnosis.search.selection import Finding
 from ident.output.console.diagnosis import is_parameter_of
 from ident.output.figures.finding import before_after
 from ident.output.figures.order_spectrum import order_spectrum

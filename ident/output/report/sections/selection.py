@@ -20,7 +20,7 @@ def candidates(result: DiagnosisResult) -> ReportSection:
     """Return what each effect would explain, the effects that were not added, and the last model."""
     diagnosis, document = result.diagnosis, result.document
     blocks: list[ReportBlock] = []
-    if diagnosis.selection.first_extensions.loss_reductions or diagnosis.selection.last_extensions.loss_reductions:
+    if diagnosis.selection.first_reductions or diagnosis.selection.last_reductions:
         caption = "Predicted share of the residual that each effect explains; added effects in bold."
         blocks.append(Plot("candidates", ladder.candidates(diagnosis), caption))
     rejected = tuple((entry.effect, entry.status, entry.why) for entry in document.rejected)

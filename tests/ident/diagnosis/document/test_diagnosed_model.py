@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ident.diagnosis.document.diagnosed_model import METHOD, model_file, with_errors
-from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.split.split_data import rms
 from ident.diagnosis.unknown.unexplained_residual import estimate_unexplained
 from ident.dynamics.motion import Motion

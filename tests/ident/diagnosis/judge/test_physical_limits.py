@@ -18,7 +18,7 @@ from ident.diagnosis.judge.physical_limits import (
     simpler_effect,
     unresolved,
 )
-from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.base import Effect

@@ -2,7 +2,7 @@
 
 import pytest
 
-from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.judge.fitted_model import FittedModel
 from tests.ident import building
 
 

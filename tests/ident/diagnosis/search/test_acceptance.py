@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.search.acceptance import MIN_ADDED_SHARE, Acceptance
 from ident.diagnosis.search.candidate_search import CandidateSearch
 from ident.dynamics.effects.library import library

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.search.candidate_search import CandidateSearch
 from ident.diagnosis.search.claims import Claims
 from ident.diagnosis.split.split_data import SplitData

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.search.candidate_search import CandidateSearch
 from ident.diagnosis.search.repeated_search import has_shapes, searched_again
 from ident.dynamics.effects.base import Quantity

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.diagnosis.judge.steps import Exclusion, FittedModel
+from ident.diagnosis.search.selection import Exclusion, FittedModel
 from ident.diagnosis.search.screening import Candidate, Screener
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Effect

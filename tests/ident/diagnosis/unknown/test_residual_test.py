@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.diagnosis.judge.steps import FittedModel
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.split.train_test_split import split_recordings
 from ident.diagnosis.unknown.residual_test import check_residual, residual_test, score
 from ident.diagnosis.unknown.unexplained_residual import estimate_unexplained

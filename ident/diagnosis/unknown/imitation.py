@@ -1,7 +1,8 @@
-"""Check whether one unknown effect explains the data better than the effects that were selected.
+"""Check whether something unknown explains the data better than the effects that imitate it.
 
-An unknown effect is often approximated by several known effects together. If learned curves in place of them leave
-less on the test rows, or if the motion hardly distinguishes them, these effects are removed.
+An unknown effect of another joint's motion, or of time, is approximated by several known effects together. Curves over
+these variables may take their place, where held-out rows say so. Curves over the joint's own motion may not: load,
+pre-sliding and low speed are functions of it, so that a curve approximates every effect that depends on them.
 """
 
 from collections.abc import Iterator, Sequence
@@ -10,10 +11,10 @@ from dataclasses import replace
 import numpy as np
 
 from ident.diagnosis.judge.confirmation import is_supported
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import Improvement, measure_improvement
-from ident.diagnosis.judge.indistinguishable import indistinguishable
-from ident.diagnosis.judge.steps import FittedModel, Selection
-from ident.diagnosis.search.stepwise_selection import Selector
+from ident.diagnosis.search.search import Search
+from ident.diagnosis.search.selection import Selection
 from ident.diagnosis.unknown.nonparametric_fit import NonparametricFit, fit_curves, fit_curves_over
 from ident.diagnosis.unknown.residual_dependence import ResidualDependence
 from recordings.recording import Bools
@@ -22,8 +23,8 @@ NEGLIGIBLE_SHARE = 0.02
 """Effects are replaced by curves if they improve on these by less than this share of what the curves explain."""
 
 
-def remove_imitations(selector: Selector, selection: Selection) -> tuple[Selection, NonparametricFit | None]:
-    """Truncate the `selection` before the effects that learned curves replace with an improvement.
+def remove_imitations(search: Search, selection: Selection) -> tuple[Selection, NonparametricFit | None]:
+    """Truncate the `selection` before the effects that curves replace with an improvement.
 
     Returns the selection, and the curves if they replaced anything.
     """
@@ -33,7 +34,7 @@ def remove_imitations(selector: Selector, selection: Selection) -> tuple[Selecti
     first = max((i for i, step in steps if all(term.effect.mandatory for term in step.model.terms)), default=0)
     if first == len(selection.steps) - 1:
         return selection, None
-    fits = list(_with_curves(selector, selection, first))
+    fits = list(_with_curves(search, selection, first))
     rows = _judged_by_all(final, [fit for _, fit in fits])
 
     def improvement(before: FittedModel, after: FittedModel) -> Improvement:
@@ -46,67 +47,39 @@ def remove_imitations(selector: Selector, selection: Selection) -> tuple[Selecti
         negligible = excess - least <= NEGLIGIBLE_SHARE * (remaining - least)
         needed = is_supported(improvement(fit.model, models[excesses.index(least)])) and not negligible
         if number < len(selection.steps) - 1 and is_supported(improvement(final, fit.model)) and not needed:
-            return selector.truncated(selection, number), fit
+            return search.truncated(selection, number, _reason(fit)), fit
     return selection, None
 
 
-def remove_pieces(selector: Selector, selection: Selection) -> Selection:
-    """Truncate the `selection` before two effects that are known only together, with the reason as a refusal.
-
-    Each of them was needed beside the other, and yet the motion hardly distinguishes them: only their sum is known,
-    and an unknown effect is as good an explanation of it as these two.
-    """
-    model, initial = selection.model, selection.steps[0].model.names
-    parameters, reasons = model.solution.structure.parameters, {}
-    for i, j, correlation in indistinguishable(model):
-        first, second = (model.terms[parameters[entry].term].name for entry in (i, j))
-        if first != second and not {first, second} & initial and _may_be_pieces(model, i, j):
-            for name, other in ((first, second), (second, first)):
-                reasons[name] = f"only together with {other}, from which this motion hardly distinguishes it: " + (
-                    f"their errors correlate by {correlation:+.2f}, so both may be pieces of one unknown effect"
-                )
-    if not reasons:
-        return selection
-    number = next(i for i, step in enumerate(selection.steps) if reasons.keys() & {t.name for t in step.model.terms})
-    result = selector.truncated(selection, number - 1)
-    return replace(result, refused={**result.refused, **reasons})
+def _reason(fit: NonparametricFit) -> str:
+    variables = dict.fromkeys(name for dependence in fit.dependences for name in dependence.variables)
+    return f"curves over {', '.join(variables)} explain more in its place"
 
 
-def _may_be_pieces(model: FittedModel, i: int, j: int) -> bool:
-    """Whether something unknown could be put together of the effects with the coefficients `i` and `j`.
-
-    With torques of a given shape that are nearly the same, that takes a small difference of two large ones. Two that
-    add up are no pieces.
-    """
-    parameters = model.solution.structure.parameters
-    if any(model.terms[parameters[entry].term].shapes for entry in (i, j)):
-        return True
-    first, second = (model.solution.rows()[0][:, [i, j]] * model.solution.x[[i, j]]).T
-    both = (first != 0) & (second != 0)
-    larger = max(np.linalg.norm(first[both]), np.linalg.norm(second[both]))
-    return bool(np.linalg.norm(first[both] + second[both]) <= larger)
-
-
-def _with_curves(selector: Selector, selection: Selection, first: int) -> Iterator[tuple[int, NonparametricFit]]:
+def _with_curves(search: Search, selection: Selection, first: int) -> Iterator[tuple[int, NonparametricFit]]:
     """The model of each step from number `first` on, with curves: pairs of the number and the fit.
 
     The curves of a step are over what its residual depends on. Once more, they are over what that of the last step
     does, because variables are hardly recognized while much is missing; and over the same variable of the joint
-    itself, because an imitation may have explained that part. Steps with effects that the selection has taken away
-    again are left out.
+    itself, because an imitation may have explained that part.
     """
-    kept = selection.model.names
-    numbers = [i for i in range(first, len(selection.steps)) if selection.steps[i].model.names <= kept]
-    models = [selector.with_mandatory_effects(selection.steps[number].model, []) for number in numbers]
+    numbers = range(first, len(selection.steps))
+    models = [search.with_mandatory(selection.steps[number].model) for number in numbers]
     beside_all = fit_curves(models[-1])
     for number, model in zip(numbers, models, strict=True):
         is_last = number == numbers[-1]
         fit = beside_all if is_last else fit_curves(model)
-        if fit:
+        if fit and (is_last or _is_of_others(fit.dependences)):
             yield number, fit
-        if beside_all and not is_last:
+        if beside_all and not is_last and _is_of_others(beside_all.dependences):
             fit = fit_curves_over(model, [_with_joint_itself(each) for each in beside_all.dependences])
             yield number, fit.with_explained_of(model)
+
+
+def _is_of_others(dependences: Sequence[ResidualDependence]) -> bool:
+    """Whether curves are over what no effect of the joint itself depends on: another joint's motion, or time."""
+    inputs = [(each.joint, curve) for each in dependences for curve in each.inputs]
+    return any(curve.joint != joint or curve.variable == "time" for joint, curve in inputs)
 
 
 def _with_joint_itself(dependence: ResidualDependence) -> ResidualDependence:

@@ -1,24 +1,20 @@
-"""Data of a stepwise selection: models, their extensions, steps and findings."""
+"""A model that was fitted to the training rows, and is judged on all rows."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 
 from ident.diagnosis.judge.improvement import Improvement, measure_improvement
 from ident.diagnosis.split.noise_floor import NoiseFloor, estimate_noise_floor
 from ident.diagnosis.split.parameter_intervals import confidence_intervals, parameter_uncertainty, propagated_errors
-from ident.diagnosis.split.split_data import SplitData
+from ident.diagnosis.split.split_data import SplitData, row_count
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
 from ident.identification.prediction import Prediction
 from ident.uncertainty.covariance import Uncertainty
 from recordings.recording import Bools, Floats
-
-Exclusion = Literal["collinear", "sign"]
-"""collinear: other parameters reproduce its torque; sign: its coefficient would need an impossible sign."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,12 +62,21 @@ class FittedModel:
         return tuple(rows & with_curve for rows in self.split.outside_of_travel)
 
     @cached_property
-    def _judged_residuals(self) -> tuple[Floats, ...]:
-        """The residuals; NaN where the model is extrapolated."""
-        if not self.curve_joints:
-            return self.residuals
-        pairs = zip(self.extrapolated, self.residuals, strict=True)
-        return tuple(np.where(unknown, np.nan, residual) for unknown, residual in pairs)
+    def unjudged(self) -> tuple[Bools, ...]:
+        """(m, dof) rows of each recording that say nothing for or against it: in saturation, or extrapolated."""
+        saturated = self.split.saturated_rows(self.solution, self.noise_floor.rms)
+        rows = [a | b for a, b in zip(saturated, self.extrapolated, strict=True)]
+        kept = row_count([test & ~unknown for test, unknown in zip(self.split.test, rows, strict=True)])
+        enough = kept >= self.split.recordings[0].regressor.shape[2]
+        return tuple(unknown & enough for unknown in rows)
+
+    @cached_property
+    def judged_residuals(self) -> tuple[Floats, ...]:
+        """(m, dof) residuals [N m]; NaN at the rows that are `unjudged`."""
+        pairs = zip(self.unjudged, self.residuals, strict=True)
+        return tuple(
+            np.where(unknown, np.nan, residual) if unknown.any() else residual for unknown, residual in pairs
+        )
 
     @cached_property
     def noise_floor(self) -> NoiseFloor:
@@ -102,69 +107,11 @@ class FittedModel:
     def improvement_over(
         self, before: "FittedModel", rows: Sequence[Bools] | None = None, compared: int = 1
     ) -> Improvement:
-        """Improvement over the model `before`, on test rows or on `rows` (m, dof) of each recording.
+        """Improvement over the model `before`, on held-out rows or on `rows` (m, dof) of each recording.
 
-        Rows at which one of both is extrapolated are left out: they tell nothing about the effect.
+        Rows that one of both cannot judge are left out: they tell nothing about the effect.
 
         compared: number of models among which those rows chose this one.
         """
         floor = self.noise_floor.rms
-        return measure_improvement(
-            self.split, before._judged_residuals, self._judged_residuals, floor, rows, compared
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class Extensions:
-    """Models that extend one model by one effect."""
-
-    models: tuple[FittedModel, ...]
-    """The best first."""
-    excluded: Mapping[str, "Exclusion"]
-    """Effects that were excluded by screening, with the reason."""
-    loss_reductions: Mapping[str, float]
-    """Relative reduction of the loss by each effect, as estimated by screening."""
-
-
-@dataclass(frozen=True, eq=False)
-class SelectionStep:
-    """A step of the stepwise selection."""
-
-    added: str | None
-    model: FittedModel
-    improvement: Improvement | None
-
-
-@dataclass(frozen=True, eq=False)
-class Finding:
-    """An effect of the final model."""
-
-    term: Term
-    improvement: Improvement
-    """Loss of this improvement on the test rows if the effect is left out."""
-    alternatives: tuple[str, ...]
-    """Other effects that would explain these data equally well in its place, the closest first."""
-    residuals_without: tuple[Floats, ...]
-    """(m, dof) residuals of the final model without this effect, refitted, for each recording [N m]."""
-    residuals_with: tuple[Floats, ...]
-    compared: int = 1
-    """Number of models among which the test rows chose this effect; the interval of the improvement allows for it."""
-
-
-@dataclass(frozen=True, eq=False)
-class Selection:
-    """Result of a stepwise selection."""
-
-    steps: tuple[SelectionStep, ...]
-    findings: tuple[Finding, ...]
-    first_extensions: Extensions
-    """Extensions of the base model."""
-    last_extensions: Extensions
-    """Extensions of the final model."""
-    refused: Mapping[str, str] = field(default_factory=dict)
-    """Effects that were refused because they cannot be true, with the last reason."""
-
-    @property
-    def model(self) -> FittedModel:
-        """The final model."""
-        return self.steps[-1].model
+        return measure_improvement(self.split, before.judged_residuals, self.judged_residuals, floor, rows, compared)

@@ -1,0 +1,84 @@
+"""The one judge: whether a model with one more effect is accepted in place of the model without it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.diagnosis.judge.confirmation import MIN_SHARE, MIN_T, is_small, strongest_t
+from ident.diagnosis.judge.evidence import Evidence, Rejection, RejectionStatus
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.improvement import Improvement
+from ident.diagnosis.judge.price import is_significant
+from ident.diagnosis.judge.rules import OF_INTERVALS, OF_VALUES, objection
+from ident.diagnosis.split.split_data import rms
+
+MIN_TORQUE_SHARE = 0.002
+"""An effect that changes the residual by a smaller share of the torque is none: preprocessing leaves as much."""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What the judge says of one effect."""
+
+    accepted: bool
+    evidence: Evidence
+    reason: str = ""
+    """Why it is not accepted: ends the sentence "It would explain …, but …"."""
+    refuted: bool = False
+    """Whether something speaks against it; otherwise it is only not confirmed."""
+
+    @property
+    def likely(self) -> bool:
+        """Whether the evidence speaks for the effect, but the held-out rows lack the power to confirm it."""
+        interval = self.evidence.gain_ci95
+        return (
+            self.evidence.decided_by == "held-out" and not self.accepted and interval is not None and interval[0] > 0
+        )
+
+    def rejection(self, otherwise: str) -> Rejection:
+        """Why it is no finding; `otherwise`: the reason if the judge would accept it."""
+        status: RejectionStatus = "refuted" if self.refuted else "not-confirmed"
+        left = f"It would explain {self.evidence.gain:.1%} of what is left above the noise floor on held-out data"
+        return Rejection(status, f"{left}, but {self.reason or otherwise}.", self.evidence)
+
+
+def judge(before: FittedModel, after: FittedModel, index: int = -1, compared: int = 1) -> Judgement:
+    """Judge the effect number `index` of `after`, fitted as `before` without it.
+
+    compared: number of models among which the held-out rows chose this one; the interval allows for it.
+    """
+    index %= len(after.terms)
+    improvement = after.improvement_over(before, compared=compared)
+
+    def judgement(decided_by: str, reason: str = "", refuted: bool = False) -> Judgement:
+        return Judgement(not reason, _evidence(improvement, decided_by), reason, refuted)
+
+    if found := objection(OF_VALUES, before, after, index):
+        return judgement(*found, refuted=True)
+    if not _shows_in_training(before, after):
+        return judgement("training", "the rows of the fit show no more of it than chance would")
+    if is_small(improvement):
+        reason = f"that is less than {MIN_SHARE:.0%}: a trifle beside what else is missing"
+        return judgement("size", reason, refuted=improvement.interval[1] < MIN_SHARE)
+    if (t := strongest_t(improvement)) <= MIN_T:
+        return judgement("held-out", f"held-out data do not confirm it: t is {t:.1f} where {MIN_T} is required")
+    if found := objection(OF_INTERVALS, before, after, index):
+        return judgement(*found)
+    return judgement("held-out")
+
+
+def _shows_in_training(before: FittedModel, after: FittedModel) -> bool:
+    """Whether the loss falls by more than the parameters are worth, and the residual changes enough to matter."""
+    split, parameters = after.split, len(after.solution.x) - len(before.solution.x)
+    changed = [b - a for b, a in zip(before.residuals, after.residuals, strict=True)]
+    size = rms(changed, [np.isfinite(change) for change in changed])
+    return bool((size > MIN_TORQUE_SHARE * split.torque_rms).any()) and is_significant(
+        before.solution.loss, after.solution.loss, parameters, split.independent_rows
+    )
+
+
+def _evidence(improvement: Improvement, decided_by: str) -> Evidence:
+    from scipy.special import ndtr
+
+    t = strongest_t(improvement)
+    return Evidence(improvement.share, decided_by, improvement.interval, t, MIN_T, float(ndtr(t - MIN_T)))

@@ -1,0 +1,64 @@
+"""What parameters cost: by how much a loss must fall before it is more than the fitting of noise."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.rules.amplitude import extraordinary_joints
+from ident.diagnosis.split.split_data import rms
+from recordings.recording import Bools, Floats
+
+PRICE = 15.0
+"""Price of a parameter: times what it gains by fitting noise, which is 1 in n ln(mean square)."""
+EXTRAORDINARY_RATIO = 5.0
+"""A strength that hardware seldom has is believed only where all else leaves this many times its mean square."""
+_TINY = 1e-12
+
+
+def chance_reduction(loss: float, independent_rows: float) -> float:
+    """Reduction of the `loss` that one more parameter gains by fitting noise."""
+    return loss / independent_rows
+
+
+def is_significant(before: float, after: float, parameters: int, independent_rows: float) -> bool:
+    """Whether a loss falls from `before` to `after` by more than so many `parameters` are worth."""
+    return before - after > PRICE * parameters * chance_reduction(after, independent_rows)
+
+
+def score(model: FittedModel) -> float:
+    """n ln(mean square) of training and held-out rows over all joints, plus the price of the parameters.
+
+    The smaller of two is the better model. No joint gains by an error below its noise floor: what is fitted there is
+    noise. A strength that hardware seldom has costs as much as it must explain (`EXTRAORDINARY_RATIO`): a prior.
+    """
+    floor = model.noise_floor.rms
+    errors = [np.maximum(rms(model.judged_residuals, rows), floor) for rows in _subsets(model)]
+    return _rows_times_logarithm(model, errors) + PRICE * _parameters(model) + _prior(model)
+
+
+def least_score(model: FittedModel) -> float:
+    """A number that the score of `model` does not fall below, and that needs no noise floor: cheap."""
+    errors = [rms(model.residuals, rows) for rows in _subsets(model)]
+    return _rows_times_logarithm(model, errors) + PRICE * _parameters(model) + _prior(model)
+
+
+def _subsets(model: FittedModel) -> tuple[Sequence[Bools], Sequence[Bools]]:
+    return model.split.train, model.split.test
+
+
+def _rows_times_logarithm(model: FittedModel, errors: Sequence[Floats]) -> float:
+    """Sum of n ln(mean square) for the RMS `errors` (dof,) of training and held-out rows."""
+    independent = [model.split.independent(rows) for rows in _subsets(model)]
+    pairs = zip(independent, errors, strict=True)
+    return float(sum((n * 2 * np.log(np.maximum(error, _TINY))).sum() for n, error in pairs))
+
+
+def _parameters(model: FittedModel) -> int:
+    return sum(entry.free for entry in model.solution.structure.parameters)
+
+
+def _prior(model: FittedModel) -> float:
+    joints = [joint for index in range(len(model.terms)) for joint in extraordinary_joints(model, index)]
+    rows = model.split.independent(model.split.scored)
+    return float(np.log(EXTRAORDINARY_RATIO) * rows[joints].sum())

@@ -1,0 +1,59 @@
+"""Recordings that are too short, slow or narrow do not show time constants, limits and waves."""
+
+import numpy as np
+
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.dynamics.structure import Term
+from ident.dynamics.torque_map import voltage_from_torque
+from recordings.recording import Floats
+
+
+def reason(before: FittedModel, after: FittedModel, index: int) -> str | None:
+    """Say which time constant, limit or wave is beyond the recordings."""
+    term, model = after.terms[index], after
+    shapes = model.solution.structure.shape_values(index, model.solution.x)
+    for shape, value in zip(term.shapes, shapes, strict=True):
+        if shape.max_durations is not None and abs(value) > shape.max_durations * (longest := _duration(model)):
+            return f"its {shape.name} of {value:.3g} {shape.unit} is far longer than the recording of {longest:.3g} s"
+    for column, quantity in enumerate(term.local_parameters):
+        if quantity.min_use is not None and _largest_use(model, index, column) < quantity.min_use:
+            return "the level that it would need was never approached"
+    if term.effect.repeated and (wave := _longest_wave(term, shapes)) > (travel := _travel(model, term)):
+        return (
+            f"its period of {wave:.3g} is longer than the travel of {travel:.3g}: a curve over the angle, no ripple"
+        )
+    return None
+
+
+def _duration(model: FittedModel) -> float:
+    """Duration of the longest training recording [s]."""
+    recordings = (model.split.recordings[i] for i in model.split.train_indices)
+    return max(float(recording.time[-1] - recording.time[0]) for recording in recordings)
+
+
+def _largest_use(model: FittedModel, index: int, column: int) -> float:
+    """Largest product of the parameter `column` of the term `index` and the voltage, over joints and recordings.
+
+    Those that are held out count as well: where they approach a level that the others only point to, they judge it.
+    """
+    recordings, joints = model.split.recordings, list(model.terms[index].joints)
+    local = model.solution.structure.local_values(index, model.solution.x)
+    torque_map = recordings[0].recording.rig.torque
+    largest = [
+        np.nanmax(np.abs(voltage_from_torque(recording.torque, torque_map))[:, joints], axis=0)
+        for recording in recordings
+    ]
+    return float((np.max(largest, axis=0) * local[:, column]).max())
+
+
+def _longest_wave(term: Term, shapes: Floats) -> float:
+    """Period of the line of a spectrum over the position [rad or m]; 0 for other effects."""
+    periods = [2 * np.pi / value for shape, value in zip(term.shapes, shapes, strict=True) if value > 0]
+    return max(periods, default=0.0)
+
+
+def _travel(model: FittedModel, term: Term) -> float:
+    """Travel in the training rows of the joint of `term` that moves farthest [rad or m]."""
+    split, joints = model.split, list(term.joints)
+    positions = np.concatenate([split.predictors[i].prepared.motion.position[:, joints] for i in split.train_indices])
+    return float((np.nanmax(positions, axis=0) - np.nanmin(positions, axis=0)).max())

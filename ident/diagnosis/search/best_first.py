@@ -1,0 +1,203 @@
+"""One best-first search over models: several stay open, so that a wrong first step costs nothing.
+
+States are models, each fitted once. The neighbours of a model have one effect more, one less, or the same one on other
+joints. The best few by `judge.price.score` are expanded, unless not even the noise floor would make what extends them
+the best. The answer is the best model in which the judge accepts every effect beside all the others.
+"""
+
+import heapq
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import islice
+
+import numpy as np
+
+from ident.diagnosis.judge.confirmation import is_small
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.judge import Judgement, judge
+from ident.diagnosis.judge.price import PRICE, chance_reduction, least_score, score
+from ident.diagnosis.judge.rules import OF_VALUES, objection
+from ident.diagnosis.search.candidates import WIDTH, Candidates
+from ident.diagnosis.search.fits import Key, added_term, key_of
+from ident.diagnosis.split.split_data import rms
+from recordings.recording import Floats, Ints
+
+MAX_EXPANDED = 16
+"""Most models that are expanded; a robot with more than a handful of missing effects is no case for a library."""
+MAX_FLOOR_RATIO = 1.1
+"""Joints with an error above this multiple of the noise floor may need effects of other joints."""
+
+
+Names = tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """A model that was found."""
+
+    model: FittedModel
+
+    @cached_property
+    def names(self) -> Names:
+        """The effects of the model, whatever their joints."""
+        return tuple(sorted(term.name for term in self.model.terms))
+
+    @cached_property
+    def score(self) -> float:
+        """The smaller the better."""
+        return score(self.model)
+
+    @cached_property
+    def least(self) -> float:
+        """What the score does not fall below."""
+        return least_score(self.model)
+
+
+class BestFirst:
+    """The models found so far, and how the search goes on."""
+
+    def __init__(self, candidates: Candidates, progress: Callable[[str], None]) -> None:
+        self._candidates, self._fits, self._progress = candidates, candidates.fits, progress
+        self._states: dict[Key, State] = {}
+        self._expanded: set[Names] = set()
+        self._accepted: dict[Key, list[Judgement]] = {}
+
+    def search(self, start: FittedModel) -> FittedModel:
+        """The best model that is reached from `start` and accepted."""
+        self._start = start
+        self._insert(start)
+        while (state := self._next()) is not None:
+            self._expand(state)
+        return self._answer(start)
+
+    def judgements(self, model: FittedModel) -> list[Judgement]:
+        """What the judge says of each effect of `model` beside all the others."""
+        key = key_of(model.solution.structure)
+        if key not in self._accepted:
+            self._accepted[key] = [
+                judge(self._fits.without_effect(model, index), model, index) for index in range(len(model.terms))
+            ]
+        return self._accepted[key]
+
+    def _ranked(self) -> Iterator[State]:
+        """The models, the best first; of those that differ in joints only, the best. Scores are computed as needed."""
+        heap = [(state.least, number, state) for number, state in enumerate(self._states.values())]
+        heapq.heapify(heap)
+        seen = set()
+        while heap:
+            bound, number, state = heapq.heappop(heap)
+            if state.names in seen:
+                continue
+            if bound < state.score:
+                heapq.heappush(heap, (state.score, number, state))
+            else:
+                seen.add(state.names)
+                yield state
+
+    def _next(self) -> State | None:
+        """The best of the open states that are worth their expansion."""
+        if len(self._expanded) >= MAX_EXPANDED:
+            return None
+        ranked = self._ranked()
+        best = next(ranked)
+        worth = [best, *(islice(ranked, WIDTH - 1) if _leaves_much(best.model) else ())]
+        return next((each for each in worth if each.names not in self._expanded), None)
+
+    def _expand(self, state: State) -> None:
+        self._expanded.add(state.names)
+        model = self._candidates.searched_again(state.model)
+        self._insert(model)
+        names = ", ".join(term.name for term in model.terms if not term.effect.mandatory)
+        self._progress(f"{names or 'base model'}: trying every other effect beside it")
+        for other in [*self._candidates.extensions(model), *self._wider(model)]:
+            if (model is self._start or _is_large(model, other)) and _is_possible(model, other):
+                self._insert(other)
+        for smaller in self._smaller(model):
+            self._insert(smaller)
+
+    def _insert(self, model: FittedModel) -> None:
+        self._states[key_of(model.solution.structure)] = State(model)
+
+    def _wider(self, model: FittedModel) -> Iterator[FittedModel]:
+        """Models in which one effect of `model` acts on one more joint that leaves much, or on all of them."""
+        error = np.maximum(*(rms(model.judged_residuals, rows) for rows in (model.split.train, model.split.test)))
+        joints = np.flatnonzero(error > MAX_FLOOR_RATIO * model.noise_floor.rms).tolist()
+        for index, term in enumerate(model.terms):
+            possible = term.effect.possible_joints(model.solution.structure.rig)
+            missing = tuple(joint for joint in joints if joint in possible and joint not in term.joints)
+            if missing and not (term.effect.whole_robot or term.effect.repeated):
+                sets = {*((joint,) for joint in missing), missing}
+                yield from (self._fits.on_more_joints(model, index, added) for added in sorted(sets))
+
+    def _smaller(self, model: FittedModel) -> Iterator[FittedModel]:
+        """Models with one effect, or one joint of an effect, less, where that is cheaper than its price."""
+        price = PRICE * chance_reduction(model.solution.loss, model.split.independent_rows)
+        covariance = _covariance(model)
+        for index, term in enumerate(model.terms):
+            if term.effect.mandatory:
+                continue
+            entries = np.flatnonzero(model.solution.structure.parameter_mask(index))
+            if _increase(model, covariance, entries) < price * len(entries):
+                yield self._fits.without_effect(model, index)
+            instances = model.solution.structure.instance_entries(index)
+            if len(instances) < 2 or term.effect.whole_robot:
+                continue
+            for number, own in enumerate(instances):
+                if _increase(model, covariance, own) < price * len(own):
+                    kept = [other != number for other in range(len(instances))]
+                    yield self._fits.without_instances(model, index, kept)
+            if term.effect.differential and (other := self._fits.on_other_joints(model, index)):
+                yield other
+
+    def _answer(self, start: FittedModel) -> FittedModel:
+        """The best model in which every effect is accepted; those without an effect that is not are models, too."""
+        refused: set[Names] = set()
+        while True:
+            state = next(each for each in self._ranked() if each.names not in refused)
+            model = state.model
+            failed = [
+                index
+                for index, judgement in enumerate(self.judgements(model))
+                if not (judgement.accepted or model.terms[index].effect.mandatory)
+            ]
+            if not failed:
+                return model
+            refused.add(state.names)
+            for index in failed:
+                self._insert(self._fits.without_effect(model, index))
+
+
+def _is_possible(model: FittedModel, other: FittedModel) -> bool:
+    """Whether no rule of plausibility speaks against what `other` has more than `model`."""
+    return objection(OF_VALUES, model, other, added_term(model, other)) is None
+
+
+def _is_large(model: FittedModel, other: FittedModel) -> bool:
+    """Whether `other` explains more than a trifle of what `model` leaves: any unknown is approximated by many trifles."""
+    subsets = model.split.train, model.split.test
+    return not all(is_small(other.improvement_over(model, rows)) for rows in subsets)
+
+
+def _leaves_much(model: FittedModel) -> bool:
+    """Whether the error of `model` is above its noise floor, as far as that is known."""
+    return any(
+        bool((rms(model.judged_residuals, rows) > MAX_FLOOR_RATIO * model.noise_floor.rms).any())
+        for rows in (model.split.train, model.split.test)
+    )
+
+
+def _covariance(model: FittedModel) -> Floats:
+    """(K, K) inverse of the weighted normal matrix of `model`."""
+    regressor = model.solution.rows()[0]
+    size = np.sqrt((regressor**2).sum(axis=0))
+    size[size == 0] = 1.0
+    scaled = regressor / size
+    inverse: Floats = np.linalg.pinv(scaled.T @ scaled, rcond=1e-12) / np.outer(size, size)
+    return inverse
+
+
+def _increase(model: FittedModel, covariance: Floats, entries: Ints) -> float:
+    """Increase of the loss where the parameters `entries` are zero and all others adapt, by linear algebra."""
+    values = model.solution.x[entries]
+    return float(values @ np.linalg.pinv(covariance[np.ix_(entries, entries)]) @ values)

@@ -1,0 +1,189 @@
+"""Effects that may extend a model: the library is screened by linear algebra, and what promises enough is fitted."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.price import is_significant
+from ident.diagnosis.judge.rules.amplitude import plausible_instances
+from ident.diagnosis.search.fits import Fits, Key, key_of
+from ident.diagnosis.search.screening import Candidate, ColumnsKey, Screener
+from ident.diagnosis.search.selection import Exclusion
+from ident.dynamics.effects.base import Effect
+from ident.dynamics.structure import ModelStructure, Term
+from ident.estimation.nonlinear_fit import Solution
+from ident.threads import in_threads
+from recordings.recording import Floats
+
+WIDTH = 3
+"""Number of models that stay open, and of candidates that are fitted in any case: one that imitates another, the
+other, and a third that contains it."""
+MIN_PROMISE = 0.8
+"""Further candidates are fitted if screening promises this share of the best reduction: optimizing their shapes hardly
+adds more."""
+_MIN_REALISED = 0.95
+"""Share of the reduction promised by screening that an optimization must reach; otherwise the next start is tried."""
+
+
+@dataclass(frozen=True, eq=False)
+class Screening:
+    """What the library could add to one model."""
+
+    candidates: tuple[Candidate, ...]
+    """The most promising first."""
+    excluded: Mapping[str, Exclusion]
+    """Effects that cannot be added, with the reason."""
+    reductions: Mapping[str, float]
+    """Relative reduction of the loss that each effect promises."""
+
+
+class Candidates:
+    """Extends models by effects of a library."""
+
+    def __init__(self, fits: Fits, library: Mapping[str, Effect]) -> None:
+        self.fits, self.library, self.split = fits, library, fits.split
+        self._screened: dict[Key, Screening] = {}
+        self._extended: dict[Key, list[FittedModel]] = {}
+        self._columns: dict[ColumnsKey, tuple[Floats, ...]] = {}
+
+    def screen(self, model: FittedModel) -> Screening:
+        """Screen the library for effects that could be added to `model`; done once."""
+        key = key_of(model.solution.structure)
+        if key not in self._screened:
+            present = model.names
+            library = {
+                name: effect for name, effect in self.library.items() if name not in present or effect.repeated
+            }
+            candidates, excluded = Screener(self.split, model.solution, self._columns).screen(library)
+            before = model.solution.loss
+            reductions = {candidate.term.name: 1 - candidate.loss / before for candidate in reversed(candidates)}
+            self._screened[key] = Screening(tuple(candidates), excluded, reductions)
+        return self._screened[key]
+
+    def extensions(self, model: FittedModel) -> list[FittedModel]:
+        """`model` with each effect that promises most, refitted; the best first. Done once."""
+        key = key_of(model.solution.structure)
+        if key not in self._extended:
+            models: list[FittedModel] = []
+            before = model.solution.loss
+            for candidate in self.screen(model).candidates:
+                if candidate.term.effect.curve or not self._is_significant(model, candidate):
+                    continue
+                best = before - min((each.solution.loss for each in models), default=before)
+                enough = before - candidate.loss >= MIN_PROMISE * best or len(models) < WIDTH
+                if enough or _is_further_line(model, candidate):
+                    models.append(self.add(model, candidate))
+            self._extended[key] = sorted(models, key=lambda extended: extended.solution.loss)
+        return self._extended[key]
+
+    def curves(self, model: FittedModel) -> list[FittedModel]:
+        """`model` with each curve of the library that shows, refitted."""
+        candidates = [each for each in self.screen(model).candidates if each.term.effect.curve]
+        return [self.add(model, each) for each in candidates if self._is_significant(model, each)]
+
+    def named(self, model: FittedModel, name: str) -> Candidate | None:
+        """The effect `name` as screening finds it beside `model`; None where that shows nothing of it."""
+        candidates = Screener(self.split, model.solution, self._columns).screen({name: self.library[name]})[0]
+        return candidates[0] if candidates else None
+
+    def add(self, model: FittedModel, candidate: Candidate) -> FittedModel:
+        """Add the `candidate` to `model` and refit all parameters."""
+        return self.fits.best(self._drop_impossible_joints(self._best_fit(model, candidate), model))
+
+    def searched_again(self, model: FittedModel) -> FittedModel:
+        """`model`, with the shapes of each effect searched again beside all others, where that leaves less.
+
+        An effect that was fitted while another was missing imitates both: its shapes end in a local minimum, which
+        the fit of all parameters together does not leave.
+        """
+        for name in [term.name for index, term in enumerate(model.terms) if _is_searched(model, index)]:
+            index = next(i for i, term in enumerate(model.terms) if term.name == name)
+            reduced = self.fits.without_effect(model, index)
+            candidate = self.named(reduced, name)
+            if candidate is not None and candidate.loss < model.solution.loss:
+                again = self.add(reduced, candidate)
+                model = min(model, again, key=lambda each: each.solution.loss)
+        return self.fits.best(model)
+
+    def _is_significant(self, model: FittedModel, candidate: Candidate) -> bool:
+        losses = model.solution.loss, candidate.loss
+        return is_significant(*losses, candidate.parameter_count, self.split.independent_rows)
+
+    def _best_fit(self, model: FittedModel, candidate: Candidate) -> FittedModel:
+        best, before = min(self._fits(model, candidate), key=lambda solution: solution.loss), model.solution.loss
+        return FittedModel(self.split, self.split.escape_local_minima(best) if best.loss < before else best)
+
+    def _fits(self, model: FittedModel, candidate: Candidate) -> Iterator[Solution]:
+        """Fit `model` with the `candidate` from one initial guess after the other.
+
+        If every start increases the loss, the effect is set to zero. If one start realises what screening promised,
+        the others are skipped, except for effects that require a multistart.
+        """
+        structure = model.solution.structure.with_term(candidate.term)
+        before, multistart = model.solution.loss, candidate.term.effect.multistart > 1
+        starts = self._initial_fits(model, structure, candidate.initial_guesses)
+        if not multistart and min(start.loss for start in starts) > before:
+            zeros = np.zeros(len(candidate.initial_guesses[0]) - len(candidate.shapes))
+            x = np.concatenate([model.solution.x, zeros, candidate.shapes])
+            yield self.split.fit_linear(structure, x)
+            return
+        for start in starts:
+            solution = self.split.fit_nonlinear(start)
+            yield solution
+            if not multistart and before - solution.loss >= _MIN_REALISED * (before - candidate.loss):
+                return
+
+    def _initial_fits(
+        self, model: FittedModel, structure: ModelStructure, guesses: Sequence[Floats]
+    ) -> Sequence[Solution]:
+        """Fit the linear parameters of `structure`, `model` with one more effect, at each of the `guesses` of it.
+
+        If all increase the loss, the nonlinear parameters of `model` move with the effect, as screening assumed.
+        """
+        starts = in_threads(
+            lambda guess: self.split.fit_linear(structure, np.concatenate([model.solution.x, guess])), guesses
+        )
+        if model.solution.structure.linear.all() or min(start.loss for start in starts) <= model.solution.loss:
+            return starts
+        of_model = ~structure.parameter_mask(len(structure.terms) - 1)
+        moved = in_threads(lambda start: self.split.adapted(start, of_model), starts)
+        return [min(pair, key=lambda start: start.loss) for pair in zip(starts, moved, strict=True)]
+
+    def _drop_impossible_joints(self, model: FittedModel, before: FittedModel) -> FittedModel:
+        """Remove the joints on which the coefficients of the last effect are outside of their physical limits."""
+        index, term = len(model.terms) - 1, model.terms[-1]
+        local = model.solution.structure.local_values(index, model.solution.x)
+        within = plausible_instances(term, local)
+        if term.effect.whole_robot or all(within) or not any(within):
+            return model
+        structure = model.solution.structure
+        kept = np.ones(len(model.solution.x), bool)
+        kept[structure.instance_entries(index)[[not inside for inside in within]]] = False
+        joints = tuple(joint for joint, inside in zip(term.joints, within, strict=True) if inside)
+        reduced = before.solution.structure.with_term(replace(term, joints=joints))
+        values = model.solution.x[structure.parameter_mask(index) & kept]
+        return self.fits.fit(reduced, np.concatenate([before.solution.x, values]))
+
+
+def mandatory_terms(library: Mapping[str, Effect], model: FittedModel) -> list[Term]:
+    """Terms of the mandatory effects of the `library` that `model` lacks."""
+    rig = model.solution.structure.rig
+    return [
+        Term.on_all_joints(name, effect, rig)
+        for name, effect in library.items()
+        if effect.mandatory and name not in model.names
+    ]
+
+
+def _is_further_line(model: FittedModel, candidate: Candidate) -> bool:
+    """Whether the candidate is a further line of a spectrum: each line is judged on its own."""
+    return candidate.term.effect.repeated and candidate.term.name in model.names
+
+
+def _is_searched(model: FittedModel, index: int) -> bool:
+    """Whether the torque is not linear in the parameters of the effect `index`, and it occurs once."""
+    structure, effect = model.solution.structure, model.terms[index].effect
+    nonlinear = structure.parameter_mask(index) & ~structure.linear
+    return bool(nonlinear.any()) and not (effect.mandatory or effect.repeated)

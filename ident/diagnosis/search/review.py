@@ -1,0 +1,132 @@
+"""What a search has found: each effect with its evidence and its alternatives, and why all others are not among them."""
+
+from collections.abc import Sequence
+
+from ident.diagnosis.judge.equivalence import is_preferred, slack
+from ident.diagnosis.judge.evidence import Evidence, Rejection
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.judge import Judgement, judge
+from ident.diagnosis.judge.price import is_significant
+from ident.diagnosis.judge.rules import OF_VALUES, objection
+from ident.diagnosis.judge.rules.simpler import simpler_effect
+from ident.diagnosis.search.candidates import Candidates
+from ident.diagnosis.search.fits import added_term
+from ident.diagnosis.search.selection import Finding, Selection, SelectionStep
+
+MAX_ALTERNATIVES = 3
+"""Alternatives that are named beside a finding: more are no explanation."""
+
+
+def review(candidates: Candidates, steps: Sequence[SelectionStep], reason: str = "") -> Selection:
+    """The selection that ends with the last of `steps`; `reason`: why what the judge would accept is not added."""
+    model = steps[-1].model
+    findings = tuple(_finding(candidates, model, index) for index in range(len(model.terms)))
+    extensions = {
+        extended.terms[added_term(model, extended)].name: extended for extended in candidates.extensions(model)
+    }
+    judged = {
+        name: (extended, judge(model, extended, added_term(model, extended))) for name, extended in extensions.items()
+    }
+    likely = tuple(
+        _as_finding(model, extended, added_term(model, extended), judgement, (), 1)
+        for extended, judgement in judged.values()
+        if judgement.likely
+    )
+    rejected = {name: judgement.rejection(reason) for name, (_, judgement) in judged.items() if not judgement.likely}
+    first, last = (candidates.screen(each).reductions for each in (_start(steps), model))
+    rejected = {**_screened_out(candidates, model), **rejected}
+    return Selection(tuple(steps), findings, likely, rejected, first, last)
+
+
+def _start(steps: Sequence[SelectionStep]) -> FittedModel:
+    """The last of the models of `steps` with nothing but what every robot has; the first one if there is none."""
+    bare = [step.model for step in steps if all(term.effect.mandatory for term in step.model.terms)]
+    return [steps[0].model, *bare][-1]
+
+
+def _finding(candidates: Candidates, model: FittedModel, index: int) -> Finding:
+    """The contribution and the alternatives of the effect `index`."""
+    term = model.terms[index]
+    reduced = candidates.fits.without_effect(model, index)
+    lines = sum(present.name == term.name for present in model.terms)
+    rivals: list[FittedModel] = []
+    if not term.effect.mandatory and lines == 1:  # a single line of a spectrum has no alternative
+        rivals = _rivals(candidates, reduced, model, index)
+    judgement = judge(reduced, model, index, compared=len(rivals) + 1)
+    names = [rival.terms[added_term(reduced, rival)].name for rival in _equivalent(reduced, model, index, rivals)]
+    return _as_finding(reduced, model, index, judgement, tuple(names[:MAX_ALTERNATIVES]), len(rivals) + 1)
+
+
+def _rivals(candidates: Candidates, reduced: FittedModel, model: FittedModel, index: int) -> list[FittedModel]:
+    """Extensions of `reduced` by other effects than that number `index` of `model`, which can be true."""
+    return [
+        rival
+        for rival in candidates.extensions(reduced)
+        if rival.terms[added := added_term(reduced, rival)].name != model.terms[index].name
+        and objection(OF_VALUES, reduced, rival, added) is None
+    ]
+
+
+def _equivalent(
+    reduced: FittedModel, model: FittedModel, index: int, rivals: Sequence[FittedModel]
+) -> list[FittedModel]:
+    """The `rivals` that these data cannot tell from `model`; none where one of them is much better."""
+    best = min(each.solution.loss for each in (model, *rivals))
+    rows = model.split.independent_rows
+    reachable = best + slack(reduced.solution.loss, best, rows)
+    if model.solution.loss > reachable:
+        return []
+    return [
+        rival
+        for rival in rivals
+        if rival.solution.loss <= reachable
+        and not is_preferred(model, rival)
+        and not _is_redundant(model, index, rival, added_term(reduced, rival))
+    ]
+
+
+def _is_redundant(model: FittedModel, index: int, rival: FittedModel, added: int) -> bool:
+    """Whether the other effect only contains, or reduces to, the one that was found."""
+    name = model.terms[index].name
+    if simpler_effect(rival, added) == name:
+        return True
+    parameters = max(len(rival.solution.x) - len(model.solution.x), 0)
+    losses, rows = (model.solution.loss, rival.solution.loss), model.split.independent_rows
+    return name in rival.terms[added].effect.contains and not is_significant(*losses, parameters, rows)
+
+
+def _as_finding(
+    before: FittedModel,
+    after: FittedModel,
+    index: int,
+    judgement: Judgement,
+    alternatives: tuple[str, ...],
+    compared: int,
+) -> Finding:
+    improvement = after.improvement_over(before, compared=compared)
+    return Finding(
+        after.terms[index],
+        improvement,
+        judgement.evidence,
+        alternatives,
+        before.residuals,
+        after.residuals,
+        compared,
+    )
+
+
+def _screened_out(candidates: Candidates, model: FittedModel) -> dict[str, Rejection]:
+    """Effects that screening alone rules out beside `model`."""
+    screening = candidates.screen(model)
+    rejected = {}
+    for name, reason in screening.excluded.items():
+        if reason == "collinear":
+            why = "This motion does not show it: other parameters reproduce its torque."
+            rejected[name] = Rejection("not-tested", why)
+        else:
+            why = "It would need an impossible sign."
+            rejected[name] = Rejection("refuted", why, Evidence(0.0, "screening"))
+    for name, reduction in screening.reductions.items():
+        why = f"It would explain {reduction:.1%} of what the fit leaves, by screening: hardly more than chance."
+        rejected[name] = Rejection("not-confirmed", why, Evidence(max(reduction, 0.0), "screening"))
+    return rejected

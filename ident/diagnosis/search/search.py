@@ -1,0 +1,126 @@
+"""The search of a diagnosis: named effects first, curves for what they leave, and the steps that led there."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.judge import judge
+from ident.diagnosis.judge.price import score
+from ident.diagnosis.search.best_first import BestFirst
+from ident.diagnosis.search.candidates import Candidates, mandatory_terms
+from ident.diagnosis.search.fits import Fits, added_term
+from ident.diagnosis.search.review import review
+from ident.diagnosis.search.selection import Selection, SelectionStep
+from ident.diagnosis.split.split_data import SplitData
+from ident.dynamics.effects.base import Effect
+from ident.dynamics.structure import ModelStructure
+from recordings.errors import BadInput
+from recordings.recording import Floats
+
+
+class Search:
+    """Searches the models of given data that the effects of a library can form."""
+
+    def __init__(self, split: SplitData, library: Mapping[str, Effect], progress: Callable[[str], None]) -> None:
+        self.fits, self._progress = Fits(split), progress
+        self.candidates = Candidates(self.fits, library)
+
+    def on(self, split: SplitData) -> "Search":
+        """The same search, with models that are judged on the rows of `split`."""
+        other = Search(split, self.candidates.library, self._progress)
+        other.fits = self.fits.on(split)
+        other.candidates = Candidates(other.fits, self.candidates.library)
+        return other
+
+    def start(self, structure: ModelStructure, x: Floats) -> tuple[FittedModel, list[SelectionStep]]:
+        """Fit the initial model from `x` (K,) and add the mandatory effects; returns the model and its steps."""
+        base = self.fits.fit(structure, x)
+        models = self.fits.with_mandatory(base, mandatory_terms(self.candidates.library, base))
+        steps = [SelectionStep(None, base, None)]
+        for model in models:
+            before = steps[-1].model
+            index = added_term(before, model)
+            if judge(before, model, index).accepted:
+                steps.append(_step(model.terms[index].name, model, before))
+        return (models or [base])[-1], steps
+
+    def select(self, structure: ModelStructure, x: Floats) -> Selection:
+        """Find what `structure`, fitted from `x` (K,), lacks."""
+        model, steps = self.start(structure, x)
+        best_first = BestFirst(self.candidates, self._progress)
+        answer = best_first.search(model)
+        while (with_curve := self._with_curve(answer)) is not None:
+            answer = best_first.search(with_curve)
+        return review(self.candidates, [*steps, *self._way(model, answer)])
+
+    def select_forced(self, structure: ModelStructure, x: Floats, names: Sequence[str]) -> Selection:
+        """Add the effects `names` in this order and no others, starting from `structure` and `x` (K,).
+
+        Raises:
+            BadInput: the motion does not show one of them.
+        """
+        model, steps = self.start(structure, x)
+        for name in names:
+            before, model = model, self.add(model, name)
+            steps.append(_step(name, model, before))
+        return review(self.candidates, steps, "it was not requested")
+
+    def truncated(self, selection: Selection, number: int, reason: str) -> Selection:
+        """The `selection` up to step `number`; `reason`: why what would follow is no finding."""
+        return review(self.candidates, selection.steps[: number + 1], reason)
+
+    def with_mandatory(self, model: FittedModel) -> FittedModel:
+        """`model` with the mandatory effects that it lacks."""
+        return [model, *self.fits.with_mandatory(model, mandatory_terms(self.candidates.library, model))][-1]
+
+    def add(self, model: FittedModel, name: str) -> FittedModel:
+        """Add the effect `name` to `model` and refit all parameters.
+
+        Raises:
+            BadInput: the motion does not show it.
+        """
+        screening = self.candidates.screen(model)
+        by_name = {candidate.term.name: candidate for candidate in reversed(screening.candidates)}
+        if name not in by_name:
+            reason = "is in the model already" if name in model.names else "does not show in this motion"
+            reason = "would need an impossible sign" if screening.excluded.get(name) == "sign" else reason
+            raise BadInput(f"effect: one of {', '.join(sorted(by_name))} expected; '{name}' {reason}; leave it out")
+        return self.candidates.add(model, by_name[name])
+
+    def _with_curve(self, model: FittedModel) -> FittedModel | None:
+        """`model` with a curve in addition, or in place of the effects that it contains, if the judge accepts it."""
+        accepted = []
+        for curved in self.candidates.curves(model):
+            name = curved.terms[added_term(model, curved)].name
+            for after in (curved, self._without_contained(curved, name)):
+                index = next(i for i, term in enumerate(after.terms) if term.name == name)
+                if judge(self.fits.without_effect(after, index), after, index).accepted and score(after) < score(
+                    model
+                ):
+                    accepted.append(after)
+        return min(accepted, key=score, default=None)
+
+    def _without_contained(self, model: FittedModel, name: str) -> FittedModel:
+        """`model` without what its effect `name` contains."""
+        contained = self.candidates.library[name].contains
+        while (index := next((i for i, term in enumerate(model.terms) if term.name in contained), None)) is not None:
+            model = self.fits.without_effect(model, index)
+        return model
+
+    def _way(self, start: FittedModel, answer: FittedModel) -> list[SelectionStep]:
+        """Steps from `start` to `answer`: the effect that the rest misses least came last."""
+        models = [answer]
+        while extra := [i for i, term in enumerate(models[-1].terms) if not _is_in(start, term.name)]:
+            smaller = [self.fits.without_effect(models[-1], index) for index in extra]
+            models.append(min(smaller, key=score))
+        steps = []
+        for after, before in zip(reversed(models[:-1]), reversed(models[1:]), strict=True):
+            steps.append(_step(after.terms[added_term(before, after)].name, after, before))
+        return steps
+
+
+def _is_in(model: FittedModel, name: str) -> bool:
+    return name in model.names
+
+
+def _step(added: str, model: FittedModel, before: FittedModel) -> SelectionStep:
+    return SelectionStep(added, model, model.improvement_over(before))
