@@ -12,7 +12,7 @@ import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.search.stepwise_selection import Selector
+from ident.diagnosis.search.search import Search
 from ident.diagnosis.split.observability import observability
 from ident.diagnosis.split.split_data import SplitData
 from ident.diagnosis.split.train_test_split import split_recordings
@@ -164,7 +164,7 @@ def of_size(torque: Torque, share: float, **motion_options: float) -> Torque:
 def named(train: Recording, validate: Recording, without: Sequence[str] = ()) -> list[tuple[str, ...]]:
     """The effects that a diagnosis finds, each with those that it could be confused with."""
     data = split([train], [validate])
-    selector = Selector(data, observability(data, library(), without).observable, lambda text: None)
+    selector = Search(data, observability(data, library(), without).observable, lambda text: None)
     model = structure(train)
     return [(each.term.name, *each.alternatives) for each in selector.select(model, start(model)).findings]
 

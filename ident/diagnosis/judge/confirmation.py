@@ -5,7 +5,8 @@ from ident.diagnosis.judge.improvement import Improvement
 MIN_T = 3.5
 """Student's t that confirms an improvement on held-out rows; it is high because many models are tried."""
 MIN_SHARE = 0.1
-"""Share of the mean square above the noise floor that an effect must take: with much data, trifles are significant."""
+"""Share of the mean square above the noise floor that an effect must take: with much data, trifles are
+significant."""
 
 
 def strongest_t(improvement: Improvement) -> float:

@@ -1,8 +1,8 @@
 """One best-first search over models: several stay open, so that a wrong first step costs nothing.
 
-States are models, each fitted once. The neighbours of a model have one effect more, one less, or the same one on other
-joints. The best few by `judge.price.score` are expanded, unless not even the noise floor would make what extends them
-the best. The answer is the best model in which the judge accepts every effect beside all the others.
+States are models, each fitted once. The neighbours of a model have one effect more, one less, or the same one on
+other joints. The best model by `judge.price.score` is expanded, and while it leaves much, the next ones are, too. The
+answer is the best model in which the judge accepts every effect beside all the others.
 """
 
 import heapq
@@ -81,7 +81,7 @@ class BestFirst:
         return self._accepted[key]
 
     def _ranked(self) -> Iterator[State]:
-        """The models, the best first; of those that differ in joints only, the best. Scores are computed as needed."""
+        """The models, the best first; of those that differ in joints only, the best. A score is computed if needed."""
         heap = [(state.least, number, state) for number, state in enumerate(self._states.values())]
         heapq.heapify(heap)
         seen = set()
@@ -174,7 +174,7 @@ def _is_possible(model: FittedModel, other: FittedModel) -> bool:
 
 
 def _is_large(model: FittedModel, other: FittedModel) -> bool:
-    """Whether `other` explains more than a trifle of what `model` leaves: any unknown is approximated by many trifles."""
+    """Whether `other` explains more than a trifle of what `model` leaves: many trifles imitate whatever is unknown."""
     subsets = model.split.train, model.split.test
     return not all(is_small(other.improvement_over(model, rows)) for rows in subsets)
 

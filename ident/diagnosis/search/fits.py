@@ -92,7 +92,7 @@ class Fits:
         return self.fit(extended, np.concatenate([x[~narrow.parameter_mask(index)], values.ravel(), shapes]))
 
     def with_mandatory(self, model: FittedModel, terms: Sequence[Term]) -> list[FittedModel]:
-        """The models with one after the other of the mandatory `terms` that `model` lacks; their values start at 0."""
+        """The models with one after the other of the `terms` that `model` lacks, whose values start at 0."""
         models = []
         for term in terms:
             structure = model.solution.structure.with_term(term)

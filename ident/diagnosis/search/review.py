@@ -1,4 +1,4 @@
-"""What a search has found: each effect with its evidence and its alternatives, and why all others are not among them."""
+"""What a search has found: each effect with its evidence and its alternatives, and why the others are not there."""
 
 from collections.abc import Sequence
 

@@ -1,8 +1,8 @@
 """Check whether something unknown explains the data better than the effects that imitate it.
 
-An unknown effect of another joint's motion, or of time, is approximated by several known effects together. Curves over
-these variables may take their place, where held-out rows say so. Curves over the joint's own motion may not: load,
-pre-sliding and low speed are functions of it, so that a curve approximates every effect that depends on them.
+An unknown effect of another joint's motion, or of time, is approximated by several known effects together. Curves
+over these variables may take their place, where held-out rows say so. Curves over the joint's own motion may not:
+load, pre-sliding and low speed are functions of it, so that a curve approximates every effect that depends on them.
 """
 
 from collections.abc import Iterator, Sequence

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ident.diagnosis.diagnosis import DiagnosisOptions, prepare_inputs
-from ident.diagnosis.search.stepwise_selection import Selector
+from ident.diagnosis.search.search import Search
 from ident.dynamics.effects.base import Additive
 from ident.dynamics.effects.library import library
 from ident.fleet.change_screening import ChangeScreener, as_change, base_name
@@ -24,7 +24,7 @@ def screener(tmp_path: Path, night: Callable[..., Path], truth: Floats) -> Calla
             night(tmp_path / f"1-{scatter}.mcap", 1, parameters=truth * (1 + change)),
         ]
         inputs = prepare_inputs(paths, [], library([]), DiagnosisOptions())
-        selector = Selector(inputs.split, inputs.effects.observable, lambda text: None)
+        selector = Search(inputs.split, inputs.effects.observable, lambda text: None)
         model, _ = selector.start(*inputs.initial_model(library([])))
         usual = np.tile(scatter * np.abs(model.solution.x), (2, 1))
         return ChangeScreener(inputs.split, model.solution, [False, True], usual)

@@ -1,7 +1,7 @@
 """Rules of plausibility: each says why one effect of a model cannot be true, or None; the cheap ones first.
 
-A rule is one file with a function `reason(before, after, index)`: `after` is the model with the effect number `index`,
-`before` the one without it. A reason ends the sentence "It would explain 12 % of what is left, but …".
+A rule is one file with a function `reason(before, after, index)`: `after` is the model with the effect number
+`index`, `before` the one without it. A reason ends the sentence "It would explain 12 % of what is left, but …".
 """
 
 from collections.abc import Callable
@@ -23,7 +23,7 @@ OF_INTERVALS: dict[str, Rule] = {"simpler": simpler.reason, "strength": strength
 
 
 def objection(rules: dict[str, Rule], before: FittedModel, after: FittedModel, index: int) -> tuple[str, str] | None:
-    """Name of the first of the `rules` that the effect `index` of `after` breaks, and the reason; None: it breaks none."""
+    """Name of the first of the `rules` that the effect `index` of `after` breaks, and the reason; or None."""
     for name, rule in rules.items():
         if reason := rule(before, after, index):
             return name, reason

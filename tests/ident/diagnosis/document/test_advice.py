@@ -10,8 +10,8 @@ from ident.commands.design import command as design
 from ident.commands.fit import command as fit
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.advice import fit_command, next_motion
-from ident.diagnosis.judge.steps import Finding
-from ident.diagnosis.search.stepwise_selection import Selector
+from ident.diagnosis.search.search import Search
+from ident.diagnosis.search.selection import Finding
 from ident.diagnosis.unknown.unexplained_residual import estimate_unexplained
 from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
@@ -29,13 +29,13 @@ def diagnosed(train: Recording, *validate: Recording, forced: tuple[str, ...] = 
     data = building.split([train], list(validate))
     model = building.structure(train)
     effects = {name: LIBRARY[name] for name in forced}
-    selection = Selector(data, effects, lambda text: None).select_forced(model, building.start(model), forced)
+    selection = Search(data, effects, lambda text: None).select_forced(model, building.start(model), forced)
     unexplained = estimate_unexplained(selection.model)
     return Diagnosis(data, LIBRARY, {}, selection, unexplained, None, None, True)
 
 
 def with_alternative(finding: Finding, *names: str) -> Finding:
-    return Finding(finding.term, finding.improvement, names, finding.residuals_without, finding.residuals_with)
+    return replace(finding, alternatives=names)
 
 
 @pytest.fixture(scope="module")

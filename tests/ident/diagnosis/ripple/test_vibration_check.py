@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ident.diagnosis.ripple.vibration_check import VIBRATION, with_vibration_alternatives
-from ident.diagnosis.search.stepwise_selection import Selector
+from ident.diagnosis.search.search import Search
 from ident.dynamics.effects.library import library
 from tests.ident import building
 
@@ -15,7 +15,7 @@ def test_only_one_speed_leaves_ripple_and_vibration_apart(size: float, drift: fl
         noise=0.05, extra=lambda motion: 0.4 * np.sin(20.0 * motion.position), size=size, drift=drift
     )
     data = building.split([recording])
-    selector = Selector(data, {"cogging": library()["cogging"]}, lambda text: None)
+    selector = Search(data, {"cogging": library()["cogging"]}, lambda text: None)
     model = building.structure(recording)
     selection = with_vibration_alternatives(selector.select(model, building.start(model)))
     (finding, *_) = selection.findings

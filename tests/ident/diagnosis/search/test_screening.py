@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.diagnosis.search.selection import Exclusion, FittedModel
 from ident.diagnosis.search.screening import Candidate, Screener
+from ident.diagnosis.search.selection import Exclusion, FittedModel
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.library import library

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.diagnosis.search.stepwise_selection import Selector
+from ident.diagnosis.search.search import Search
 from ident.diagnosis.split.observability import observability
 from ident.diagnosis.visibility.visibility import DEFAULT_SHARE, EffectVisibility, VisibilityCheck
 from ident.dynamics.effects.library import library
@@ -29,7 +29,7 @@ def check(recording: Recording, *names: str, share: float = DEFAULT_SHARE) -> di
 
 def found(recording: Recording, name: str) -> list[str]:
     data = building.split([recording])
-    selector = Selector(data, {name: library()[name]}, lambda text: None)
+    selector = Search(data, {name: library()[name]}, lambda text: None)
     model = building.structure(recording)
     return [finding.term.name for finding in selector.select(model, building.start(model)).findings]
 

@@ -6,7 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ident.diagnosis.search.candidate_search import CandidateSearch
+from ident.diagnosis.search.candidates import Candidates
+from ident.diagnosis.search.fits import Fits
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Additive
 from ident.dynamics.effects.library import load
@@ -77,8 +78,7 @@ def travels(data: SplitData) -> Floats:
 
 def test_every_joint_has_its_knots_over_its_travel_in_all_training_rows(two_joints: SplitData) -> None:
     model = building.fitted(two_joints)
-    search = CandidateSearch(two_joints, {NAME: load(NAME)})
-    (fitted,) = search.extensions(model).models
+    (fitted,) = Candidates(Fits(two_joints), {NAME: load(NAME)}).curves(model)
     assert fitted.terms[0].joints == (0, 1)
     shapes = fitted.solution.structure.shape_values(0, fitted.solution.x)
     np.testing.assert_allclose(shapes, travels(two_joints))
@@ -90,11 +90,10 @@ def test_every_joint_has_its_knots_over_its_travel_in_all_training_rows(two_join
 
 
 def test_joint_that_is_added_or_dropped_takes_its_knots_along(two_joints: SplitData) -> None:
-    search = CandidateSearch(two_joints, {NAME: load(NAME)})
-    both = search.extensions(building.fitted(two_joints)).models[0]
-    second = search.without_instances(both, 0, [False, True])
+    both = Candidates(Fits(two_joints), {NAME: load(NAME)}).curves(building.fitted(two_joints))[0]
+    second = Fits(two_joints).without_instances(both, 0, [False, True])
     np.testing.assert_allclose(second.solution.structure.shape_values(0, second.solution.x), travels(two_joints)[2:])
-    (again,) = search.joint_extensions(second, [0])
+    again = Fits(two_joints).on_more_joints(second, 0, [0])
     np.testing.assert_allclose(again.solution.x, both.solution.x, rtol=1e-6, atol=1e-9)
 
 

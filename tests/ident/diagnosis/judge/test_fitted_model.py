@@ -1,4 +1,4 @@
-"""Data of a stepwise selection."""
+"""A fitted model and the rows that judge it."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Physical plausibility of effects."""
+"""Rules of plausibility: what cannot be true, whatever the fit says."""
 
 from dataclasses import replace
 from functools import partial
@@ -8,17 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnosis.judge.improvement import Improvement
-from ident.diagnosis.judge.physical_limits import (
-    implausibility,
-    implausible_shape,
-    is_physical,
-    resolved_instances,
-    sign_warnings,
-    simpler_effect,
-    unresolved,
-)
 from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.improvement import Improvement
+from ident.diagnosis.judge.price import EXTRAORDINARY_RATIO, score
+from ident.diagnosis.judge.rules import OF_INTERVALS, OF_VALUES, objection
+from ident.diagnosis.judge.rules.mechanism import sign_warnings
+from ident.diagnosis.judge.rules.strength import resolved_instances
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.base import Effect
@@ -29,6 +24,21 @@ from ident.dynamics.torque_map import voltage_from_torque
 from recordings.recording import Floats
 from recordings.rig import simulated_rig
 from tests.ident import building
+
+
+def implausibility(after: Any, before: Any, index: int = -1) -> str | None:
+    found = objection(OF_VALUES, before, after, index % len(after.terms))
+    return found and found[1]
+
+
+def is_physical(after: Any, before: Any) -> bool:
+    return implausibility(after, before) is None
+
+
+def unresolved(after: FittedModel) -> str | None:
+    """The reason by the intervals of the last effect of `after`."""
+    found = objection(OF_INTERVALS, after, after, len(after.terms) - 1)
+    return found and found[1]
 
 
 def _with_springs(motor: float, damping: float, identifiable: bool = True, supported: bool = True) -> tuple[Any, Any]:
@@ -92,7 +102,6 @@ def with_values(before: FittedModel, name: str, effect: Effect, *values: float) 
     ("name", "values", "reason"),
     [
         ("encoder_eccentricity", (0.012, 0.012, 1.0), None),
-        ("encoder_eccentricity", (0.013, 0.013, 1.0), "amplitude of 0.0184"),
         ("thermal_drift", (0.1, 0.1, -40.0), None),
         ("thermal_drift", (0.1, 0.1, -6014.0), "far longer than the recording of 1"),
         ("amplifier_saturation", (0.6, 6.0), None),
@@ -134,12 +143,24 @@ def test_wave_with_a_period_longer_than_the_travel_is_no_ripple(periods: float, 
 
 
 @pytest.mark.parametrize(("order", "reason"), [(4.0, "end of the plausible range"), (40.0, None)])
-def test_shape_of_an_earlier_effect_is_judged_as_that_of_the_last_one(order: float, reason: str | None) -> None:
-    """An effect that was beside it when the search began has gone, and its shape has moved since."""
+def test_shape_of_each_effect_is_judged_whatever_stands_behind_it(order: float, reason: str | None) -> None:
     model = building.with_wave(order, "cogging", "joint_spring")
-    refused = implausible_shape(model, 0)
+    before = building.fitted(model.split, "joint_spring")
+    refused = implausibility(model, before, 0)
     assert refused is None if reason is None else reason in str(refused)
-    assert implausible_shape(model, 1) is None
+
+
+def test_extraordinary_size_has_a_price() -> None:
+    before = building.fitted(data())
+    usual, large = (
+        with_values(before, "encoder_eccentricity", library()["encoder_eccentricity"], 0.0, size, 1.0)
+        for size in (0.017, 0.018)
+    )
+    for model in (usual, large):
+        object.__setattr__(model, "residuals", before.residuals)
+        object.__setattr__(model, "noise_floor", before.noise_floor)
+    rows = float(before.split.independent(before.split.scored).sum())
+    assert score(large) - score(usual) == pytest.approx(rows * np.log(EXTRAORDINARY_RATIO))
 
 
 @pytest.mark.parametrize(("noise", "refused"), [(0.05, True), (20.0, False)])
@@ -201,14 +222,10 @@ def test_drift_whose_direction_in_time_is_unknown_is_not_believed() -> None:
     assert unresolved(model) == "its T is zero within its interval"
 
 
-@pytest.mark.parametrize(("stiffness", "simpler"), [(0.0, "torque_offset"), (0.5, None)])
-def test_spring_without_stiffness_is_an_offset(stiffness: float, simpler: str | None) -> None:
+@pytest.mark.parametrize(("stiffness", "reason"), [(0.0, "it does not differ from torque_offset"), (0.5, None)])
+def test_spring_without_stiffness_is_an_offset(stiffness: float, reason: str | None) -> None:
     split = data(extra=lambda motion: 0.4 + stiffness * motion.position)
-    assert simpler_effect(building.fitted(split, "joint_spring")) == simpler
-
-
-def test_effect_without_a_distinguishing_parameter_reduces_to_none() -> None:
-    assert simpler_effect(building.fitted(data(), "torque_offset")) is None
+    assert unresolved(building.fitted(split, "joint_spring")) == reason
 
 
 def test_reversed_torque_is_pointed_out() -> None:

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnosis.judge.steps import Selection, SelectionStep
-from ident.diagnosis.search.stepwise_selection import Selector
+from ident.diagnosis.search.search import Search
+from ident.diagnosis.search.selection import Selection
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.library import library
@@ -50,9 +50,9 @@ def split(*torques: Torque, noise: float = 0.05, joints: int = 1) -> SplitData:
     return building.split([building.record(joints, noise=noise, extra=extra)])
 
 
-def selector(data: SplitData, effects: Mapping[str, Effect] = USUAL) -> tuple[Selector, Any]:
+def selector(data: SplitData, effects: Mapping[str, Effect] = USUAL) -> tuple[Search, Any]:
     model = building.structure(data.recordings[0].recording)
-    return Selector(data, effects, lambda text: None), (model, building.start(model))
+    return Search(data, effects, lambda text: None), (model, building.start(model))
 
 
 def select(data: SplitData, effects: Mapping[str, Effect] = USUAL) -> Selection:
@@ -241,10 +241,10 @@ def test_impossible_forced_effect_is_refused(names: list[str], reason: str) -> N
 def test_truncated_selection_has_the_findings_of_its_last_step() -> None:
     chosen, begin = selector(split(drag, offset))
     selection = chosen.select(*begin)
-    first = chosen.truncated(selection, 1)
+    first = chosen.truncated(selection, 1, "of a test")
     assert added(first) == [None, "quadratic_friction"]
     assert [finding.term.name for finding in first.findings] == ["quadratic_friction"]
-    assert "torque_offset" in {extension.terms[-1].name for extension in first.last_extensions.models}
+    assert first.rejected["torque_offset"].why.endswith("of a test.")
 
 
 def test_computed_torque_and_residual_add_up_to_the_measured_one() -> None:
@@ -254,36 +254,3 @@ def test_computed_torque_and_residual_add_up_to_the_measured_one() -> None:
         data.recordings, selection.model.computed, selection.model.residuals, strict=True
     ):
         np.testing.assert_allclose(computed + residual, dataset.torque)
-
-
-def test_earlier_selection_is_kept_where_other_rows_lead_to_a_far_worse_one() -> None:
-    data = split(drag, spring)
-    fewer, begin = selector(data, {"torque_offset": LIBRARY["torque_offset"]})
-    poor, good, complete = fewer.select(*begin), select(data), selector(data)[0]
-    kept = complete.or_earlier(poor, good)
-    assert [finding.term.name for finding in kept.findings] == [finding.term.name for finding in good.findings]
-    assert kept.steps[0].improvement is None
-    assert complete.or_earlier(good, poor) is good
-
-
-def test_earlier_selection_is_not_kept_if_these_rows_do_not_confirm_all_of_it() -> None:
-    data = split(spring)
-    poor, (complete, begin) = selector(data, {})[0].select(*selector(data)[1]), selector(data)
-    assert complete.or_earlier(poor, complete.select_forced(*begin, ["joint_spring"])) is not poor
-    assert complete.or_earlier(poor, complete.select_forced(*begin, ["joint_spring", "quadratic_friction"])) is poor
-
-
-@pytest.mark.parametrize("first", [0, 1])
-def test_of_two_models_that_lead_to_each_other_the_smaller_is_the_last_step(
-    first: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    data = split(drag, spring)
-    chosen, begin = selector(data)
-    names = (["joint_spring"], ["joint_spring", "quadratic_friction"])
-    turns = [chosen.select_forced(*begin, each).model for each in names]
-    steps = [SelectionStep(None, turns[first], None)]
-    monkeypatch.setattr(chosen, "_next_model", lambda model, candidates: turns[len(model.terms) % 2])
-    monkeypatch.setattr(chosen, "_pruned", lambda model: model)
-    model, _ = chosen._add_effects(turns[first], steps)
-    assert steps[-1].model is model
-    assert len(model.terms) == 1
