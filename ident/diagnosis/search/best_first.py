@@ -81,7 +81,7 @@ class BestFirst:
         return self._accepted[key]
 
     def _ranked(self) -> Iterator[State]:
-        """The models, the best first; of those that differ in joints only, the best. A score is computed if needed."""
+        """The models, the best first, and the best one of those that differ in joints only."""
         heap = [(state.least, number, state) for number, state in enumerate(self._states.values())]
         heapq.heapify(heap)
         seen = set()
@@ -174,7 +174,7 @@ def _is_possible(model: FittedModel, other: FittedModel) -> bool:
 
 
 def _is_large(model: FittedModel, other: FittedModel) -> bool:
-    """Whether `other` explains more than a trifle of what `model` leaves: many trifles imitate whatever is unknown."""
+    """Whether `other` explains more than a trifle of what `model` leaves: many trifles imitate any unknown."""
     subsets = model.split.train, model.split.test
     return not all(is_small(other.improvement_over(model, rows)) for rows in subsets)
 

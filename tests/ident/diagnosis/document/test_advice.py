@@ -1,6 +1,7 @@
 """Commands that a user may run after a diagnosis: they are accepted by the command line."""
 
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import click
