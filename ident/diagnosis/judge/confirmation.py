@@ -13,9 +13,9 @@ def strongest_t(improvement: Improvement) -> float:
     """The largest Student's t of an improvement.
 
     Of the mean squares over all blocks, or over those that the change concerns; and of the logarithms of their ratio,
-    which no block outweighs, where the improvement itself is no chance.
+    which no block outweighs, where the improvement is no trifle.
     """
-    of_ratio = improvement.t_of_ratio if improvement.interval[0] > 0 else 0.0
+    of_ratio = 0.0 if is_small(improvement) else improvement.t_of_ratio
     return max(improvement.t_statistic, improvement.t_for_change, of_ratio)
 
 

@@ -20,10 +20,10 @@ def test_support_needs_many_blocks(t: float, supported: bool) -> None:
     assert is_supported(improvement(t=t)) is supported
 
 
-@pytest.mark.parametrize(("low", "supported"), [(0.05, True), (-0.05, False)])
-def test_ratio_of_the_blocks_counts_where_the_improvement_is_no_chance(low: float, supported: bool) -> None:
+@pytest.mark.parametrize(("remaining", "supported"), [(0.5, True), (50.0, False)])
+def test_ratio_of_the_blocks_counts_unless_the_improvement_is_a_trifle(remaining: float, supported: bool) -> None:
     """A few blocks at reversals dominate the mean squares; the ratio in most of them tells the effect."""
-    assert is_supported(replace(improvement(t=2.5, low=low), t_of_ratio=6.7)) is supported
+    assert is_supported(replace(improvement(t=2.5, remaining=remaining), t_of_ratio=6.7)) is supported
 
 
 @pytest.mark.parametrize(("taken", "small"), [(MIN_SHARE - 0.01, True), (MIN_SHARE + 0.01, False)])
