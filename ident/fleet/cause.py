@@ -13,8 +13,8 @@ from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.price import PRICE
 from ident.diagnosis.search.screening import Candidate
 from ident.diagnosis.search.search import Search
+from ident.diagnosis.split.noise_floor import MIN_TORQUE_SHARE
 from ident.diagnosis.unknown.residual_dependence import find_dependences
-from ident.diagnosis.unknown.unexplained_residual import MIN_TORQUE_SHARE
 from ident.dynamics.effects.base import Effect, Signal
 from ident.dynamics.effects.library import library
 from ident.fleet.change_screening import ChangeScreener, as_change

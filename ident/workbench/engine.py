@@ -180,7 +180,7 @@ class Engine:
             train=train.name,
             validate=validate.name if validate else None,
             steps=tuple(self._step_view(selection, step) for step in selection.steps),
-            noise_rms=selection.model.noise_floor.known_rms,
+            noise_rms=tuple(selection.model.noise_floor.rms.tolist()),
             units=recording.rig.effort_units,
             position_units=recording.rig.position_units,
             relative=recording.rig.torque.gain_source == "assumed" and not holds_torque(recording),
@@ -261,7 +261,7 @@ def _torque_series(selection: SelectionState) -> tuple[views.TorqueSeries, ...]:
 def _previews(selection: SelectionState, candidates: Mapping[str, Candidate]) -> views.CandidatePreviews:
     """Compute the part of the residual that each candidate would explain, and draw it."""
     split, model = selection.inputs.split, selection.model
-    estimator, noise_rms = EffectContribution(split, model.solution), model.noise_floor.known_rms
+    estimator, noise_rms = EffectContribution(split, model.solution), tuple(model.noise_floor.rms.tolist())
     contributions, figures = {}, {}
     for name, candidate in candidates.items():
         torques = estimator.compute(candidate)

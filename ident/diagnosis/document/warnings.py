@@ -22,9 +22,8 @@ def data_warnings(split: SplitData, model: FittedModel, floor: NoiseFloor, offse
     """Cautions about `model` and its noise `floor`; `offset`: the effect that is confounded with Coulomb friction."""
     yield from confounding_warnings(split, model.solution, offset)
     yield from _insufficient_data(split, model)
-    if floor.known:
-        yield from _disagreement(split, model, floor)
-        yield from extrapolation_warnings(split, model, floor)
+    yield from _disagreement(split, model, floor)
+    yield from extrapolation_warnings(split, model, floor)
     yield from _excluded_rows(split)
     yield from _assumed_gain(split)
 

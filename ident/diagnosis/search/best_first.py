@@ -25,10 +25,6 @@ from recordings.recording import Floats, Ints
 
 MAX_EXPANDED = 16
 """Most models that are expanded; a robot with more than a handful of missing effects is no case for a library."""
-MAX_FLOOR_RATIO = 1.1
-"""Joints with an error above this multiple of the noise floor may need effects of other joints."""
-
-
 Names = tuple[str, ...]
 
 
@@ -122,7 +118,7 @@ class BestFirst:
     def _wider(self, model: FittedModel) -> Iterator[FittedModel]:
         """Models in which one effect of `model` acts on one more joint that leaves much, or on all of them."""
         error = np.maximum(*(rms(model.judged_residuals, rows) for rows in (model.split.train, model.split.test)))
-        joints = np.flatnonzero(error > MAX_FLOOR_RATIO * model.noise_floor.rms).tolist()
+        joints = np.flatnonzero(error > model.noise_floor.limit).tolist()
         for index, term in enumerate(model.terms):
             possible = term.effect.possible_joints(model.solution.structure.rig)
             missing = tuple(joint for joint in joints if joint in possible and joint not in term.joints)
@@ -180,9 +176,9 @@ def _is_large(model: FittedModel, other: FittedModel) -> bool:
 
 
 def _leaves_much(model: FittedModel) -> bool:
-    """Whether the error of `model` is above its noise floor, as far as that is known."""
+    """Whether the error of `model` is above what a correct one may leave."""
     return any(
-        bool((rms(model.judged_residuals, rows) > MAX_FLOOR_RATIO * model.noise_floor.rms).any())
+        bool((rms(model.judged_residuals, rows) > model.noise_floor.limit).any())
         for rows in (model.split.train, model.split.test)
     )
 

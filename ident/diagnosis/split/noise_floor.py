@@ -11,6 +11,7 @@ are simulated in the torque of the model.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Literal
 
 import numpy as np
 
@@ -33,8 +34,15 @@ _MAX_AMPLIFICATION = 4.0
 """Upper limit of the ratio of observed to expected quantization errors."""
 _CLIPPING = 3.0
 """Values are clipped at this multiple of the typical value."""
-_MAX_UNKNOWN_SHARE = 0.5
-"""Largest share of the residual's RMS that noise, or quantization errors, are taken to be where nothing repeats."""
+NoiseSource = Literal["repetition", "spectrum"]
+_NOISE_UNCERTAINTY: dict[NoiseSource, float] = {"repetition": 0.03, "spectrum": 0.25}
+"""Half the relative 95 % interval of the noise. The spectrum above the analysis band is continued as white: on 33
+recordings of the part `chosen` that do not repeat, right models left 0.8 to 1.05 times the floor."""
+_QUANTIZATION_UNCERTAINTY = 0.36
+"""The same of the mean square of quantization errors."""
+MIN_TORQUE_SHARE = 0.0035
+"""Residuals below this share of the torque are not called structured: preprocessing may leave as much of a correct
+model."""
 _TINY = 1e-24
 
 
@@ -46,23 +54,40 @@ class NoiseFloor:
     """(dof,) RMS of the part that differs between repetitions, without a trend [N m]."""
     quantization: Floats
     """(dof,) RMS of the repeating part due to quantization of the encoders and of the drives' signal [N m]."""
-    known: bool
-    """Whether it is measured, because a motion is repeated. Otherwise it is only a guess, which proves nothing."""
+    source: NoiseSource
+    """From what it is known: from differences between cycles, or, where nothing repeats, from the spectrum."""
     lines: tuple[SpectralLine | None, ...]
     """Vibration of each joint; it is not part of the noise."""
     trends: tuple[Trend | None, ...]
     """Significant steady change from one repetition to the next, per joint."""
+    least: Floats
+    """(dof,) error below which preprocessing may leave as much of a correct model [N m]."""
+
+    @property
+    def ci95(self) -> Floats:
+        """(dof, 2) 95 % interval of `rms` [N m]."""
+        noise = _NOISE_UNCERTAINTY[self.source]
+        return np.stack(
+            [
+                np.hypot(
+                    (1 + side * noise) * self.noise, np.sqrt(1 + side * _QUANTIZATION_UNCERTAINTY) * self.quantization
+                )
+                for side in (-1, 1)
+            ],
+            axis=1,
+        )
+
+    @property
+    def limit(self) -> Floats:
+        """(dof,) error that a correct model may leave at most [N m]."""
+        together: Floats = np.hypot(self.ci95[:, 1], self.least)
+        return together
 
     @property
     def rms(self) -> Floats:
         """(dof,) RMS of both parts together [N m]."""
         together: Floats = np.hypot(self.noise, self.quantization)
         return together
-
-    @property
-    def known_rms(self) -> tuple[float | None, ...]:
-        """`rms` of each joint; None where it is only a guess."""
-        return tuple(float(value) if self.known else None for value in self.rms)
 
 
 def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequence[Floats]) -> NoiseFloor:
@@ -92,10 +117,8 @@ def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequen
     )
     drives = in_threads(partial(_drive_mean_square, solution), split.predictors)
     quantization = np.sqrt(np.mean(mean_squares, axis=0) + np.mean(drives, axis=0))
-    if not statistics:  # a guess above the residual is wrong
-        limit = _MAX_UNKNOWN_SHARE * rms(residuals, split.train)
-        level, quantization = np.minimum(level, limit), np.minimum(quantization, limit)
-    return NoiseFloor(level, quantization, bool(statistics), vibrations, trends)
+    source: NoiseSource = "repetition" if statistics else "spectrum"
+    return NoiseFloor(level, quantization, source, vibrations, trends, MIN_TORQUE_SHARE * split.torque_rms)
 
 
 def _level_above_the_signal(split: SplitData, residuals: Sequence[Floats]) -> Floats:

@@ -1,7 +1,5 @@
 """What the last model of a selection leaves, and whether its effects only imitate something unknown."""
 
-from ident.diagnosis.judge.confirmation import MIN_T, is_supported
-from ident.diagnosis.judge.improvement import Improvement
 from ident.diagnosis.search.search import Search
 from ident.diagnosis.search.selection import Selection
 from ident.diagnosis.unknown.imitation import remove_imitations
@@ -23,11 +21,4 @@ def analyse_unexplained(
         selection, learned = remove_imitations(search, selection)
     learned = learned or fit_curves(selection.model)
     dependences = learned.described if learned and learned.supported else None
-    if not selection.model.noise_floor.known:
-        dependences = learned.described if learned and _is_structure(learned.improvement) else ()
     return selection, estimate_unexplained(selection.model, dependences), learned
-
-
-def _is_structure(improvement: Improvement) -> bool:
-    """Whether the test rows show that what a curve explains is no noise, even if the noise floor is unknown."""
-    return is_supported(improvement) or improvement.t_of_ratio > MIN_T

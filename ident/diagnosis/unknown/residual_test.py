@@ -12,7 +12,6 @@ import numpy as np
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import prepare
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.split.noise_floor import NoiseFloor
 from ident.diagnosis.split.split_data import MAX_STANDSTILL, SplitData
 from ident.diagnosis.split.train_test_split import split_recordings, standstill_share
 from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual, estimate_unexplained
@@ -31,12 +30,12 @@ def residual_test(model: FittedModel, unexplained: UnexplainedResidual, diagnose
     split, floor = model.split, model.noise_floor
     verdict: FloorVerdict = "above-noise" if unexplained.significant else "within-noise"
     return ResidualTest(
-        verdict=verdict if floor.known or unexplained.significant else "unknown",
+        verdict=verdict,
         diagnosed=diagnosed,
         bandwidth_hz=split.recordings[0].bandwidth,
-        noise_rms=floor.known_rms,
-        repetition_rms=_known(floor, floor.noise),
-        quantization_rms=_known(floor, floor.quantization),
+        noise_rms=tuple(floor.rms.tolist()),
+        repetition_rms=tuple(floor.noise.tolist()),
+        quantization_rms=tuple(floor.quantization.tolist()),
         structured_rms=tuple(unexplained.rms.tolist()),
         structured_share=unexplained.share,
         recordings=_sources(data.recording for data in split.recordings),
@@ -122,10 +121,6 @@ def _moving(prediction: Prediction) -> Bools:
     moving = usable & (standstill_share(prediction.prepared) < MAX_STANDSTILL)
     rows: Bools = np.where(moving.any(axis=0), moving, usable)
     return rows
-
-
-def _known(floor: NoiseFloor, values: Floats) -> tuple[float | None, ...]:
-    return tuple(value if floor.known else None for value in values.tolist())
 
 
 def _sources(recordings: Iterator[Recording]) -> tuple[RecordingSource, ...]:

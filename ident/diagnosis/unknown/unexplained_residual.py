@@ -10,20 +10,13 @@ from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.ripple.ripple import Vibration
 from ident.diagnosis.ripple.ripple_search import HIGHEST, MIN_SAMPLES, SAME_SHARE
 from ident.diagnosis.ripple.waves import least_squares, wave, wave_numbers
-from ident.diagnosis.split.noise_floor import NoiseFloor
+from ident.diagnosis.split.noise_floor import MIN_TORQUE_SHARE, NoiseFloor
 from ident.diagnosis.split.split_data import SplitData
 from ident.diagnosis.split.split_data import rms as rms_of
 from ident.diagnosis.unknown.residual_dependence import ResidualDependence, find_dependences
 from ident.dynamics.effects.periodogram import periodogram
 from recordings.recording import Bools, Floats
 
-MIN_TORQUE_SHARE = 0.0035
-"""Residuals below this share of the torque are not called structured: preprocessing may leave as much of a correct
-model."""
-_QUANTIZATION_UNCERTAINTY = 0.6
-"""Relative uncertainty of the quantization part of the noise floor."""
-_NOISE_UNCERTAINTY = 0.25
-"""Relative uncertainty of the noise part of the noise floor."""
 MIN_JOINT_RATIO = 0.35
 """Dependences are searched only for joints with this share of the largest unexplained residual."""
 _MAX_P_VALUE = 1e-3
@@ -58,15 +51,11 @@ def estimate_unexplained(
     total = rms_of(residuals, split.scored)
     structured = np.sqrt(np.maximum(total**2 - floor.rms**2, 0.0))
     share = float((structured**2).sum() / (total**2).sum()) if total.any() else 0.0
-    min_rms = MIN_TORQUE_SHARE * split.torque_rms
-    if not floor.known:
-        return _without_floor(model, total, np.flatnonzero(total > min_rms).tolist(), known)
-    limit = np.sqrt(
-        min_rms**2 + (_QUANTIZATION_UNCERTAINTY * floor.quantization) ** 2 + (_NOISE_UNCERTAINTY * floor.noise) ** 2
-    )
-    repeats = (structured > limit) & _repeating(split, residuals)
-    vibrates = np.sqrt([line.mean_square if line else 0.0 for line in floor.lines]) > min_rms
-    drifts = np.sqrt([max(trend.mean_square, 0.0) if trend else 0.0 for trend in floor.trends]) > min_rms
+    exceeds = total > floor.limit
+    # Where the motion repeats, a structured residual does so, too; otherwise, more than noise is structure.
+    repeats = exceeds & _repeating(split, residuals) if floor.source == "repetition" else exceeds
+    vibrates = np.array([_is_vibration(model, joint) for joint in range(len(total))])
+    drifts = np.sqrt([max(trend.mean_square, 0.0) if trend else 0.0 for trend in floor.trends]) > floor.least
     # A missing effect of one joint spreads to the others through shared parameters.
     worst = (structured / split.torque_rms) >= MIN_JOINT_RATIO * (structured / split.torque_rms).max()
     joints = [int(joint) for joint in np.flatnonzero((repeats & worst & ~vibrates) | drifts)]
@@ -108,37 +97,13 @@ def with_vibrations(
     )
 
 
-def _without_floor(
-    model: FittedModel, total: Floats, joints: Sequence[int], known: Sequence[ResidualDependence] | None
-) -> UnexplainedResidual:
-    """The residual of RMS `total` (dof,) of a motion that does not repeat: structured is what curves explain."""
-    dependences = find_dependences(model.split, model.solution, model.residuals, joints) if known is None else known
-    structured = np.zeros_like(total)
-    for dependence in dependences:
-        structured[dependence.joint] = total[dependence.joint] * np.sqrt(dependence.explained)
-    clauses = _clauses(dependences)
-    vibrations = {joint: line for joint, line in enumerate(model.noise_floor.lines) if _is_vibration(model, joint)}
-    for joint, line in vibrations.items():
-        assert line is not None
-        structured[joint] = max(structured[joint], min(np.sqrt(line.mean_square), total[joint]))
-        clauses.append(_vibration(joint, line.frequency))
-    variables = {variable for dependence in dependences for variable in dependence.variables}
-    variables |= {"frequency"} if vibrations else set()
-    return UnexplainedResidual(
-        structured,
-        float((structured**2).sum() / (total**2).sum()) if clauses else 0.0,
-        bool(clauses),
-        tuple(sorted(variables)),
-        "; ".join(clauses) + "." if clauses else "it cannot be told from noise, because nothing repeats.",
-        tuple(dependences),
-    )
-
-
 def _is_vibration(model: FittedModel, joint: int) -> bool:
     """Whether the line in the residual of a `joint` is relevant, and no frequency of the motion itself."""
     line = model.noise_floor.lines[joint]
-    if line is None or line.mean_square < (MIN_TORQUE_SHARE * model.split.torque_rms[joint]) ** 2:
+    if line is None or line.mean_square < model.noise_floor.least[joint] ** 2:
         return False
+    if model.noise_floor.source == "repetition":  # it differs between repetitions: it is none of the motion
+        return True
     data = zip(model.split.recordings, model.computed, model.residuals, strict=True)
     for recording, computed, residual in data:
         known = np.isfinite(residual[:, joint])
@@ -174,7 +139,8 @@ def _sentence(
         if drifts[joint] and trend:
             kind = "from cycle to cycle" if trend.pattern == "linear" else f"at one instant ({trend.pattern})"
             clauses.append(f"joint {joint + 1}: it changes {kind}")
-    return "; ".join(clauses) + "." if clauses else "it repeats with the motion, but depends on no single variable."
+    what = "it repeats with the motion" if floor.source == "repetition" else "it exceeds the noise"
+    return "; ".join(clauses) + "." if clauses else f"{what}, but depends on no single variable."
 
 
 def _clauses(dependences: Sequence[ResidualDependence]) -> list[str]:

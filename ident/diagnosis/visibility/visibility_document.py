@@ -115,7 +115,7 @@ def check(
         share=share,
         bandwidth_hz=split.recordings[0].bandwidth,
         recordings=_recordings(inputs),
-        joints=tuple(map(_joint, facts.joints, floor.known_rms)),
+        joints=tuple(map(_joint, facts.joints, tuple(floor.rms.tolist()))),
         effects=(
             *sorted(
                 (_checked(adviser, visibility, share, len(facts.joints)) for visibility in visibilities), key=_rank

@@ -30,7 +30,7 @@ def before_after(diagnosis: Diagnosis, finding: Finding) -> go.Figure:
     rig = predictions[0].prepared.recording.rig
     titles = [theme.joint_title(joint) for joint in joints]
     figure = theme.subplots(1, len(joints), 340, shared_yaxes="all", subplot_titles=titles, horizontal_spacing=0.04)
-    floor = diagnosis.model.noise_floor.known_rms
+    floor = tuple(diagnosis.model.noise_floor.rms.tolist())
     theme.noise_bands(figure, {(1, column): floor[joint] for column, joint in enumerate(joints, start=1)})
     for column, joint in enumerate(joints, start=1):
         x = axis_values(axis, predictions, joint)

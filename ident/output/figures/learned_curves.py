@@ -25,7 +25,7 @@ def learned_curves(diagnosis: Diagnosis, fit: NonparametricFit) -> go.Figure:
     rows = [[curve for curve in fit.curves if curve.joint == joint] for joint in joints]
     height = theme.LEGEND + theme.FOOTER + 230 * len(rows)
     figure = theme.subplots(len(rows), max(map(len, rows)), height, vertical_spacing=0.24 / len(rows))
-    floor, bands = diagnosis.model.noise_floor.known_rms, {}
+    floor, bands = tuple(diagnosis.model.noise_floor.rms.tolist()), {}
     for row, joint_curves in enumerate(rows, start=1):
         for column, curve in enumerate(joint_curves, start=1):
             _draw_curve(figure, diagnosis, fit, curve, row, column)

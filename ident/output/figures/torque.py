@@ -59,7 +59,7 @@ def before_and_after(diagnosis: Diagnosis, index: int, points: int = theme.MAX_P
         Overlay(name, model.computed[index], model.residuals[index], style)
         for name, model, style in (("before", steps[0].model, faint), ("after", diagnosis.model, {}))
     ]
-    return _over_time(prepared, overlays, diagnosis.model.noise_floor.known_rms, points)
+    return _over_time(prepared, overlays, tuple(diagnosis.model.noise_floor.rms.tolist()), points)
 
 
 def _over_time(

@@ -21,14 +21,13 @@ def rms_components(diagnosis: Diagnosis, document: Document) -> go.Figure:
     joints = [f"joint {joint + 1}" for joint in range(len(document.joints))]
     figure = theme.subplots(1, 1, 280)
     components: list[tuple[str, Sequence[float] | Floats, str]] = [("held-out error", last, theme.MEASURED)]
-    if floor.known:
-        structured = ("structured", document.remaining.structured_rms, theme.CATEGORIES[0])
-        components = [
-            ("noise", floor.noise, theme.NOISE),
-            ("quantization", floor.quantization, theme.CATEGORIES[1]),
-            *([structured] if diagnosis.unexplained.significant else []),
-            *components,
-        ]
+    structured = ("structured", document.remaining.structured_rms, theme.CATEGORIES[0])
+    components = [
+        ("noise", floor.noise, theme.NOISE),
+        ("quantization", floor.quantization, theme.CATEGORIES[1]),
+        *([structured] if diagnosis.unexplained.significant else []),
+        *components,
+    ]
     texts = iter(theme.with_equal_decimals([float(value) for _, values, _ in components for value in values]))
     for label, values, colour in components:
         numbers = [float(value) for value in values]
@@ -59,5 +58,5 @@ def residual_curves(diagnosis: Diagnosis, analysis: ResidualAnalysis) -> go.Figu
     return curve_grid(
         {"last model": [joint.curves for joint in analysis.joints]},
         [joint.unit for joint in analysis.joints],
-        diagnosis.model.noise_floor.known_rms,
+        tuple(diagnosis.model.noise_floor.rms.tolist()),
     )

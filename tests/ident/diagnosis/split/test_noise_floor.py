@@ -25,26 +25,22 @@ def test_noise_is_what_differs_between_cycles() -> None:
     np.testing.assert_allclose(floor.rms, np.hypot(floor.noise, floor.quantization))
 
 
-def test_floor_of_a_single_cycle_is_a_guess_below_the_residual() -> None:
-    floor, data = floor_of(building.record(cycles=1, noise=0.1))
-    assert not floor.known
-    assert floor.known_rms == (None,)
-    assert floor.trends == (None,)
-    model = building.fitted(data)
-    np.testing.assert_allclose(floor.noise, 0.5 * rms(model.residuals, data.train))
-
-
-def test_guess_follows_the_band_above_the_signal_where_more_is_left() -> None:
-    ripple = building.record(cycles=1, noise=0.1, extra=lambda motion: np.cos(5 * motion.position))
+@pytest.mark.parametrize("seed", range(20))
+def test_interval_of_a_single_cycle_holds_the_noise_whatever_is_missing(seed: int) -> None:
+    size = 0.1 * seed
+    ripple = building.record(cycles=1, noise=0.1, seed=seed, extra=lambda motion: size * np.cos(5 * motion.position))
     floor, _ = floor_of(ripple)
-    np.testing.assert_allclose(floor.noise, 0.1 * IN_BAND, rtol=0.2)
+    assert floor.source == "spectrum"
+    assert floor.trends == (None,)
+    low, high = floor.ci95[0]
+    assert low < np.hypot(0.1 * IN_BAND, floor.quantization[0]) < high < floor.limit[0]
 
 
 def test_repetitions_of_the_training_motion_suffice() -> None:
     data = building.split([building.record(cycles=5, noise=0.1)], [building.record(cycles=1, noise=0.1, shape=1)])
     model = building.fitted(data)
     floor = estimate_noise_floor(data, model.solution, model.residuals)
-    assert floor.known
+    assert floor.source == "repetition"
     np.testing.assert_allclose(floor.noise, 0.1 * IN_BAND, rtol=0.1)
 
 

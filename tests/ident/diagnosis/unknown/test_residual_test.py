@@ -53,11 +53,10 @@ def test_what_repeats_with_the_motion_is_above_the_noise() -> None:
     assert test.structured_share > 0.9
 
 
-def test_without_repetition_the_floor_is_unknown() -> None:
-    test = checked(cycles=1)
-    assert test.verdict == "unknown"
-    assert test.noise_rms == (None,)
-    assert "unknown" in test.sentence
+@pytest.mark.parametrize("size", [0.0, 1.0])
+def test_without_repetition_the_spectrum_tells_the_floor(size: float) -> None:
+    test = checked(lambda motion: size * np.cos(5 * motion.position), cycles=1)
+    assert test.verdict == ("above-noise" if size else "within-noise")
 
 
 def test_it_is_that_of_the_diagnosis() -> None:
