@@ -69,7 +69,7 @@ def _print_row(title: str, text: str) -> None:
 
 
 def _separation(quality: dict[str, Any]) -> str:
-    return ", ".join(f"{effect} {share:.1%}" for effect, share in quality["told_apart"].items())
+    return ", ".join(f"{effect} {share:.1%}" for effect, share in quality["discrimination"].items())
 
 
 def _limit_use(quality: dict[str, Any]) -> str:

@@ -79,7 +79,7 @@ def _run(number: int) -> bool:
     names = _listing([" or ".join((finding.effect, *finding.confusable_with)) for finding in findings])
     floor, error = (
         np.round([value or np.nan for value in values], 4).tolist()
-        for values in (document.noise_rms, document.rungs[-1].validate_rms)
+        for values in (document.noise_rms, document.steps[-1].held_out_rms)
     )
     print(
         f"{number:2} {instant(number):.2f} cycles, t_c {effect.t_c:.2f} s: {'' if named else 'MISSED, '}"

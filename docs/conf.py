@@ -98,7 +98,7 @@ def _effect(effect: dict[str, Any]) -> list[str]:
     rows = [f"| `{q['name']}` | {q['unit']} | {q['meaning']} |" for q in effect["parameters"]]
     return [
         f"## {effect['name']}\n",
-        f"{effect['sentence']} {effect['looks']}\n",
+        f"{effect['sentence']} {effect['symptom']}\n",
         f"- Usual causes: {effect['causes']}.",
         f"- What to do: {effect['remedy']}.",
         f"- Equation: `{effect['equation']}`, {scope}; mechanisms: {', '.join(effect['mechanisms'])}.\n",

@@ -11,7 +11,7 @@ from tests.chromium import tab
 _WIDTH = 1100
 _ARRANGE = """() => {
     const figure = selector => document.querySelector(selector).closest("figure");
-    const shown = [figure("#plot-finding-1"), figure("#plot-ladder")];
+    const shown = [figure("#plot-finding-1"), figure("#plot-steps")];
     const width = shown[0].offsetWidth;
     document.body.replaceChildren(...shown);
     Object.assign(document.body.style,
@@ -24,7 +24,7 @@ def picture(report: Path, out: Path) -> None:
     with tab() as page:
         page.set_viewport_size({"width": _WIDTH, "height": 900})
         page.goto(report.absolute().as_uri())
-        page.locator("#plot-ladder .main-svg").first.wait_for()
+        page.locator("#plot-steps .main-svg").first.wait_for()
         page.evaluate("document.querySelector('#plot-finding-1').scrollIntoView()")
         page.locator("#plot-finding-1 .main-svg").first.wait_for()
         page.evaluate(_ARRANGE)

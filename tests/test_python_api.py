@@ -29,8 +29,8 @@ def test_session_in_the_documentation_runs(tmp_path: Path, monkeypatch: pytest.M
         exec(compile(block, "docs/reference/python.md", "exec"), session)
     assert session["diagnosis"].verdict == "adequate"
     assert session["better"].effects == ("rod_inertia",)
-    steps = session["diagnosis"].document.rungs
-    assert max(steps[-1].validate_rms) < 0.3 * min(steps[0].validate_rms)
+    steps = session["diagnosis"].document.steps
+    assert max(steps[-1].held_out_rms) < 0.3 * min(steps[0].held_out_rms)
     assert session["torque"].shape == session["voltage"].shape == (1001, 3)
     assert session["inertia"].shape == (1001, 3, 3)
     assert "inertia_coupling" in session["terms"]

@@ -68,10 +68,10 @@ def _library() -> Any:
 
 def _shortened(document: dict[str, Any]) -> dict[str, Any]:
     """Document without texts of the library and without the parameters of intermediate models."""
-    for step in document["rungs"][:-1]:
+    for step in document["steps"][:-1]:
         step["parameters"] = {}
     for finding in document["findings"]:
-        for text in ("sentence", "looks", "causes", "remedy"):
+        for text in ("sentence", "symptom", "causes", "remedy"):
             finding.pop(text, None)
     return document
 

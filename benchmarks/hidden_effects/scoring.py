@@ -133,7 +133,7 @@ def judge(case: Case, truth: Mapping[str, Any], line: Mapping[str, Any]) -> Judg
         for entry in document["findings"]
         if entry["effect"] != _MANDATORY
     )
-    last = document["rungs"][-1]
+    last = document["steps"][-1]
     values = {name: entry["value"] for name, entry in last["parameters"].items()}
     return Judgement(
         case=case,
@@ -141,10 +141,10 @@ def judge(case: Case, truth: Mapping[str, Any], line: Mapping[str, Any]) -> Judg
         verdict=document["verdict"],
         findings=findings,
         variables=tuple(document["remaining"]["depends_on"]),
-        over_floor=_over_floor(last["validate_rms"], document["noise_rms"]),
+        over_floor=_over_floor(last["held_out_rms"], document["noise_rms"]),
         errors=errors(hidden, values),
         covered=interval_coverage(hidden, last["parameters"]),
-        extrapolates=any(_EXTRAPOLATION_TEXT in caution for caution in document.get("cautions", ())),
+        extrapolates=any(_EXTRAPOLATION_TEXT in caution for caution in document.get("warnings", ())),
         seconds=line["seconds"],
     )
 

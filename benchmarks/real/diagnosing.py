@@ -98,7 +98,7 @@ def _judge(claim: Claim, document: dict[str, Any]) -> Judgement:
 def _has_order(claim: Claim, document: dict[str, Any]) -> bool:
     if claim.order is None:
         return True
-    parameters = document["rungs"][-1]["parameters"]
+    parameters = document["steps"][-1]["parameters"]
     orders = [entry["value"] for name, entry in parameters.items() if name.split(".")[-1] == "N"]
     return any(abs(order / claim.order - 1) < claim.tolerance for order in orders)
 

@@ -27,6 +27,6 @@ def lines(outcomes: Sequence[Outcome]) -> Iterator[str]:
 
 
 def _errors(document: dict[str, Any]) -> str:
-    first, last = (document["rungs"][index]["validate_rms"] for index in (0, -1))
+    first, last = (document["steps"][index]["held_out_rms"] for index in (0, -1))
     pairs = zip(first, last, document["effort_units"], strict=True)
     return ", ".join(f"{before:.3g} → {after:.3g} {unit}" for before, after, unit in pairs)

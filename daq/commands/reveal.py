@@ -64,7 +64,7 @@ def _read(path: Path) -> tuple[Effects, Mapping[str, float], Alternatives]:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         if "findings" in content:
-            parameters = {name: value["value"] for name, value in content["rungs"][-1]["parameters"].items()}
+            parameters = {name: value["value"] for name, value in content["steps"][-1]["parameters"].items()}
             effects = {entry["effect"]: tuple(entry["joints"]) for entry in content["findings"]}
             return effects, parameters, {entry["effect"]: entry["confusable_with"] for entry in content["findings"]}
         entries = [*content["parameters"], *content.get("searched", ())]

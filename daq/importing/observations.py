@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from daq.importing import Imported
-from daq.importing.outliers import outliers
+from recordings.outliers import outliers
 from recordings.recording import Floats
 from recordings.resolution import resolution
 

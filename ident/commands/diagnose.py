@@ -48,8 +48,8 @@ FILE = click.Path(path_type=Path)
 @click.option("--apply", is_flag=True, help="Write a model with all effects found.")
 @click.option("-o", "--out", type=FILE, metavar="FILE", help="Model file.  [default: first FILE's name, .model.json]")
 @click.option(
-    "--stand-in",
-    "stand_in",
+    "--learn",
+    "learned_curve",
     type=FILE,
     metavar="FILE",
     help="Write curves for the unexplained residual as an effect file (.py), if held-out rows confirm them.",
@@ -73,7 +73,7 @@ def command(
     without: tuple[str, ...],
     apply: bool,
     out: Path | None,
-    stand_in: Path | None,
+    learned_curve: Path | None,
     report: Path | None,
     force: bool,
     as_json: bool,
@@ -84,13 +84,13 @@ def command(
     and adds the one that explains most. Repeats this until the residual is noise, or until no effect of the library
     explains the rest.
     """
-    _check_options(apply, out, stand_in)
+    _check_options(apply, out, learned_curve)
     out = (out or files[0].with_suffix(".model.json")) if apply else None
     report = report or (None if as_json else files[0].with_suffix(".diagnose.html"))
     start_files = [model_path] if model_path else []
     read = [*files, *validate, *effect_files, *start_files]
     check_readable(*files, *validate, *start_files)
-    _check_output_paths([path for path in (out, report, stand_in) if path], force, read)
+    _check_output_paths([path for path in (out, report, learned_curve) if path], force, read)
 
     import json
     from dataclasses import replace
@@ -115,10 +115,10 @@ def command(
             without=without,
             progress=progress,
         )
-        if stand_in:
+        if learned_curve:
             progress("learning curves for the unexplained residual")
-            curves = verdict.write_learned_curve(result.diagnosis, stand_in)
-            result = replace(result, document=result.document.model_copy(update={"stand_in": curves}))
+            curves = verdict.write_learned_curve(result.diagnosis, learned_curve)
+            result = replace(result, document=result.document.model_copy(update={"learned_curve": curves}))
         if out:
             result.apply().save(out)
         if report:
@@ -131,8 +131,8 @@ def command(
         click.echo(json.dumps(result.as_json(), indent=2, allow_nan=False))
     else:
         console_table.show(result.document, Console())
-        if stand_in and not result.document.stand_in:
-            click.echo(f"{stand_in} not written: no curve explains the residual on rows that were not fitted.")
+        if learned_curve and not result.document.learned_curve:
+            click.echo(f"{learned_curve} not written: no curve explains the residual on rows that were not fitted.")
     for label, written_path in (("model", out), ("report", report)):
         if written_path:
             click.echo(f"{label}: {written_path}", err=True)
@@ -161,8 +161,8 @@ def _next(
     default = files[0].with_suffix(".model.json")
     if not applied and document.findings and document.verdict == "missing-effect":
         return diagnosis(files, *recorded, *choices, model=model or default)
-    if not applied and document.verdict == "unknown-structure" and not document.stand_in:
-        return diagnosis(files, *recorded, *choices, "--stand-in", free_name(Path("learned.py")))
+    if not applied and document.verdict == "unknown-structure" and not document.learned_curve:
+        return diagnosis(files, *recorded, *choices, "--learn", free_name(Path("learned.py")))
     if not applied and document.verdict == "undetermined":
         return ["daq", "record", "--traj", "TRAJECTORY", "--cycles", 3]
     if model:
@@ -181,8 +181,8 @@ def _check_output_paths(paths: Sequence[Path], force: bool, read: Sequence[Path]
             raise BadInput(f"{path}: a file's name expected, a folder found; choose another name")
 
 
-def _check_options(apply: bool, out: Path | None, stand_in: Path | None) -> None:
+def _check_options(apply: bool, out: Path | None, learned_curve: Path | None) -> None:
     if out and not apply:
         raise BadInput(f"--apply expected beside --out {out}, not found; without it no model is written")
-    if stand_in and stand_in.suffix != ".py":
-        raise BadInput(f"--stand-in {stand_in}: a name that ends in .py expected; it becomes an effect file")
+    if learned_curve and learned_curve.suffix != ".py":
+        raise BadInput(f"--learn {learned_curve}: a name that ends in .py expected; it becomes an effect file")

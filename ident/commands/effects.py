@@ -58,7 +58,7 @@ def _explain(name: str, effect: Effect) -> None:
 
     entry = _entry(name, effect)
     click.echo(f"{name}: {effect.sentence}\n")
-    for title, key in (("Symptom", "looks"), ("Usual causes", "causes"), ("What to do", "remedy")):
+    for title, key in (("Symptom", "symptom"), ("Usual causes", "causes"), ("What to do", "remedy")):
         click.echo(f"{title}: {entry[key]}")
     scope = "one set for the whole robot" if effect.whole_robot else "one set per joint"
     click.echo(
@@ -87,7 +87,7 @@ def _entry(name: str, effect: Effect) -> dict[str, Any]:
         "name": name,
         "kind": "additive" if isinstance(effect, Additive) else "signal",
         "sentence": effect.sentence,
-        "looks": effect.symptom,
+        "symptom": effect.symptom,
         **{key: getattr(effect, key) for key in ("causes", "remedy", "equation", "axis")},
         "mechanisms": list(effect.mechanisms),
         "whole_robot": effect.whole_robot,

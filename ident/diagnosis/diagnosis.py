@@ -10,6 +10,9 @@ import numpy as np
 from ident.data.compatibility import check_no_overlap, check_not_repeated, check_same_rig
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import PreparedRecording, common_cutoff, prepare
+from ident.data_problems import problems
+from ident.data_problems.facts import DataProblem, Facts
+from ident.data_problems.kinds.spikes import without_spikes
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.ripple.ripple import Ripple, below_low_pass, find_ripple
 from ident.diagnosis.ripple.vibration_check import with_vibration_alternatives
@@ -55,6 +58,8 @@ class DiagnosisInputs:
     effects: Observability
     excerpt_share: float | None
     """Share of the rows that is analysed, if the recordings are too long to analyse them completely."""
+    recordings: tuple[Recording, ...]
+    """As they were read."""
 
     def initial_model(
         self, library: Mapping[str, Effect], model: ModelFile | None = None
@@ -92,6 +97,7 @@ class Diagnosis:
     """What lies above the low-pass."""
     excerpt_share: float | None
     """Share of the rows that was analysed, if the recordings were too long to analyse them completely."""
+    data_problems: tuple[DataProblem, ...] = ()
     forced: bool = False
     """Whether the user chose the effects and no others were tried."""
 
@@ -140,6 +146,7 @@ def diagnose(
         learned,
         ripple,
         inputs.excerpt_share,
+        tuple(problems(Facts(inputs.recordings, split.torque_rms, selection.model.noise_floor.rms))),
         bool(options.only),
     )
 
@@ -172,13 +179,13 @@ def prepare_inputs(
         BadInput: a recording cannot be used, or the recordings are not of the same rig.
     """
     check_not_repeated((*files, *validate))
-    recordings = in_threads(read, (*files, *validate))
+    recordings = tuple(in_threads(read, (*files, *validate)))
     check_same_rig(recordings)
     check_no_overlap(recordings)
-    prepared, share = _prepare_recordings(recordings, options)
+    prepared, share = _prepare_recordings(in_threads(without_spikes, recordings), options)
     train, test = prepared[: len(files)], prepared[len(files) :]
     split = split_recordings(list(chain.from_iterable(train)), list(chain.from_iterable(test)))
-    return DiagnosisInputs(split, observability(split, library, options.without), share)
+    return DiagnosisInputs(split, observability(split, library, options.without), share, recordings)
 
 
 def _prepare_recordings(

@@ -202,7 +202,7 @@ def model_of(
         ),
         train=agreements[0],
         validate=agreements[1],
-        trust=assessed[0],
+        assessment=assessed[0],
     )
 
 

@@ -168,7 +168,7 @@ class ModelFile(ConfigSection):
     preprocessing: Preprocessing
     train: Agreement
     validate_: Agreement | None = Field(None, alias="validate")
-    trust: Assessment | None = None
+    assessment: Assessment | None = None
     """None for alternative forms of the mechanism, which serve only for comparison."""
     residual_test: ResidualTest | None = None
     """On the training and validation data together; None for alternative forms and in files of earlier versions."""

@@ -96,7 +96,7 @@ class Assessment(ConfigSection):
     noise: tuple[JointNoise, ...]
     floor: tuple[JointFloor, ...] | None
     """None where the motion is not repeated."""
-    doubts: tuple[Violation, ...]
+    warnings: tuple[Violation, ...]
     coupling: Coupling | None
     cutoffs: tuple[float, ...]
     """Other cut-offs for which the fit was repeated [Hz]."""
@@ -141,7 +141,7 @@ def assess(
         inseparable=conditioning.combinations,
         noise=_noise(joint_noise, prepared[0].recording),
         floor=_floor(cycle_statistics.of_residuals(prepared, residuals)),
-        doubts=physical_consistency.violations(structure.linear_parameters, fit.parameters, intervals),
+        warnings=physical_consistency.violations(structure.linear_parameters, fit.parameters, intervals),
         coupling=physical_consistency.coupling(*_rigid_body(structure, prepared[0].motion, fit.parameters)),
         cutoffs=tuple(hz for hz, _ in parameter_changes.per_cutoff),
     )

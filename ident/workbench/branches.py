@@ -1,9 +1,9 @@
-"""Branches: alternative ladders with undo and redo. Nothing is computed here."""
+"""Branches: alternative lists of steps with undo and redo. Nothing is computed here."""
 
 from dataclasses import dataclass, replace
 from string import ascii_uppercase
 
-from ident.workbench.views import LadderView
+from ident.workbench.views import StepsView
 from recordings.errors import BadInput
 
 _MAX_HISTORY = 50
@@ -13,24 +13,24 @@ MAX_BRANCHES = 6
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """One ladder with its history."""
+    """One list of steps with its history."""
 
     name: str
-    history: tuple[LadderView, ...]
+    history: tuple[StepsView, ...]
     """Ladders in the order in which they were made; the last is the current one."""
-    undone_ladders: tuple[LadderView, ...] = ()
-    """Undone ladders, the latest last."""
+    undone: tuple[StepsView, ...] = ()
+    """Undone lists of steps, the latest last."""
 
     @property
-    def ladder(self) -> LadderView:
-        """Return the current ladder."""
+    def step_list(self) -> StepsView:
+        """Return the current list of steps."""
         return self.history[-1]
 
     @property
     def title(self) -> str:
         """Return the name and the effects that were added to the mandatory ones."""
-        added = [name for name, _ in self.ladder.steps[-1].terms if name not in self.ladder.mandatory]
-        return f"{self.name}: {' + '.join(added) or self.ladder.steps[-1].label}"
+        added = [name for name, _ in self.step_list.steps[-1].terms if name not in self.step_list.mandatory]
+        return f"{self.name}: {' + '.join(added) or self.step_list.steps[-1].label}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,44 +41,42 @@ class Branches:
     index: int = 0
 
     @classmethod
-    def start(cls, ladder: LadderView) -> "Branches":
-        """Return a single branch with its first ladder."""
-        return cls((Branch(ascii_uppercase[0], (ladder,)),))
+    def start(cls, step_list: StepsView) -> "Branches":
+        """Return a single branch with its first list of steps."""
+        return cls((Branch(ascii_uppercase[0], (step_list,)),))
 
     @property
     def current(self) -> Branch:
         """Return the branch that is being worked on."""
         return self.all[self.index]
 
-    def extended(self, ladder: LadderView) -> "Branches":
-        """Append `ladder` to the current branch and discard what was undone."""
-        history = (*self.current.history, ladder)[-_MAX_HISTORY:]
+    def extended(self, step_list: StepsView) -> "Branches":
+        """Append `step_list` to the current branch and discard what was undone."""
+        history = (*self.current.history, step_list)[-_MAX_HISTORY:]
         return self._with_current(Branch(self.current.name, history))
 
     def undone(self) -> "Branches":
-        """Go one ladder back in the current branch.
+        """Go one list of steps back in the current branch.
 
         Raises:
-            BadInput: the branch is at its first ladder.
+            BadInput: the branch is at its first list of steps.
         """
         *earlier, last = self.current.history
         if not earlier:
             raise BadInput("a change to undo expected, none found; this is the first model of the branch")
-        return self._with_current(
-            replace(self.current, history=tuple(earlier), undone_ladders=(*self.current.undone_ladders, last))
-        )
+        return self._with_current(replace(self.current, history=tuple(earlier), undone=(*self.current.undone, last)))
 
     def redone(self) -> "Branches":
-        """Restore the ladder that was undone last.
+        """Restore the list of steps that was undone last.
 
         Raises:
             BadInput: nothing was undone.
         """
-        if not self.current.undone_ladders:
+        if not self.current.undone:
             raise BadInput("an undone change expected, none found; there is nothing to redo")
-        *remaining, restored = self.current.undone_ladders
+        *remaining, restored = self.current.undone
         return self._with_current(
-            replace(self.current, history=(*self.current.history, restored), undone_ladders=tuple(remaining))
+            replace(self.current, history=(*self.current.history, restored), undone=tuple(remaining))
         )
 
     def forked(self) -> "Branches":
@@ -91,7 +89,7 @@ class Branches:
             raise BadInput(f"up to {MAX_BRANCHES} branches expected, one more requested; drop one first")
         used_names = {branch.name for branch in self.all}
         free_name = next(letter for letter in ascii_uppercase if letter not in used_names)
-        return Branches((*self.all, replace(self.current, name=free_name, undone_ladders=())), len(self.all))
+        return Branches((*self.all, replace(self.current, name=free_name, undone=())), len(self.all))
 
     def switched(self, index: int) -> "Branches":
         """Make branch `index` (from 0) the current one.

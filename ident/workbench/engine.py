@@ -1,7 +1,7 @@
 """Manual stepwise selection in the worker process: fit the base model, rate candidates, add and remove effects.
 
-Every task is a generator of views, the most urgent first. A task names the ladder from which it starts: a process
-that has this ladder continues at once, a new process rebuilds it. Models, errors and improvements are those of
+Every task is a generator of views, the most urgent first. A task names the steps from which it starts: a process that
+has them continues at once, a new process rebuilds them. Models, errors and improvements are those of
 `ident diagnose` (`ident.diagnosis.search`), one step at a time.
 """
 
@@ -30,7 +30,7 @@ from ident.workbench import plots, pso_task, views
 from ident.workbench.recording_view import mismatch, recording_views
 from ident.workbench.residual_task import residual_view
 from ident.workbench.selection_state import LabelledStep, SelectionState
-from ident.workbench.views import LadderSpec, ModelSpec, View
+from ident.workbench.views import ModelSpec, StepsSpec, View
 from recordings.errors import BadInput
 
 
@@ -66,11 +66,11 @@ class Engine:
         self._selection = selection = self._start(train, validate)
         yield from self._views(selection)
 
-    def show(self, base: LadderSpec) -> Iterator[View]:
-        """Yield the views of the ladder `base`."""
+    def show(self, base: StepsSpec) -> Iterator[View]:
+        """Yield the views of the list of steps `base`."""
         yield from self._views(self._selection_at(base))
 
-    def add(self, base: LadderSpec, name: str) -> Iterator[View]:
+    def add(self, base: StepsSpec, name: str) -> Iterator[View]:
         """Add an effect and refit all parameters."""
         selection = self._selection_at(base)
         candidates, _ = self._screen(selection)
@@ -83,7 +83,7 @@ class Engine:
         selection.push(f"+ {name}", name, selection.selector.candidates.add(selection.model, candidates[name]))
         yield from self._views(selection)
 
-    def remove(self, base: LadderSpec, index: int) -> Iterator[View]:
+    def remove(self, base: StepsSpec, index: int) -> Iterator[View]:
         """Remove effect `index` (from 0) of the current model and refit; the result is appended as a new step."""
         selection = self._selection_at(base)
         if not 0 <= index < len(selection.model.terms):
@@ -93,8 +93,8 @@ class Engine:
         selection.push(f"− {name}", None, selection.selector.fits.without_effect(selection.model, index))
         yield from self._views(selection)
 
-    def diagnose(self, base: LadderSpec) -> Iterator[View]:
-        """Run `ident diagnose`; its steps become the current ladder."""
+    def diagnose(self, base: StepsSpec) -> Iterator[View]:
+        """Run `ident diagnose`; its steps become the current list of steps."""
         selection = self._selection_at(base)
         validate = [base.validate] if base.validate else []
         diagnosis = diagnose([base.train], validate, self._library, DiagnosisOptions(), self._progress)
@@ -120,8 +120,8 @@ class Engine:
         self._progress("reading and preparing the recordings for the swarm")
         yield pso_task.run_swarm(train, validate, request, self._effect_files, self._on_swarm_progress)
 
-    def _selection_at(self, base: LadderSpec) -> SelectionState:
-        """Return the selection state at the ladder `base`."""
+    def _selection_at(self, base: StepsSpec) -> SelectionState:
+        """Return the selection state at the list of steps `base`."""
         selection = self._selection
         if selection is None or selection.files != (base.train, base.validate):
             selection = self._start(base.train, base.validate)
@@ -144,7 +144,7 @@ class Engine:
         return selection
 
     def _rebuild(self, selection: SelectionState, specs: tuple[ModelSpec, ...]) -> Iterator[LabelledStep]:
-        """Yield the steps of a ladder from their `specs`; solve only the unknown ones."""
+        """Yield the steps of a list of steps from their `specs`; solve only the unknown ones."""
         base_structure = replace(selection.model.solution.structure, terms=())
         previous: LabelledStep | None = None
         for number, (label, terms, x) in enumerate(specs, start=1):
@@ -163,7 +163,7 @@ class Engine:
         return Term(name, self._library[name], tuple(joint - 1 for joint in joints))
 
     def _views(self, selection: SelectionState) -> Iterator[View]:
-        yield self._ladder_view(selection)
+        yield self._steps_view(selection)
         yield _torque_series(selection)
         self._progress("rating every effect of the library")
         candidates, view = self._screen(selection)
@@ -173,10 +173,10 @@ class Engine:
         self._progress("analysing the residual")
         yield residual_view(selection.model, self._unexplained.get(selection.model))
 
-    def _ladder_view(self, selection: SelectionState) -> views.LadderView:
+    def _steps_view(self, selection: SelectionState) -> views.StepsView:
         split, (train, validate) = selection.inputs.split, selection.files
         recording = split.recordings[0].recording
-        return views.LadderView(
+        return views.StepsView(
             train=train.name,
             validate=validate.name if validate else None,
             steps=tuple(self._step_view(selection, step) for step in selection.steps),

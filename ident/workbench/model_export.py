@@ -8,7 +8,7 @@ from ident.workbench.cli_equivalent import report_command
 from ident.workbench.folder import Folder
 from ident.workbench.ident_process import run_ident
 from ident.workbench.topics import Changes
-from ident.workbench.views import LadderView
+from ident.workbench.views import StepsView
 from recordings.errors import BadInput
 
 
@@ -36,11 +36,11 @@ class ModelExport:
         """Return the file name of the report on `model`."""
         return next((report for name, report in self._reports.items() if self._saved[name] is model), None)
 
-    def ensure_saved(self, model: ModelFile, ladder: LadderView) -> str:
-        """Save `model`, the last of `ladder`, unless it was saved; return the name of its file."""
+    def ensure_saved(self, model: ModelFile, step_list: StepsView) -> str:
+        """Save `model`, the last of `step_list`, unless it was saved; return the name of its file."""
         name = self.saved_name(model)
         if name is None:
-            name = self.free_name(ladder)
+            name = self.free_name(step_list)
             self.save(model, name)
         return name
 
@@ -54,9 +54,9 @@ class ModelExport:
             raise BadInput(f"a report of this session expected, '{name[:80]}' found; create it on the tab Save")
         return self._folder.existing_file(name)
 
-    def free_name(self, ladder: LadderView) -> str:
+    def free_name(self, step_list: StepsView) -> str:
         """Return a name for a new model file."""
-        return self._folder.free_name(ladder.train.removesuffix(".mcap"), ".model.json")
+        return self._folder.free_name(step_list.train.removesuffix(".mcap"), ".model.json")
 
     def save(self, model: ModelFile, file_name: str) -> None:
         """Save `model` to a new file.
@@ -68,22 +68,22 @@ class ModelExport:
         self._saved[file_name] = model
         self._changes.mark("folder", "saved")
 
-    def create_report(self, model: ModelFile, ladder: LadderView, file_name: str) -> str | None:
-        """Save `model`, the last of `ladder`, unless it was saved, and run `ident report`; return what went wrong."""
+    def create_report(self, model: ModelFile, step_list: StepsView, file_name: str) -> str | None:
+        """Save `model`, the last of `step_list`, unless it was saved, and run `ident report`; return any error."""
         self.creating_report = True
         self._changes.mark("saved")
         try:
-            return self._create_report(model, ladder, file_name)
+            return self._create_report(model, step_list, file_name)
         except (BadInput, OSError) as error:
             return str(error)
         finally:
             self.creating_report = False
             self._changes.mark("saved")
 
-    def _create_report(self, model: ModelFile, ladder: LadderView, file_name: str) -> str | None:
+    def _create_report(self, model: ModelFile, step_list: StepsView, file_name: str) -> str | None:
         if self._saved.get(file_name) is not model:
             self.save(model, file_name)
-        command = report_command(ladder, self._folder.existing_file(file_name).name)
+        command = report_command(step_list, self._folder.existing_file(file_name).name)
         error = run_ident(self._folder.root, *command[1:])
         if error is None:
             self._reports[file_name] = command[-1]

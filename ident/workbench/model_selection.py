@@ -1,4 +1,4 @@
-"""Stepwise selection of a model by the user: ladders, branches, and the views of the current ladder."""
+"""Stepwise selection of a model by the user: lists of steps, branches, and the views of the current list of steps."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,13 +14,13 @@ from recordings.errors import BadInput
 _MAX_ANALYSES = 6
 """Models whose analysis is kept, so that undo, redo and another branch show them at once."""
 
-Update = Callable[[views.LadderView], Branches]
-"""Maps a new ladder to the new branches."""
+Update = Callable[[views.StepsView], Branches]
+"""Maps a new list of steps to the new branches."""
 
 
 @dataclass(eq=False)
 class Analysis:
-    """What is known of the last model of a ladder; the worker computes it in this order."""
+    """What is known of the last model of a list of steps; the worker computes it in this order."""
 
     series: tuple[views.TorqueSeries, ...] = ()
     candidates: views.CandidateList | None = None
@@ -29,25 +29,25 @@ class Analysis:
 
 
 class ModelSelection:
-    """The branches, and what is known of the current ladder."""
+    """The branches, and what is known of the current list of steps."""
 
     def __init__(self, recordings: ChosenRecordings, jobs: Jobs, changes: Changes) -> None:
         self._recordings, self._jobs, self._changes = recordings, jobs, changes
         self.branches: Branches | None = None
         self.diagnosis: views.DiagnosisView | None = None
-        self._analyses: dict[views.LadderView, Analysis] = {}
-        """Analyses by ladder; the one that was shown last comes last."""
+        self._analyses: dict[views.StepsView, Analysis] = {}
+        """Analyses by list of steps; the one that was shown last comes last."""
         jobs.on_end.append(self._complete_analysis)
 
     @property
-    def ladder(self) -> views.LadderView | None:
-        """Return the current ladder."""
-        return self.branches.current.ladder if self.branches else None
+    def step_list(self) -> views.StepsView | None:
+        """Return the current list of steps."""
+        return self.branches.current.step_list if self.branches else None
 
     @property
     def analysis(self) -> Analysis:
         """Return what is known of the current model."""
-        return (self._analyses.get(self.ladder) if self.ladder else None) or Analysis()
+        return (self._analyses.get(self.step_list) if self.step_list else None) or Analysis()
 
     @property
     def series(self) -> tuple[views.TorqueSeries, ...]:
@@ -80,14 +80,14 @@ class ModelSelection:
         """Whether the user has changed the first model, so that more would be lost than one fit."""
         branches = self.branches
         return branches is not None and (
-            len(branches.all) > 1 or len(branches.current.history) > 1 or bool(branches.current.undone_ladders)
+            len(branches.all) > 1 or len(branches.current.history) > 1 or bool(branches.current.undone)
         )
 
     def clear(self) -> None:
         """Discard everything."""
         self.branches = self.diagnosis = None
         self._analyses.clear()
-        self._changes.mark("ladder", "series", "candidates", "previews", "residuals", "diagnosis")
+        self._changes.mark("step_list", "series", "candidates", "previews", "residuals", "diagnosis")
 
     def fit(self) -> None:
         """Fit the base model."""
@@ -114,7 +114,7 @@ class ModelSelection:
         self._change(Branches.redone)
 
     def fork(self) -> None:
-        """Keep the current ladder as a branch and continue in a copy."""
+        """Keep the current list of steps as a branch and continue in a copy."""
         self._change(Branches.forked)
 
     def switch(self, index: int) -> None:
@@ -126,60 +126,60 @@ class ModelSelection:
         self._change(lambda branches: branches.dropped(index))
 
     def resume_analysis(self) -> None:
-        """Analyse the current ladder again after the analysis was cancelled or interrupted."""
+        """Analyse the current list of steps again after the analysis was cancelled or interrupted."""
         self._change(lambda branches: branches)
 
     def _change(self, change: Callable[[Branches], Branches]) -> None:
         """Change the branches at once, and let the worker compute what is not known of their current model."""
-        with self._jobs.worker.lock:  # no new ladder arrives meanwhile
+        with self._jobs.worker.lock:  # no new step_list arrives meanwhile
             self._jobs.check_free()
             self.branches = branches = change(self._require_branches())
-            ladder = branches.current.ladder
-            self._keep(ladder, self.analysis)
-            self._changes.mark("ladder", "series", "candidates", "previews", "residuals")
+            step_list = branches.current.step_list
+            self._keep(step_list, self.analysis)
+            self._changes.mark("step_list", "series", "candidates", "previews", "residuals")
             if self.residuals is None:
                 receive = partial(self._receive, self.analysis, None)
-                self._jobs.submit("show", receive, "show", self._spec(ladder), blocking=False)
+                self._jobs.submit("show", receive, "show", self._spec(step_list), blocking=False)
 
     def _extend(self, task: str, *arguments: object) -> None:
         """Submit a task that appends to the current branch."""
         with self._jobs.worker.lock:
             branches = self._require_branches()
             receive = self._receiver(branches.extended)
-            self._jobs.submit(task, receive, task, self._spec(branches.current.ladder), *arguments)
+            self._jobs.submit(task, receive, task, self._spec(branches.current.step_list), *arguments)
 
     def _require_branches(self) -> Branches:
         if self.branches is None:
             raise BadInput("a fitted base model expected, none found; press Fit first")
         return self.branches
 
-    def _spec(self, ladder: views.LadderView) -> views.LadderSpec:
-        return views.LadderSpec(*self._recordings.files, tuple(step.spec for step in ladder.steps))
+    def _spec(self, step_list: views.StepsView) -> views.StepsSpec:
+        return views.StepsSpec(*self._recordings.files, tuple(step.spec for step in step_list.steps))
 
-    def _keep(self, ladder: views.LadderView, analysis: Analysis) -> None:
-        """Keep the `analysis` of `ladder`, and discard the oldest of too many."""
-        self._analyses.pop(ladder, None)
-        self._analyses[ladder] = analysis
+    def _keep(self, step_list: views.StepsView, analysis: Analysis) -> None:
+        """Keep the `analysis` of `step_list`, and discard the oldest of too many."""
+        self._analyses.pop(step_list, None)
+        self._analyses[step_list] = analysis
         while len(self._analyses) > _MAX_ANALYSES:
             del self._analyses[next(iter(self._analyses))]
 
     def _complete_analysis(self, completed: bool) -> None:
-        """Resume the analysis of the ladder if another task has interrupted it."""
+        """Resume the analysis of the list of steps if another task has interrupted it."""
         if completed and self.branches and self.residuals is None:
             self.resume_analysis()
 
     def _receiver(self, update: Update) -> Callable[[views.View], None]:
-        """Return the receiver of a task that makes a new ladder."""
+        """Return the receiver of a task that makes a new list of steps."""
         return partial(self._receive, Analysis(), update)
 
     def _receive(self, analysis: Analysis, update: Update | None, view: views.View) -> None:
-        """Store a view; all views of a task belong to the `analysis` of one ladder, even if another is shown."""
+        """Store a view; all views of a task belong to the `analysis` of one step_list, even if another is shown."""
         match view:
-            case views.LadderView():
+            case views.StepsView():
                 if update:
                     self._keep(view, analysis)
                     self.branches = update(view)
-                    self._changes.mark("ladder", "series", "candidates", "previews", "residuals")
+                    self._changes.mark("step_list", "series", "candidates", "previews", "residuals")
             case tuple():
                 analysis.series = view
                 self._jobs.unblock()

@@ -9,9 +9,9 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 
 from ident.output.figures import theme
-from ident.output.figures.ladder import rms_bars
+from ident.output.figures.steps import rms_bars
 from ident.workbench.branches import Branch
-from ident.workbench.views import LadderView, RecordingView, SwarmProgress, TorqueSeries
+from ident.workbench.views import RecordingView, StepsView, SwarmProgress, TorqueSeries
 from recordings.recording import Floats
 
 Figure = dict[str, Any]
@@ -109,7 +109,7 @@ def _add_previous(figure: go.Figure, series: TorqueSeries, torque: Floats, joint
     figure.add_trace(below, row=2, col=1)
 
 
-def ladder(view: LadderView) -> Figure:
+def step_list(view: StepsView) -> Figure:
     """Plot the training and held-out error of each model."""
     names = [f"{number}  {theme.escaped(step.label)}" for number, step in enumerate(view.steps)]
     figure = rms_bars(names, [step.entry for step in view.steps], view.noise_rms, view.units)
@@ -119,10 +119,10 @@ def ladder(view: LadderView) -> Figure:
 
 def branches(all_: Sequence[Branch]) -> Figure:
     """Plot the errors of the base model and of the current model of each branch."""
-    base = all_[0].ladder
+    base = all_[0].step_list
     names = [theme.escaped(base.steps[0].label), *(theme.escaped(branch.title) for branch in all_)]
-    entries = [base.steps[0].entry, *(branch.ladder.steps[-1].entry for branch in all_)]
-    floors = zip(*(branch.ladder.noise_rms for branch in all_), strict=True)
+    entries = [base.steps[0].entry, *(branch.step_list.steps[-1].entry for branch in all_)]
+    floors = zip(*(branch.step_list.noise_rms for branch in all_), strict=True)
     noise = [min((value for value in joint if value is not None), default=None) for joint in floors]
     return to_dict(rms_bars(names, entries, noise, base.units))
 

@@ -1,4 +1,4 @@
-"""State of the manual stepwise selection: recordings, current ladder, and steps that need no refit."""
+"""State of the manual stepwise selection: recordings, current step_list, and steps that need no refit."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -29,14 +29,14 @@ class LabelledStep:
 
 @dataclass(eq=False)
 class SelectionState:
-    """Recordings and the current ladder."""
+    """Recordings and the current list of steps."""
 
     files: tuple[Path, Path | None]
     inputs: DiagnosisInputs
     selector: Search
     steps: tuple[LabelledStep, ...] = ()
     known_steps: dict[tuple[ModelSpec, ...], LabelledStep] = field(default_factory=dict)
-    """Steps by the specifications of the ladder that leads to them."""
+    """Steps by the specifications of the list of steps that leads to them."""
     diagnosed: FittedModel | None = None
     """Final model of the full diagnosis."""
 
@@ -51,7 +51,7 @@ class SelectionState:
         return tuple(step.spec for step in self.steps)
 
     def set_steps(self, *steps: LabelledStep) -> None:
-        """Make `steps` the current ladder."""
+        """Make `steps` the current list of steps."""
         self.steps = steps
         for number, step in enumerate(steps, start=1):
             self.known_steps[self.specs[:number]] = step

@@ -76,7 +76,7 @@ class WorkbenchSession:
     def choose_the_only_pair(self) -> None:
         """Fit the first and validate on the second recording of a folder with two, unless a model was fitted."""
         names = self.folder.recordings()
-        if len(names) == 2 and self.recordings.validate is None and self.selection.ladder is None:
+        if len(names) == 2 and self.recordings.validate is None and self.selection.step_list is None:
             train = self.recordings.train if self.recordings.train in names else names[0]  # it may be deleted
             self.choose(train, next(name for name in names if name != train))
 

@@ -17,12 +17,12 @@ class Step:
 def steps(session: WorkbenchSession) -> tuple[Step, ...]:
     """Return the steps in their order."""
     selection = session.selection
-    ladder, residuals = selection.ladder, selection.residuals
-    added = ladder is not None and any(name not in ladder.mandatory for name, _ in ladder.steps[-1].terms)
+    step_list, residuals = selection.step_list, selection.residuals
+    added = step_list is not None and any(name not in step_list.mandatory for name, _ in step_list.steps[-1].terms)
     seen = residuals is not None and "residuals" in session.display.visited
     return (
         Step("data", "Choose", session.recordings.train is not None),
-        Step("model", "Fit", ladder is not None),
+        Step("model", "Fit", step_list is not None),
         Step("residuals", "Where", selection.within_noise or added or seen),
         Step("missing", "Add", selection.within_noise),
         Step("export", "Save", residuals is not None and session.export.saved_name(residuals.model) is not None),

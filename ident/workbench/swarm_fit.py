@@ -4,7 +4,7 @@ from ident.workbench.chosen_recordings import ChosenRecordings
 from ident.workbench.cli_equivalent import effect_options, left_out
 from ident.workbench.jobs import Jobs
 from ident.workbench.topics import Changes
-from ident.workbench.views import LadderView, SwarmProgress, SwarmRequest, SwarmResult, View
+from ident.workbench.views import StepsView, SwarmProgress, SwarmRequest, SwarmResult, View
 
 
 class SwarmFit:
@@ -23,11 +23,11 @@ class SwarmFit:
         self._changes.mark("swarm_result")
         self._show_result()
 
-    def start(self, seed: int, ladder: LadderView | None) -> None:
-        """Fit the current model of `ladder`, or the base model."""
+    def start(self, seed: int, step_list: StepsView | None) -> None:
+        """Fit the current model of `step_list`, or the base model."""
         request = SwarmRequest(seed=seed)
-        if ladder:
-            request = SwarmRequest(effect_options(ladder), ladder.bandwidth, seed, left_out(ladder))
+        if step_list:
+            request = SwarmRequest(effect_options(step_list), step_list.bandwidth, seed, left_out(step_list))
         self._jobs.submit("swarm", self._receive, "swarm", *self._recordings.files, request)
 
     def _receive(self, view: View) -> None:

@@ -7,7 +7,7 @@ Topic = Literal[
     "folder",
     "job",
     "recording",
-    "ladder",
+    "step_list",
     "series",
     "candidates",
     "previews",

@@ -123,8 +123,8 @@ ModelSpec = tuple[str, tuple[tuple[str, tuple[int, ...]], ...], tuple[float, ...
 
 
 @dataclass(frozen=True)
-class LadderSpec:
-    """Start of a task: recordings, and a ladder that any process can rebuild."""
+class StepsSpec:
+    """Start of a task: recordings, and a list of steps that any process can rebuild."""
 
     train: Path
     validate: Path | None
@@ -133,7 +133,7 @@ class LadderSpec:
 
 @dataclass(frozen=True)
 class StepView:
-    """One model of the ladder."""
+    """One model of the list of steps."""
 
     label: str
     """Change from the model before."""
@@ -153,7 +153,7 @@ class StepView:
 
 
 @dataclass(frozen=True, eq=False)
-class LadderView:
+class StepsView:
     """The models so far; the last one is the current one."""
 
     train: str
@@ -242,7 +242,7 @@ class DiagnosisView:
 View = (
     RecordingView
     | Mismatch
-    | LadderView
+    | StepsView
     | tuple[TorqueSeries, ...]
     | CandidateList
     | CandidatePreviews

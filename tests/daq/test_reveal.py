@@ -40,8 +40,8 @@ def diagnosis(path: Path, effect: str, joints: list[int], alternatives: list[str
         {"effect": "rod_inertia", "joints": [1, 2, 3], "confusable_with": []},
         {"effect": effect, "joints": joints, "confusable_with": alternatives or []},
     ]
-    rungs = [{"parameters": {name: {"value": value} for name, value in values.items()}}]
-    path.write_text(json.dumps({"findings": findings, "rungs": rungs}))
+    steps = [{"parameters": {name: {"value": value} for name, value in values.items()}}]
+    path.write_text(json.dumps({"findings": findings, "steps": steps}))
     return path
 
 

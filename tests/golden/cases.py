@@ -107,16 +107,16 @@ class Code:
 def documents(case: Case, code: Code, folder: Path) -> Documents:
     """All documents of a case; `folder` must be empty and receives the files of the commands."""
     train, validate = code.recordings(case)
-    model, better, curves = folder / "model.json", folder / "better.json", folder / "stand_in.py"
+    model, better, curves = folder / "model.json", folder / "better.json", folder / "learned_curve.py"
     results: Documents = {
         "fit": code.ident("fit", train, "--validate", validate, "-o", model, "--plots", folder / "fit")
     }
     results["model"] = json.loads(model.read_text(encoding="utf-8"))
     results["compare"] = code.ident("compare", model, validate)
-    held_out = ["--validate", validate, "--apply", "-o", better, "--stand-in", curves]
+    held_out = ["--validate", validate, "--apply", "-o", better, "--learn", curves]
     results["diagnose"] = code.ident("diagnose", train, *held_out)
     results["better_model"] = json.loads(better.read_text(encoding="utf-8"))
-    results["stand_in"] = numbers(curves.read_text(encoding="utf-8")) if curves.exists() else None
+    results["learned_curve"] = numbers(curves.read_text(encoding="utf-8")) if curves.exists() else None
     if case.alone:
         results["diagnose_alone"] = code.ident("diagnose", train)
     return results

@@ -7,7 +7,7 @@ The files in `old_files` are never regenerated. They were made as follows, with 
     stribeck            ident fit fig5a.mcap --with stribeck, of these
     signal, stateful    as that, with actuation_delay, with joint_elasticity:2
     rls, lad            ident fit fig5a.mcap --method rls, --method lad
-    diagnosed, learned  ident diagnose worn_a.mcap --validate worn_b.mcap --apply --stand-in learned.py, which writes
+    diagnosed, learned  ident diagnose worn_a.mcap --validate worn_b.mcap --apply --learn learned.py, which writes
                         a model and an effect file; then the fit that it proposes, which writes learned.model.json
     tight_spot          ident fit worn_a.mcap --with tight_spot:2 --effect-file tight_spot.py, a copy of docs/examples
     slide               ident fit --with torque_offset of one prismatic axis, imported from slide(seed=0)
@@ -115,5 +115,5 @@ def test_a_diagnosis_starts_from_an_old_model(ident: Runner) -> None:
     assert result.code == 0, result.err
     document, rms = json.loads(result.out), (0.3079087039, 0.3146944022, 0.2953723600)
     assert document["verdict"] == "adequate"
-    assert "tight_spot" in document["rungs"][0]["effects"]
-    assert document["rungs"][0]["validate_rms"] == pytest.approx(rms, rel=CLOSE)
+    assert "tight_spot" in document["steps"][0]["effects"]
+    assert document["steps"][0]["held_out_rms"] == pytest.approx(rms, rel=CLOSE)

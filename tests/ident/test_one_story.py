@@ -98,7 +98,7 @@ def tell(write: Callable[[Recording], Path], tmp_path: Path) -> Tell:
             "compare": printed(lambda console: console_residuals.show(compared, console)),
             "report": plain(report),
             "workbench": " ".join(view.sentences),
-            "json": json.dumps([result.document.sentence, result.document.cautions, compared.as_json()["where"]]),
+            "json": json.dumps([result.document.sentence, result.document.warnings, compared.as_json()["where"]]),
         }
         return Story(result, model, compared, texts)
 
@@ -121,7 +121,7 @@ def plain(page: str) -> str:
 def check_figures(story: Story) -> None:
     """The numbers of all places are the same."""
     document, file = story.result.document, story.model.file
-    last = document.rungs[-1]
+    last = document.steps[-1]
     shown = {entry.name: entry for entry in file.all_parameters}
     assert set(shown) == set(last.parameters)
     for name, value in last.parameters.items():
@@ -134,10 +134,10 @@ def check_figures(story: Story) -> None:
         )
     assert file.validate_ is not None
     assert file.train.fitted.rms == pytest.approx(last.train_rms)
-    assert file.validate_.fitted.rms == pytest.approx(last.validate_rms)
+    assert file.validate_.fitted.rms == pytest.approx(last.held_out_rms)
     assert file.residual_test is not None
     assert file.residual_test.noise_rms == document.noise_rms
-    for joint, error, noise in zip(story.compared.joints, last.validate_rms, document.noise_rms, strict=True):
+    for joint, error, noise in zip(story.compared.joints, last.held_out_rms, document.noise_rms, strict=True):
         assert joint.summary.rms == pytest.approx(error)
         assert joint.noise_rms == noise
         assert noise is not None

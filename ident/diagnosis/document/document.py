@@ -2,17 +2,20 @@
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any, Literal
 
 from pydantic import Field
 
+from ident.data_problems.facts import DataProblem
+from ident.diagnosis.judge.evidence import Evidence, RejectionStatus
+from ident.diagnosis.split.noise_floor import NoiseSource
 from ident.dynamics.effects.base import is_infinite
 from recordings.config import ConfigSection
 
-Verdict = Literal["adequate", "missing-effect", "unknown-structure", "undetermined"]
-NoiseSource = Literal["repetition", "unknown"]
+Verdict = Literal["adequate", "missing-effect", "unknown-structure", "undetermined", "implausible-data"]
 Numbers = tuple[float, ...]
-UNKNOWN_FLOOR = "unknown (nothing repeats)"
+UNKNOWN_FLOOR = "unknown"
 """In place of the noise floor, where it is not known."""
 
 
@@ -48,10 +51,10 @@ class StepEntry(ConfigSection):
     effects: tuple[str, ...]
     train_rms: Numbers
     """Per joint [N m]."""
-    validate_rms: Numbers
+    held_out_rms: Numbers
     train_rms_all: Numbers = ()
     """On all rows, with those that are not scored: near standstill, or near the limit of the amplifiers."""
-    validate_rms_all: Numbers = ()
+    held_out_rms_all: Numbers = ()
     parameters: dict[str, ParameterValue]
 
 
@@ -69,9 +72,27 @@ def labels(models: Sequence[Sequence[str]]) -> list[str]:
     return names
 
 
-FindingStatus = Literal["supported", "asked-for", "not-supported"]
-"""The latter two apply to forced effects: requested and supported by the test rows, or requested and not supported.
-"""
+FindingStatus = Literal["supported", "likely", "asked-for", "not-supported"]
+"""The latter two apply to forced effects: requested and supported by the held-out rows, or not."""
+
+
+class EvidenceEntry(ConfigSection):
+    """The evidence for one effect beside one model."""
+
+    gain: float
+    """Share by which the held-out mean square above the noise floor falls; an upper bound if screening decided."""
+    gain_ci95: tuple[float, float] | None
+    t: float | None
+    t_required: float | None
+    power: float | None
+    """Probability that these held-out rows would confirm a gain of this size."""
+    decided_by: str
+    """The rule that decided."""
+
+    @classmethod
+    def of(cls, evidence: Evidence) -> "EvidenceEntry":
+        """The entry of the judge's record."""
+        return cls(**asdict(evidence))
 
 
 class FindingEntry(ConfigSection):
@@ -84,14 +105,13 @@ class FindingEntry(ConfigSection):
     joints: tuple[int, ...]
     """From 1."""
     confusable_with: tuple[str, ...]
-    gain: float
-    gain_ci95: tuple[float, float]
+    evidence: EvidenceEntry
     share: float | None = None
     """Its part of the held-out error above the noise floor of the first model: the parts of all findings add up to
     the fall to the last model. None if the first model has it, or above the low-pass."""
     why: str
     sentence: str
-    looks: str
+    symptom: str
     causes: str
     remedy: str
 
@@ -100,10 +120,10 @@ class RejectedEntry(ConfigSection):
     """An effect that was tested but not found, or could not be tested."""
 
     effect: str
-    status: Literal["refuted", "not-confirmed", "not-tested", "not-observable", "absorbed"]
+    status: RejectionStatus
+    evidence: EvidenceEntry | None = None
+    """Beside the last model; None where it was not tested."""
     why: str
-    hopeless: bool = Field(default=False, exclude=True)
-    """Whether it would explain hardly more than chance: it needs no line of its own."""
 
 
 class Remaining(ConfigSection):
@@ -115,6 +135,7 @@ class Remaining(ConfigSection):
     why: str
     structured_rms: Numbers
     """Per joint [N m]."""
+    formula: None = None
 
 
 class VibrationEntry(ConfigSection):
@@ -148,7 +169,7 @@ class LearnedCurveEntry(ConfigSection):
     """From 1."""
     over: tuple[str, ...]
     """The variables of the curves."""
-    validate_rms: Numbers
+    held_out_rms: Numbers
     """Per joint, with the curves [N m]."""
     gain: float
     gain_ci95: tuple[float, float]
@@ -164,17 +185,21 @@ class NextMotion(ConfigSection):
 class Document(ConfigSection):
     """The complete result of a diagnosis."""
 
-    schema_version: Literal[1] = Field(1, alias="schema")
+    schema_version: Literal[2] = Field(2, alias="schema")
     verdict: Verdict
     sentence: str
     """The verdict in words."""
     bandwidth_hz: float
     """Highest frequency in the errors: the low-pass of the analysis, or above the highest ripple that was found."""
-    noise_rms: tuple[float | None, ...]
-    """Per joint: noise floor, including the propagated encoder quantization [N m]; None if nothing repeats."""
-    noise_source: NoiseSource = "repetition"
+    data_problems: tuple[DataProblem, ...] = ()
+    noise_rms: Numbers
+    """Per joint: noise floor, including the propagated encoder quantization [N m]."""
+    noise_ci95: tuple[tuple[float, float], ...]
+    noise_source: NoiseSource
     """From what the noise floor is known."""
     torque_rms: Numbers
+    explained_share: Numbers
+    """Per joint: 1 - held-out mean square of the last step over that of the torque."""
     joints: tuple[str, ...]
     effort_units: tuple[str, ...]
     relative: bool = False
@@ -185,22 +210,24 @@ class Document(ConfigSection):
     """Whether any of the recordings is of a simulated machine."""
     held_out: str
     """The data on which the models were validated."""
-    rungs: tuple[StepEntry, ...]
+    steps: tuple[StepEntry, ...]
     findings: tuple[FindingEntry, ...]
+    likely: tuple[FindingEntry, ...] = ()
+    """Effects for which the evidence speaks, but which these held-out rows lack the power to confirm."""
     rejected: tuple[RejectedEntry, ...]
     remaining: Remaining
     next_motion: NextMotion | None
     above_low_pass: AboveLowPass | None = None
     """None if the preprocessing keeps no samples at full rate."""
-    stand_in: LearnedCurveEntry | None = None
-    cautions: tuple[str, ...] = ()
+    learned_curve: LearnedCurveEntry | None = None
+    warnings: tuple[str, ...] = ()
     """Limitations of these recordings that affect the results."""
     recordings: tuple[str, ...] = ()
 
     @property
     def labels(self) -> list[str]:
-        """Names of the models in `rungs`."""
-        return labels([step.effects for step in self.rungs])
+        """Names of the models in `steps`."""
+        return labels([step.effects for step in self.steps])
 
     def as_json(self) -> dict[str, Any]:
         """The document as it is printed."""

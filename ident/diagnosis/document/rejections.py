@@ -3,20 +3,15 @@
 from collections.abc import Iterator
 
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.document.document import RejectedEntry
+from ident.diagnosis.document.document import EvidenceEntry, RejectedEntry
 from ident.diagnosis.ripple.ripple import EFFECT
-
-_CHANCE_LEVEL = 0.01
-"""Share of the loss that an effect may explain by chance."""
-_MIN_ABSORBED = 0.05
-"""An effect counts as absorbed if it explained more than this share of the first loss, and less than half of its
-first share of the final loss."""
 
 
 def rejected_effects(diagnosis: Diagnosis) -> Iterator[RejectedEntry]:
     """Every effect of the library that is no finding, with the reason."""
     selection = diagnosis.selection
-    present = {finding.term.name for finding in selection.findings} | ({EFFECT} if diagnosis.ripple.lines else set())
+    named = (*selection.findings, *selection.likely)
+    present = {finding.term.name for finding in named} | ({EFFECT} if diagnosis.ripple.lines else set())
     contained = {name: finding.term.name for finding in selection.findings for name in finding.term.effect.contains}
     mechanism = diagnosis.split.recordings[0].recording.rig.mechanism
     for name, effect in diagnosis.library.items():
@@ -34,4 +29,5 @@ def rejected_effects(diagnosis: Diagnosis) -> Iterator[RejectedEntry]:
             reason = f"It is part of {contained[name]}, which was added."
             yield RejectedEntry(effect=name, status="absorbed", why=reason)
         elif rejection := selection.rejected.get(name):
-            yield RejectedEntry(effect=name, status=rejection.status, why=rejection.why)
+            evidence = EvidenceEntry.of(rejection.evidence) if rejection.evidence else None
+            yield RejectedEntry(effect=name, status=rejection.status, evidence=evidence, why=rejection.why)

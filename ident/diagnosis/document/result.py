@@ -43,8 +43,8 @@ class DiagnosisResult:
     def apply(self) -> Model:
         """The last model of the document, with all effects found: the same values, intervals and errors."""
         file = model_file(self.diagnosis.model, self.diagnosis.unexplained)
-        last = self.document.rungs[-1]
-        file = with_errors(file, last.train_rms, last.validate_rms)
+        last = self.document.steps[-1]
+        file = with_errors(file, last.train_rms, last.held_out_rms)
         return Model(with_ripple_terms(file, self.diagnosis.ripple), self.diagnosis.library)
 
 

@@ -4,8 +4,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ident.diagnosis.document.document import AboveLowPass, FindingEntry, ParameterValue, StepEntry, VibrationEntry
+from ident.diagnosis.document.document import (
+    AboveLowPass,
+    EvidenceEntry,
+    FindingEntry,
+    ParameterValue,
+    StepEntry,
+    VibrationEntry,
+)
 from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.judge import evidence_of
 from ident.diagnosis.ripple.ripple import EFFECT, Ripple, RippleLine
 
 
@@ -67,11 +75,10 @@ def _finding(ripple: Ripple) -> FindingEntry:
         effect=EFFECT,
         joints=tuple(sorted({line.joint + 1 for line in ripple.lines})),
         confusable_with=("vibration",) if strongest in uncertain else (),
-        gain=strongest.improvement.share,
-        gain_ci95=strongest.improvement.interval,
+        evidence=EvidenceEntry.of(evidence_of(strongest.improvement)),
         why=" ".join([_why(ripple), *(_caution(line) for line in uncertain)]),
         sentence=effect.sentence,
-        looks=effect.symptom,
+        symptom=effect.symptom,
         causes=effect.causes,
         remedy=effect.remedy,
     )

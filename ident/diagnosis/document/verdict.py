@@ -10,6 +10,7 @@ from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.advice import fit_command, next_motion
 from ident.diagnosis.document.document import (
     Document,
+    EvidenceEntry,
     FindingEntry,
     FindingStatus,
     LearnedCurveEntry,
@@ -27,6 +28,7 @@ from ident.diagnosis.document.ripple_document import (
     step_errors,
     with_ripple,
 )
+from ident.diagnosis.document.verdict_rule import Remainder, verdict_of
 from ident.diagnosis.document.warnings import data_warnings, file_names
 from ident.diagnosis.judge.confirmation import is_supported
 from ident.diagnosis.judge.rules.amplitude import size_warnings
@@ -39,33 +41,38 @@ from ident.identification.identify import is_relative
 from ident.uncertainty.assessment import gain_uncertainty, interval_or_none
 from recordings.recording import Floats
 
-_UNKNOWN_FLOOR = "whether more is missing is not known, because nothing repeats and the noise is unknown"
-
 
 def to_document(diagnosis: Diagnosis) -> Document:
     """The document of a `diagnosis`."""
     split, selection = diagnosis.split, diagnosis.selection
     rig = split.recordings[0].recording.rig
     verdict, ripple, floor = _verdict(diagnosis), diagnosis.ripple, selection.model.noise_floor
-    rungs = [step_entry(split, step, step_errors(ripple, step.model)) for step in selection.steps]
+    of_selection = [step_entry(split, step, step_errors(ripple, step.model)) for step in selection.steps]
+    steps = (*of_selection, *ripple_step(ripple, of_selection[-1]))
+    noise = ripple.with_noise(floor.rms)
+    torque = rms([data.torque for data in split.recordings], split.test)
+    blocked = verdict == "implausible-data"
+    findings = with_ripple([_finding(diagnosis, finding) for finding in merge_repeated(selection.findings)], ripple)
     return Document(
-        schema=1,
+        schema=2,
         verdict=verdict,
         sentence=_sentence(diagnosis, verdict),
+        data_problems=diagnosis.data_problems,
         bandwidth_hz=ripple.upper,
-        noise_rms=_numbers(ripple.with_noise(floor.rms)) if floor.known else (None,) * len(floor.rms),
-        noise_source="repetition" if floor.known else "unknown",
+        noise_rms=_numbers(noise),
+        noise_ci95=tuple((low, high) for low, high in ((noise / floor.rms)[:, None] * floor.ci95).tolist()),
+        noise_source=floor.source,
         torque_rms=_numbers(split.torque_rms),
+        explained_share=_numbers(1 - (np.array(steps[-1].held_out_rms) / torque) ** 2),
         joints=rig.joint_names,
         effort_units=rig.effort_units,
         relative=is_relative(split.recordings[0].recording),
         scale_uncertainty=gain_uncertainty(split.recordings[0].recording),
         simulated=any(data.recording.run.simulated for data in split.recordings),
         held_out=describe_test_data(split),
-        rungs=(*rungs, *ripple_step(ripple, rungs[-1])),
-        findings=with_ripple(
-            [_finding(diagnosis, finding) for finding in merge_repeated(selection.findings)], ripple
-        ),
+        steps=steps,
+        findings=() if blocked else findings,
+        likely=() if blocked else tuple(_likely(finding) for finding in selection.likely),
         rejected=tuple(rejected_effects(diagnosis)),
         remaining=Remaining(
             structured_share=diagnosis.unexplained.share,
@@ -75,9 +82,9 @@ def to_document(diagnosis: Diagnosis) -> Document:
         ),
         above_low_pass=above_low_pass(ripple),
         next_motion=next_motion(diagnosis, _new_findings(diagnosis)),
-        cautions=(
+        warnings=(
             *_bias_caution(diagnosis),
-            *consistency_warnings(selection.model, rungs),
+            *consistency_warnings(selection.model, steps),
             *sign_warnings(selection.model),
             *size_warnings(selection.model),
             *data_warnings(split, selection.model, floor, diagnosis.library.get("torque_offset")),
@@ -99,7 +106,7 @@ def write_learned_curve(diagnosis: Diagnosis, path: Path) -> LearnedCurveEntry |
         command=fit_command(diagnosis, path, joints),
         joints=joints,
         over=tuple(sorted({curve.variable for curve in learned.curves})),
-        validate_rms=_numbers(rms(learned.model.residuals, diagnosis.split.test)),
+        held_out_rms=_numbers(rms(learned.model.residuals, diagnosis.split.test)),
         gain=learned.improvement.share,
         gain_ci95=learned.improvement.interval,
     )
@@ -146,35 +153,52 @@ def merge_repeated(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def _verdict(diagnosis: Diagnosis) -> Verdict:
-    if diagnosis.unexplained.significant:
-        return "unknown-structure"
-    if _new_findings(diagnosis) or diagnosis.ripple.lines:
-        return "missing-effect"
-    return "adequate" if diagnosis.model.noise_floor.known else "undetermined"
+    model, split, first = diagnosis.model, diagnosis.split, diagnosis.selection.steps[0].model
+    floor, of_band = model.noise_floor, diagnosis.ripple.lines
+    left = Remainder(
+        rms(model.judged_residuals, split.scored),
+        floor.rms,
+        floor.limit,
+        split.torque_rms,
+        diagnosis.unexplained.significant,
+    )
+    taken = 1.0 if of_band else model.improvement_over(first).share
+    blocked = any(problem.blocks for problem in diagnosis.data_problems)
+    return verdict_of(blocked, left, bool(_new_findings(diagnosis) or of_band), taken)
 
 
 def _sentence(diagnosis: Diagnosis, verdict: Verdict) -> str:
+    if verdict == "implausible-data":
+        return " ".join(problem.why for problem in diagnosis.data_problems if problem.blocks)
     descriptions = [_describe(finding) for finding in _new_findings(diagnosis)]
     names = ", ".join([*descriptions, *describe_ripple(diagnosis.ripple)])
     remains = "no structured residual is left above the noise floor"
     if verdict == "unknown-structure":
         remains = "a structured residual is left"
-    elif not diagnosis.model.noise_floor.known:
-        remains = _UNKNOWN_FLOOR
     if diagnosis.forced:
         if not names:
-            return f"The requested effects explain nothing. Without them, {remains}: {diagnosis.unexplained.sentence}"
+            return f"{_unconfirmed(diagnosis)} Without them, {remains}: {diagnosis.unexplained.sentence}"
         return f"With {names}, as requested, {remains}: {diagnosis.unexplained.sentence}"
     initial = ", ".join(sorted(_initial_effects(diagnosis)))
     model = f"The model with {initial}" if initial else "The base model"
     if verdict == "undetermined":
-        return f"No missing effect was found; {remains}."
+        return (
+            "No missing effect was found; whether more is missing is not known: these data would not show a "
+            "structured residual of 3 % of the torque."
+        )
     if verdict == "adequate":
         return "No structured residual is left above the noise floor: the model is adequate for these recordings."
     if verdict == "missing-effect":
         return f"{model} lacks {names}; with it, {remains}."
     subject = f"{model} lacks {names}, but a structured residual" if names else "A structured residual"
     return f"{subject} is left that no effect of the library explains: {diagnosis.unexplained.sentence}"
+
+
+def _unconfirmed(diagnosis: Diagnosis) -> str:
+    """Why the requested effects are not confirmed."""
+    asked = [f for f in diagnosis.selection.findings if f.term.name not in _initial_effects(diagnosis)]
+    reasons = [f"{f.term.name}: gain {f.evidence.gain:.0%}, t {f.evidence.t:.1f}" for f in asked if f.evidence.t]
+    return f"Held-out data do not confirm the requested effects ({'; '.join(reasons) or 'no change'})."
 
 
 def _bias_caution(diagnosis: Diagnosis) -> Iterator[str]:
@@ -206,14 +230,14 @@ def step_entry(
 ) -> StepEntry:
     """One model of the selection in numbers.
 
-    errors: `train_rms` and `validate_rms` up to the highest ripple; None: below the low-pass.
+    errors: `train_rms` and `held_out_rms` up to the highest ripple; None: below the low-pass.
     """
     model = step.model
     below = {
         "train_rms": _numbers(rms(model.residuals, split.train)),
-        "validate_rms": _numbers(rms(model.residuals, split.test)),
+        "held_out_rms": _numbers(rms(model.residuals, split.test)),
         "train_rms_all": _numbers(rms(model.residuals, split.train_all)),
-        "validate_rms_all": _numbers(rms(model.residuals, split.test_all)),
+        "held_out_rms_all": _numbers(rms(model.residuals, split.test_all)),
     }
     return StepEntry(
         added=step.added,
@@ -246,8 +270,7 @@ def _parameters(split: SplitData, step: SelectionStep) -> dict[str, ParameterVal
 def _finding(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
     effect, improvement = finding.term.effect, finding.improvement
     where = "the whole robot" if effect.whole_robot else f"joint {', '.join(str(j + 1) for j in finding.term.joints)}"
-    known = diagnosis.selection.model.noise_floor.known
-    excess = "error above the noise floor" if known else "mean square above what may be noise"
+    excess = "error above the noise floor"
     share, interval = _part(diagnosis, finding)
     if share is None:
         low, high = improvement.interval
@@ -261,21 +284,39 @@ def _finding(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
             "which the interval allows for)"
         )
     if not _is_supported(diagnosis, finding):
-        why = "It was requested, but the held-out data do not support it"
+        why = f"It was requested, but held-out data do not confirm it (t is {finding.evidence.t:.1f})"
     elif finding.alternatives:
         why += f"; on these data, {', '.join(finding.alternatives)} would explain as much in its place"
     return FindingEntry(
         effect=finding.term.name,
         joints=tuple(joint + 1 for joint in finding.term.joints),
         confusable_with=finding.alternatives,
-        gain=improvement.share,
-        gain_ci95=improvement.interval,
+        evidence=EvidenceEntry.of(finding.evidence),
         share=share,
         status=_status(diagnosis, finding),
         in_model=finding.term.name in _initial_effects(diagnosis),
         why=f"On {where}. {why}.",
         sentence=effect.sentence,
-        looks=effect.symptom,
+        symptom=effect.symptom,
+        causes=effect.causes,
+        remedy=effect.remedy,
+    )
+
+
+def _likely(finding: Finding) -> FindingEntry:
+    evidence, effect = finding.evidence, finding.term.effect
+    return FindingEntry(
+        effect=finding.term.name,
+        joints=tuple(joint + 1 for joint in finding.term.joints),
+        confusable_with=finding.alternatives,
+        evidence=EvidenceEntry.of(evidence),
+        status="likely",
+        why=(
+            f"It would take {evidence.gain:.0%} of what is left above the noise floor, but these held-out rows would "
+            f"confirm that with a probability of {evidence.power or 0.0:.0%} only: record a longer motion."
+        ),
+        sentence=effect.sentence,
+        symptom=effect.symptom,
         causes=effect.causes,
         remedy=effect.remedy,
     )

@@ -51,7 +51,7 @@ def judge(before: FittedModel, after: FittedModel, index: int = -1, compared: in
     improvement = after.improvement_over(before, compared=compared)
 
     def judgement(decided_by: str, reason: str = "", refuted: bool = False) -> Judgement:
-        return Judgement(not reason, _evidence(improvement, decided_by), reason, refuted)
+        return Judgement(not reason, evidence_of(improvement, decided_by), reason, refuted)
 
     if found := objection(OF_VALUES, before, after, index):
         return judgement(*found, refuted=True)
@@ -77,7 +77,8 @@ def _shows_in_training(before: FittedModel, after: FittedModel) -> bool:
     )
 
 
-def _evidence(improvement: Improvement, decided_by: str) -> Evidence:
+def evidence_of(improvement: Improvement, decided_by: str = "held-out") -> Evidence:
+    """The record of an `improvement` on held-out rows."""
     from scipy.special import ndtr
 
     t = strongest_t(improvement)

@@ -125,9 +125,9 @@ class Ripple:
         split = model.split
         subsets = {
             "train_rms": split.train,
-            "validate_rms": split.test,
+            "held_out_rms": split.test,
             "train_rms_all": split.train_all,
-            "validate_rms_all": split.test_all,
+            "held_out_rms_all": split.test_all,
         }
         below = {name: rms(model.residuals, rows) for name, rows in subsets.items()}
         if not self.lines:

@@ -153,7 +153,7 @@ def fit_curves_over(final: FittedModel, dependences: Sequence[ResidualDependence
 def _fit_with_curves(final: FittedModel, curves: Sequence[LearnedCurve]) -> FittedModel:
     """Refit the model `final` together with `curves`."""
     joints = tuple(sorted({curve.joint - 1 for curve in curves}))
-    structure = final.solution.structure.with_term(Term("stand_in", learned_effect(curves), joints))
+    structure = final.solution.structure.with_term(Term("learned_curve", learned_effect(curves), joints))
     start = np.concatenate([final.solution.x, np.ones(len(joints))])
     return FittedModel(final.split, final.split.fit(structure, start))
 

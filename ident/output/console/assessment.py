@@ -18,13 +18,13 @@ MAX_PAIRS = 5
 
 def show(model: ModelFile, console: Console) -> None:
     """Print the errors of the parameters of `model` in sentences and as tables."""
-    if model.trust is None:
+    if model.assessment is None:
         return
     console.print("Assessment of the parameters:")
-    for line in summary_lines(model, model.trust):
+    for line in summary_lines(model, model.assessment):
         console.print(f"  {line}", highlight=False)
-    console.print(_parameter_table(model, model.trust))
-    console.print(_correlation_table(model, model.trust))
+    console.print(_parameter_table(model, model.assessment))
+    console.print(_correlation_table(model, model.assessment))
 
 
 def half_width(parameter: FittedParameter) -> str:
@@ -51,7 +51,7 @@ def summary_lines(model: ModelFile, assessment: Assessment) -> Iterator[str]:
     yield _identifiability_line(model, assessment)
     yield from (f"{group.sentence}." for group in assessment.inseparable)
     yield from _correlation_lines(model, assessment)
-    yield from (f"Not physical: {violation.sentence}." for violation in assessment.doubts)
+    yield from (f"Not physical: {violation.sentence}." for violation in assessment.warnings)
     if assessment.coupling:
         warning = "" if assessment.coupling.positive else "; D(θ) is not positive definite: NOT PHYSICAL"
         share = f"{100 * assessment.coupling.share:.0f} % of the total"

@@ -104,6 +104,6 @@ def _quality_as_json(outcome: DesignResult, quality: Quality) -> dict[str, Any]:
     return {
         "condition_number": quality.condition if np.isfinite(quality.condition) else None,
         "standard_errors": {p.name: float(std) if np.isfinite(std) else None for p, std in errors},
-        "told_apart": quality.discriminability,
+        "discrimination": quality.discriminability,
         "limits": quality.usage,
     }

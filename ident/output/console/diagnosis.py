@@ -12,6 +12,7 @@ from ident.diagnosis.document.document import (
     FindingEntry,
     LearnedCurveEntry,
     ParameterValue,
+    RejectedEntry,
     StepEntry,
 )
 from ident.output.console.assessment import scale_line
@@ -27,12 +28,17 @@ def show(document: Document, console: Console) -> None:
     """Print steps of the selection, findings, unexplained residual, rejected effects, and the conclusion."""
     if document.simulated:
         console.print("SIMULATED data.", style="bold yellow")
-    for caution in document.cautions:
-        _print_plain(console, f"Caution: {caution}")
+    for problem in document.data_problems:
+        _print_plain(console, f"Data problem ({problem.kind}): {problem.why} {problem.remedy}")
+    for warning in document.warnings:
+        _print_plain(console, f"Warning: {warning}")
     console.print(_step_table(document))
     _print_plain(console, f"Held out: {document.held_out}. {_band(document)}")
     for finding in document.findings:
         _print_finding(finding, document, console)
+    for likely in document.likely:
+        joints = ", ".join(map(str, likely.joints))
+        _print_plain(console, f"\nLikely: {likely.effect} (joint {joints}). {likely.why}")
     if document.findings:
         console.print(
             "In parentheses: 95 % intervals for noise and quantization, if the model is right. "
@@ -43,8 +49,8 @@ def show(document: Document, console: Console) -> None:
         _print_plain(console, f"Unexplained residual: {document.remaining.why}")
     if document.above_low_pass:
         _print_plain(console, document.above_low_pass.why)
-    if document.stand_in:
-        _print_learned_curves(document, document.stand_in, console)
+    if document.learned_curve:
+        _print_learned_curves(document, document.learned_curve, console)
     console.print(_rejected_table(document))
     if document.next_motion:
         # Never wrapped, so that it can be copied.
@@ -63,7 +69,7 @@ def show_conclusion(document: Document, console: Console, nothing_more: tuple[st
     console.print(f"\n{verdict}", style=f"bold {colour}", end=": ")
     _print_plain(console, sentence)
     console.print("Held-out error (RMS), first model → last model:", highlight=False)
-    errors = zip(document.rungs[0].validate_rms, document.rungs[-1].validate_rms, strict=True)
+    errors = zip(document.steps[0].held_out_rms, document.steps[-1].held_out_rms, strict=True)
     for joint, unit, (before, after) in zip(document.joints, document.effort_units, errors, strict=True):
         _print_plain(console, f"  {joint}  {before:.3g} → {after:.3g} {unit}")
 
@@ -87,12 +93,12 @@ def _step_table(document: Document) -> Table:
     table.add_column("model")
     for joint in document.joints:
         table.add_column(joint, justify="right")
-    for label, step in zip(document.labels, document.rungs, strict=True):
-        table.add_row(label, *_rms_cells(step.train_rms, step.validate_rms))
+    for label, step in zip(document.labels, document.steps, strict=True):
+        table.add_row(label, *_rms_cells(step.train_rms, step.held_out_rms))
     table.add_section()
-    if _differs_notably(document.rungs[-1]):
-        last = document.rungs[-1]
-        table.add_row("last model, on all rows", *_rms_cells(last.train_rms_all, last.validate_rms_all))
+    if _differs_notably(document.steps[-1]):
+        last = document.steps[-1]
+        table.add_row("last model, on all rows", *_rms_cells(last.train_rms_all, last.held_out_rms_all))
     floors = (UNKNOWN_FLOOR if value is None else f"{value:.3g}" for value in document.noise_rms)
     table.add_row("noise floor, with quantization", *floors, style="green")
     table.add_row("measured torque", *(f"{value:.3g}" for value in document.torque_rms), style="dim")
@@ -105,7 +111,7 @@ def _rms_cells(train_rms: Sequence[float], test_rms: Sequence[float]) -> list[st
 
 def _differs_notably(step: StepEntry) -> bool:
     """Whether the error on all rows is notably larger than on those that are scored."""
-    pairs = zip((*step.train_rms_all, *step.validate_rms_all), (*step.train_rms, *step.validate_rms), strict=False)
+    pairs = zip((*step.train_rms_all, *step.held_out_rms_all), (*step.train_rms, *step.held_out_rms), strict=False)
     return any(on_all > _NOTABLE * scored for on_all, scored in pairs)
 
 
@@ -114,12 +120,12 @@ def _print_finding(finding: FindingEntry, document: Document, console: Console) 
     note = "  (already in the model)" if finding.in_model else ""
     console.print(f"\n{finding.effect}", style="bold", markup=False, highlight=False, end="")
     _print_plain(console, f"{note}{alternatives}")
-    _print_plain(console, f"  {finding.sentence} {finding.looks}")
+    _print_plain(console, f"  {finding.sentence} {finding.symptom}")
     _print_plain(console, f"  {finding.why}")
     if finding.status == "not-supported":
         return
     parameters = {
-        name: value for name, value in document.rungs[-1].parameters.items() if is_parameter_of(name, finding.effect)
+        name: value for name, value in document.steps[-1].parameters.items() if is_parameter_of(name, finding.effect)
     }
     for name, value in parameters.items():
         amount = "never" if value.infinite else f"{value.value:.4g}{_format_interval(value)} {value.unit}"
@@ -129,7 +135,7 @@ def _print_finding(finding: FindingEntry, document: Document, console: Console) 
 
 def _print_learned_curves(document: Document, entry: LearnedCurveEntry, console: Console) -> None:
     joints = ",".join(map(str, entry.joints))
-    pairs = zip(document.rungs[-1].validate_rms, entry.validate_rms, strict=True)
+    pairs = zip(document.steps[-1].held_out_rms, entry.held_out_rms, strict=True)
     changes = ", ".join(f"{before:.3g} to {after:.3g}" for before, after in pairs) + f" {document.effort_units[0]}"
     console.print(
         f"Learned curves over {', '.join(entry.over)} for joint {joints}, in {entry.file}, remove "
@@ -150,12 +156,17 @@ def _format_interval(value: ParameterValue) -> str:
     return f" ({value.interval[0]:.4g} to {value.interval[1]:.4g})" if value.interval else ""
 
 
+def _is_screened(entry: RejectedEntry) -> bool:
+    """Whether screening alone ruled it out: it would explain hardly more than chance."""
+    return entry.evidence is not None and entry.evidence.decided_by == "screening"
+
+
 def _rejected_table(document: Document) -> Table:
     table = Table(title="Not added", title_justify="left")
     for column in ("effect", "status", "why"):
         table.add_column(column)
-    ranks = {"absorbed": 0, "not-supported": 1, "not-tested": 2, "not-observable": 3}
-    ranked = sorted(document.rejected, key=lambda entry: (entry.hopeless, ranks[entry.status]))
+    ranks = {"absorbed": 0, "not-confirmed": 1, "refuted": 2, "not-tested": 3, "not-observable": 4}
+    ranked = sorted(document.rejected, key=lambda entry: (ranks[entry.status], _is_screened(entry)))
     for entry in ranked[: _MAX_REJECTED - 1]:
         table.add_row(escape(entry.effect), entry.status, escape(entry.why))
     if others := ranked[_MAX_REJECTED - 1 :]:

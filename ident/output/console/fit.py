@@ -144,7 +144,7 @@ def _parameter_table(model: ModelFile) -> Table:
     table = Table(title=f"Parameters{equation}{label}", title_justify="left")
     table.add_column("")
     table.add_column("value", justify="right")
-    if model.trust:
+    if model.assessment:
         table.add_column("± 95 %", justify="right")
     table.add_column("unit")
     if of_paper:
@@ -153,7 +153,7 @@ def _parameter_table(model: ModelFile) -> Table:
     for parameter in model.all_parameters:
         values = [
             _format_value(parameter.value),
-            *([assessment.half_width(parameter)] if model.trust else []),
+            *([assessment.half_width(parameter)] if model.assessment else []),
             parameter.unit,
         ]
         values += [_format_value(parameter.paper_value)] if of_paper else []

@@ -17,7 +17,7 @@ from recordings.recording import Floats
 def rms_components(diagnosis: Diagnosis, document: Document) -> go.Figure:
     """Draw per joint noise, effect of quantization, and structured residual beside the held-out error [N m RMS]."""
     floor = diagnosis.model.noise_floor
-    last = document.rungs[-1].validate_rms
+    last = document.steps[-1].held_out_rms
     joints = [f"joint {joint + 1}" for joint in range(len(document.joints))]
     figure = theme.subplots(1, 1, 280)
     components: list[tuple[str, Sequence[float] | Floats, str]] = [("held-out error", last, theme.MEASURED)]

@@ -71,9 +71,9 @@ def nothing_more_is_missing(contents: ReportContents) -> tuple[str, str] | None:
 
 def _error_reduction(document: Document) -> Iterator[str]:
     """Yield how far the held-out error of the worst joint fell."""
-    before, after = document.rungs[0].validate_rms, document.rungs[-1].validate_rms
+    before, after = document.steps[0].held_out_rms, document.steps[-1].held_out_rms
     joint = before.index(max(before))
-    if len(document.rungs) == 1 or not before[joint]:
+    if len(document.steps) == 1 or not before[joint]:
         return
     unit = document.effort_units[joint].replace(" ", "\u00a0")
     first, last = (number(value, 2) for value in (before[joint], after[joint]))
@@ -95,11 +95,11 @@ def _next_motion(document: Document) -> Iterator[str]:
 
 
 def _tiles(contents: ReportContents, document: Document) -> Iterator[Tile]:
-    base, top = document.rungs[0], document.rungs[-1]
+    base, top = document.steps[0], document.steps[-1]
     for joint, unit in enumerate(document.effort_units):
-        before, after = base.validate_rms[joint], top.validate_rms[joint]
+        before, after = base.held_out_rms[joint], top.held_out_rms[joint]
         share = after / document.torque_rms[joint] if document.torque_rms[joint] else None
-        value = number(after, 2) if len(document.rungs) == 1 else f"{number(before, 2)} → {number(after, 2)}"
+        value = number(after, 2) if len(document.steps) == 1 else f"{number(before, 2)} → {number(after, 2)}"
         note = f"{percent(share)} of the torque; noise floor {_floor(document, joint)}"
         yield Tile(f"joint {joint + 1}: held-out error [{unit} RMS]", value, note)
 

@@ -8,42 +8,42 @@ from ident.output.report.sections import parameter_values
 from ident.workbench.cli_equivalent import shell_script
 from ident.workbench.pages import truth
 from ident.workbench.pages.page import Page, draw_code, draw_table, heading, notify, set_test_id
-from ident.workbench.views import LadderView
+from ident.workbench.views import StepsView
 
 
 def draw(page: Page) -> None:
     """Draw the export of the current model."""
-    ladder, residuals = page.session.selection.ladder, page.session.selection.residuals
-    if ladder is None or residuals is None:
+    step_list, residuals = page.session.selection.step_list, page.session.selection.residuals
+    if step_list is None or residuals is None:
         ui.label(
             "The model can be saved here when it has been analysed."
-            if ladder
+            if step_list
             else "Fit a model first; it can then be saved here."
         ).classes("quiet")
         return
-    file_name = page.session.export.saved_name(residuals.model) or page.session.export.free_name(ladder)
+    file_name = page.session.export.saved_name(residuals.model) or page.session.export.free_name(step_list)
     heading("Model")
     with ui.row().classes("items-center gap-3"):
         page.save_form(residuals.model, file_name, "save")
-        draw_report(page, residuals.model, ladder)
+        draw_report(page, residuals.model, step_list)
     truth.draw(page)
     heading("Equivalent commands", "q-mt-md")
     ui.label(
         "Run this in the folder of the recordings. It overwrites nothing; choose another name if the file exists."
     ).classes("quiet")
-    draw_code(shell_script(ladder, file_name), "script")
+    draw_code(shell_script(step_list, file_name), "script")
     heading("Parameters of the current model", "q-mt-md")
-    table = parameter_values.table(ladder.steps[-1].entry.parameters)
+    table = parameter_values.table(step_list.steps[-1].entry.parameters)
     draw_table(table.head, table.rows, table.words)
 
 
-def draw_report(page: Page, model: ModelFile, ladder: LadderView) -> None:
-    """Draw a button that creates the report on `model`, the last of `ladder`, or a link to the report."""
+def draw_report(page: Page, model: ModelFile, step_list: StepsView) -> None:
+    """Draw a button that creates the report on `model`, the last of `step_list`, or a link to the report."""
     export = page.session.export
 
     async def create() -> None:
-        name = export.saved_name(model) or export.free_name(ladder)
-        error = await background.io_bound(export.create_report, model, ladder, name)
+        name = export.saved_name(model) or export.free_name(step_list)
+        error = await background.io_bound(export.create_report, model, step_list, name)
         if error:
             notify(error, "warning")
 

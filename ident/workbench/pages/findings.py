@@ -24,6 +24,8 @@ def draw(page: Page) -> None:
                 page.draw_figure(figure, f"residual without and with {finding['effect']}")
         with box.add_slot("header"):
             _header(finding, number)
+    for likely in document["likely"]:
+        ui.label(f"Likely: {likely['effect']} (joint {', '.join(map(str, likely['joints']))}). {likely['why']}")
     remaining, motion = document["remaining"], document["next_motion"]
     if remaining["why"]:
         share = 100 * remaining["structured_share"]
@@ -48,7 +50,7 @@ def _finding(finding: dict[str, Any], number: int) -> None:
     for label, text in (
         ("Effect", finding["sentence"]),
         ("Evidence", finding["why"]),
-        ("Symptom", finding["looks"]),
+        ("Symptom", finding["symptom"]),
         ("Usual causes", finding["causes"]),
         ("Remedy", finding["remedy"]),
         ("Confusable with", ", ".join(finding["confusable_with"]) or "no other effect of the library on these data"),

@@ -1,18 +1,18 @@
-"""Stepwise selection: fit, ladder of models, candidate effects, findings."""
+"""Stepwise selection: fit, list of steps of models, candidate effects, findings."""
 
 from nicegui import ui
 
 from ident.workbench import plots
 from ident.workbench.pages import branching, candidates, findings
 from ident.workbench.pages.page import Cell, Page, draw_table, set_test_id
-from ident.workbench.views import LadderView, StepView
+from ident.workbench.views import StepsView, StepView
 
 
 def draw(page: Page) -> None:
-    """Draw the buttons, the ladder, the branches, the findings and the candidates."""
+    """Draw the buttons, the step_list, the branches, the findings and the candidates."""
     _buttons(page)
-    page.draw_on_change(_draw_ladder, "ladder")
-    page.draw_on_change(branching.draw, "ladder")
+    page.draw_on_change(_draw_ladder, "step_list")
+    page.draw_on_change(branching.draw, "step_list")
     page.draw_on_change(findings.draw, "diagnosis")
     candidates.draw(page)
 
@@ -23,7 +23,7 @@ def _buttons(page: Page) -> None:
         undo = page.button("Undo", "undo", selection.undo, icon="undo", props="outline")
         redo = page.button("Redo", "redo", selection.redo, icon="redo", props="outline")
         fork = page.button("New branch", "fork", selection.fork, icon="call_split", props="outline")
-        fork.tooltip("Keep this ladder and continue in a copy, to compare two models")
+        fork.tooltip("Keep this step_list and continue in a copy, to compare two models")
         full = page.button("Full diagnosis", "diagnose", selection.diagnose, icon="biotech", props="outline")
         full.tooltip("Automatic stepwise selection with a check of every finding; takes about half a minute")
 
@@ -31,43 +31,43 @@ def _buttons(page: Page) -> None:
         idle = not session.jobs.blocked
         branch = selection.branches.current if selection.branches and idle else None
         undo.enabled = branch is not None and len(branch.history) > 1
-        redo.enabled = branch is not None and bool(branch.undone_ladders)
+        redo.enabled = branch is not None and bool(branch.undone)
         fork.enabled = full.enabled = branch is not None
 
-    page.call_now_and_on_change(update_enabled, "job", "ladder")
+    page.call_now_and_on_change(update_enabled, "job", "step_list")
 
 
 def _draw_ladder(page: Page) -> None:
-    ladder = page.session.selection.ladder
-    if ladder is None:
+    step_list = page.session.selection.step_list
+    if step_list is None:
         ui.label(
             "Press Fit to fit the base model to the recording. Each added effect is shown here as a step, with the "
             "error of every joint. Choose a second recording with Validate to validate the models on another motion."
         ).classes("quiet")
         return
-    page.draw_figure(plots.ladder(ladder), "error of each model, training and held out")
-    _draw_table(ladder)
-    relative = " Torques are relative: the gain is assumed." if ladder.relative else ""
-    excerpt = f" {100 * ladder.excerpt:.0f} % of these long recordings was analysed." if ladder.excerpt else ""
+    page.draw_figure(plots.step_list(step_list), "error of each model, training and held out")
+    _draw_table(step_list)
+    relative = " Torques are relative: the gain is assumed." if step_list.relative else ""
+    excerpt = f" {100 * step_list.excerpt:.0f} % of these long recordings was analysed." if step_list.excerpt else ""
     ui.label(
-        f"Held out: {ladder.held_out}. Noise floor: residual of a correct model, from noise and encoder resolution."
+        f"Held out: {step_list.held_out}. Noise floor: what a correct model leaves, by noise and encoder resolution."
         f"{relative}{excerpt}"
     ).classes("quiet")
-    _draw_terms(page, ladder.steps[-1])
+    _draw_terms(page, step_list.steps[-1])
 
 
-def _draw_table(ladder: LadderView) -> None:
-    joints = [f"j{joint} [{unit}]" for joint, unit in enumerate(ladder.units, start=1)]
+def _draw_table(step_list: StepsView) -> None:
+    joints = [f"j{joint} [{unit}]" for joint, unit in enumerate(step_list.units, start=1)]
     errors = [f"{kind} {joint}" for kind in ("training", "held out") for joint in joints]
-    rows = (_row(number, step) for number, step in enumerate(ladder.steps))
-    draw_table(["model", *errors, "improvement, held out"], rows, classes="ladder")
+    rows = (_row(number, step) for number, step in enumerate(step_list.steps))
+    draw_table(["model", *errors, "improvement, held out"], rows, classes="step_list")
 
 
 def _row(number: int, step: StepView) -> list[Cell]:
     def cell(text: str, test_id: str) -> Cell:
         return lambda: set_test_id(ui.label(text), test_id)
 
-    errors = {"train": step.entry.train_rms, "held": step.entry.validate_rms}
+    errors = {"train": step.entry.train_rms, "held": step.entry.held_out_rms}
     return [
         cell(f"{number}  {step.label}", f"step-{number}"),
         *(

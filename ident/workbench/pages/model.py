@@ -21,8 +21,12 @@ _SELECTED_RANGE_JS = "(event) => emit(event && event.range ? {range: {x: event.r
 
 def draw(page: Page) -> None:
     """Draw the current model on all recordings."""
-    display, all_series, ladder = page.session.display, page.session.selection.series, page.session.selection.ladder
-    if not all_series or ladder is None:
+    display, all_series, step_list = (
+        page.session.display,
+        page.session.selection.series,
+        page.session.selection.step_list,
+    )
+    if not all_series or step_list is None:
         ui.label("Press Fit to see the torque of the base model.").classes("quiet")
         return
     requested_span, display.requested_span = display.requested_span, None
@@ -35,7 +39,9 @@ def draw(page: Page) -> None:
             .props("dense outlined")
             .classes("min-w-64")
         )
-        joint = ui.toggle({i: f"joint {i + 1}" for i in range(len(ladder.units))}, value=display.joint).props("dense")
+        joint = ui.toggle({i: f"joint {i + 1}" for i in range(len(step_list.units))}, value=display.joint).props(
+            "dense"
+        )
         select = set_test_id(ui.switch("select a time span"), "mark")
 
     def series() -> TorqueSeries:
@@ -47,7 +53,7 @@ def draw(page: Page) -> None:
     plot = ZoomablePlot(
         page,
         lambda span: plots.torque_comparison(
-            series(), joint.value, ladder.units[joint.value], ladder.noise_rms[joint.value], span, select.value
+            series(), joint.value, step_list.units[joint.value], step_list.noise_rms[joint.value], span, select.value
         ),
         full_span,
         "torque measured and computed, and residual, over time",
@@ -70,7 +76,7 @@ def draw(page: Page) -> None:
     def on_select(event: events.GenericEventArguments) -> None:
         span = (event.args or {}).get("range", {}).get("x")
         if span:
-            units = ladder.units[joint.value], ladder.position_units[joint.value]
+            units = step_list.units[joint.value], step_list.position_units[joint.value]
             description.clear()
             with description:
                 for sentence in describe_span(series(), joint.value, min(span), max(span), *units):

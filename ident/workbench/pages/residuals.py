@@ -13,7 +13,7 @@ def draw(page: Page) -> None:
     if view is None:
         ui.label(
             "The residual is shown here when it has been analysed."
-            if page.session.selection.ladder
+            if page.session.selection.step_list
             else "Press Fit to see where the model fails."
         ).classes("quiet")
         return

@@ -5,7 +5,7 @@ from nicegui import ui
 
 from ident.workbench.pages.page import Page, heading, set_test_id
 from ident.workbench.pose import STEP, PoseSequence, pose_sequence
-from ident.workbench.views import LadderView
+from ident.workbench.views import StepsView
 from recordings.rig import Geometry
 
 _LIFT = np.array([0.0, 0.0, 1.0])
@@ -24,8 +24,8 @@ def draw(page: Page) -> None:
         ui.label("Choose a recording of a delta robot with Train in the list.").classes("quiet")
         return
     series = next((series for series in selection.series if series.name == view.name), None)
-    ladder = selection.ladder if series else None
-    poses = pose_sequence(view, view.geometry, series, ladder.noise_rms if ladder else (None, None, None))
+    step_list = selection.step_list if series else None
+    poses = pose_sequence(view, view.geometry, series, step_list.noise_rms if step_list else (None, None, None))
     with ui.row().classes("w-full items-center no-wrap gap-4"):
         clock = ui.label().classes("w-20")
         slider = ui.slider(min=0, max=len(poses.time) - 1, value=0).props('aria-label="time"').classes("col")
@@ -41,7 +41,7 @@ def draw(page: Page) -> None:
     def update() -> None:
         robot.move(slider.value)
         clock.text = f"{poses.time[slider.value]:.2f} s"
-        _show_residuals(column, poses, slider.value, ladder)
+        _show_residuals(column, poses, slider.value, step_list)
 
     slider.on_value_change(update)
 
@@ -85,14 +85,14 @@ class _Scene:
                 body.move(*((start + end) / 2 + _LIFT)).rotate_R(poses.cylinder_rotation(start, end)).material(colour)
 
 
-def _show_residuals(column: ui.column, poses: PoseSequence, i: int, ladder: LadderView | None) -> None:
+def _show_residuals(column: ui.column, poses: PoseSequence, i: int, step_list: StepsView | None) -> None:
     column.clear()
     with column:
-        if ladder is None:
+        if step_list is None:
             ui.label("Fit a model to see the torque residual of each limb.").classes("quiet")
             return
         heading("Residual of each limb")
-        for joint, (residual, unit) in enumerate(zip(poses.residual[i], ladder.units, strict=True), start=1):
+        for joint, (residual, unit) in enumerate(zip(poses.residual[i], step_list.units, strict=True), start=1):
             value = f"{residual:+.3f} {unit}" if np.isfinite(residual) else "not scored here"
             ui.label(f"joint {joint}: {value}")
         ui.label("Grey: as small as noise. Orange: large residual.").classes("quiet")

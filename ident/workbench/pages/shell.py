@@ -29,10 +29,10 @@ from ident.workbench.topics import Topic
 Tab = tuple[str, str, str, Callable[[Page], None], tuple[Topic, ...]]
 TABS: tuple[Tab, ...] = (
     ("data", "Choose", "show_chart", data.draw, ("recording",)),
-    ("model", "Fit", "stacked_line_chart", model.draw, ("series", "ladder")),
+    ("model", "Fit", "stacked_line_chart", model.draw, ("series", "step_list")),
     ("residuals", "Where", "troubleshoot", residuals.draw, ("residuals",)),
     ("missing", "Add", "extension", missing_effects.draw, ()),
-    ("export", "Save", "save_alt", export.draw, ("residuals", "ladder", "saved")),
+    ("export", "Save", "save_alt", export.draw, ("residuals", "step_list", "saved")),
     ("use", "Use it", "rocket_launch", use.draw, ()),
     ("record", "Record", "fiber_manual_record", record.draw, ()),
     ("swarm", "Swarm", "bubble_chart", swarm.draw, ()),
@@ -118,7 +118,7 @@ def _tabs(page: Page) -> ui.tabs:
             tab.classes("step" + (" last-step" if step.tab == "export" else ""))
             tab.classes(**{"add" if step.tab == upcoming else "remove": "next-step"})
 
-    page.call_now_and_on_change(mark_steps, "folder", "ladder", "residuals", "saved", "tab")
+    page.call_now_and_on_change(mark_steps, "folder", "step_list", "residuals", "saved", "tab")
     return tabs
 
 
@@ -148,7 +148,7 @@ def _header(page: Page, dark: ui.dark_mode, drawer: ui.left_drawer) -> None:
             session.display.dark = not session.display.dark
             dark.set_value(session.display.dark)
             session.changes.mark(
-                "recording", "ladder", "series", "previews", "residuals", "diagnosis", "swarm_progress", "run"
+                "recording", "step_list", "series", "previews", "residuals", "diagnosis", "swarm_progress", "run"
             )
 
         props = 'flat round dense color=white aria-label="Dark or light"'
@@ -198,10 +198,10 @@ def _job_text(job: Job) -> str:
 
 
 def _status_text(session: WorkbenchSession) -> str:
-    train, validate, ladder = session.recordings.train, session.recordings.validate, session.selection.ladder
+    train, validate, step_list = session.recordings.train, session.recordings.validate, session.selection.step_list
     if train is None:
         return "choose a recording"
-    parts = (f"train {train}", validate and f"validate {validate}", ladder and ladder.simulated and "simulated")
+    parts = (f"train {train}", validate and f"validate {validate}", step_list and step_list.simulated and "simulated")
     return " · ".join(part for part in parts if part)
 
 

@@ -10,7 +10,7 @@ from ident.workbench.pages.page import Page, draw_code, draw_table, heading, set
 _ABOUT = (
     "Fits the parameters with 300 particles, which minimise the sum of absolute residuals, objective (33), until a "
     "certificate shows that the minimum is reached within the tolerance. The current model is fitted, or the base "
-    "model if there is none; the ladder does not change. Pause and Cancel are at the top."
+    "model if there is none; the step_list does not change. Pause and Cancel are at the top."
 )
 
 
@@ -21,7 +21,7 @@ def draw(page: Page) -> None:
         start = page.button(
             "Fit by swarm",
             "swarm",
-            lambda: session.swarm.start(int(seed.value or 0), session.selection.ladder),
+            lambda: session.swarm.start(int(seed.value or 0), session.selection.step_list),
             icon="bubble_chart",
         )
         seed = ui.number("seed", value=0, min=0, step=1, format="%d").props("dense outlined").classes("w-24")

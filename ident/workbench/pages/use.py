@@ -8,7 +8,7 @@ from ident.identification.model_file import ModelFile
 from ident.workbench.controller_export import ControllerFiles, targets_of
 from ident.workbench.feedforward_comparison import MOTION, WITH, WITHOUT, ComparisonResult
 from ident.workbench.pages.page import Page, draw_code, draw_table, heading, notify, set_test_id
-from ident.workbench.views import CausesView, LadderView
+from ident.workbench.views import CausesView, StepsView
 from recordings.errors import BadInput
 from trajectories.library import names
 
@@ -26,21 +26,21 @@ _DEFAULT_MACHINE = "default machine"
 
 def draw(page: Page) -> None:
     """Draw the three uses of the current model."""
-    page.draw_on_change(_draw_causes, "residuals", "ladder")
-    page.draw_on_change(_draw_export, "residuals", "ladder", "saved", "use")
-    page.draw_on_change(_draw_comparison, "residuals", "ladder", "saved", "use")
+    page.draw_on_change(_draw_causes, "residuals", "step_list")
+    page.draw_on_change(_draw_export, "residuals", "step_list", "saved", "use")
+    page.draw_on_change(_draw_comparison, "residuals", "step_list", "saved", "use")
 
 
-def _current(page: Page) -> tuple[ModelFile, LadderView, CausesView] | None:
-    """The current model with its ladder and causes, once it has been analysed."""
-    ladder, residuals = page.session.selection.ladder, page.session.selection.residuals
-    return (residuals.model, ladder, residuals.causes) if ladder and residuals else None
+def _current(page: Page) -> tuple[ModelFile, StepsView, CausesView] | None:
+    """The current model with its list of steps and causes, once it has been analysed."""
+    step_list, residuals = page.session.selection.step_list, page.session.selection.residuals
+    return (residuals.model, step_list, residuals.causes) if step_list and residuals else None
 
 
 def _draw_causes(page: Page) -> None:
     current = _current(page)
     if current is None:
-        fitted = page.session.selection.ladder is not None
+        fitted = page.session.selection.step_list is not None
         ui.label(_WHEN_ANALYSED if fitted else _NO_MODEL).classes("quiet")
         return
     causes = current[2]
@@ -56,9 +56,9 @@ def _draw_export(page: Page) -> None:
     current = _current(page)
     if current is None:
         return
-    model, ladder, _ = current
+    model, step_list, _ = current
     export = page.session.controller_export
-    model_name = page.session.export.saved_name(model) or page.session.export.free_name(ladder)
+    model_name = page.session.export.saved_name(model) or page.session.export.free_name(step_list)
     heading("For a controller or a simulator", "q-mt-md")
     with ui.row().classes("items-end gap-3"):
         options = {target: _LABELS[target] for target in targets_of(model.mechanism)}
@@ -73,7 +73,7 @@ def _draw_export(page: Page) -> None:
 
         async def write() -> None:
             try:
-                saved = page.session.export.ensure_saved(model, ladder)
+                saved = page.session.export.ensure_saved(model, step_list)
                 chosen = None if motion.value == _OF_THE_FIT else str(motion.value)
                 error = await background.io_bound(
                     export.export, model, saved, str(target.value), str(out.value), chosen
@@ -121,7 +121,7 @@ def _draw_comparison(page: Page) -> None:
     current = _current(page)
     if current is None:
         return
-    model, ladder, _ = current
+    model, step_list, _ = current
     comparison, session = page.session.comparison, page.session
     heading("Does the robot follow better with it?", "q-mt-md")
     if model.mechanism != "delta":
@@ -144,7 +144,7 @@ def _draw_comparison(page: Page) -> None:
                 "--hidden": str(int(hidden.value)) if hidden.value is not None else None,
             }
             given = {option: value for option, value in machine.items() if value is not None}
-            comparison.start(model, session.export.ensure_saved(model, ladder), given)
+            comparison.start(model, session.export.ensure_saved(model, step_list), given)
 
         button = page.button("Record both", "use-compare", start, icon="compare_arrows")
         button.enabled = comparison.state is None

@@ -8,13 +8,13 @@ from ident.workbench.pages.page import Page, set_test_id
 
 def draw(page: Page) -> None:
     """Draw what is known of the current model."""
-    page.draw_on_change(_draw_pending, "job", "ladder", "residuals")
-    page.draw_on_change(_draw_verdict, "ladder", "residuals", "saved")
+    page.draw_on_change(_draw_pending, "job", "step_list", "residuals")
+    page.draw_on_change(_draw_verdict, "step_list", "residuals", "saved")
 
 
 def _draw_pending(page: Page) -> None:
     selection = page.session.selection
-    if selection.ladder is None or selection.residuals is not None:
+    if selection.step_list is None or selection.residuals is not None:
         return
     with ui.row().classes("items-center gap-3 banner"):
         if page.session.jobs.current is not None:
@@ -26,8 +26,8 @@ def _draw_pending(page: Page) -> None:
 
 def _draw_verdict(page: Page) -> None:
     selection = page.session.selection
-    ladder, residuals = selection.ladder, selection.residuals
-    if ladder is None or residuals is None or residuals.model.residual_test is None:
+    step_list, residuals = selection.step_list, selection.residuals
+    if step_list is None or residuals is None or residuals.model.residual_test is None:
         return
     kind = "banner-good" if selection.within_noise else ""
     with ui.row().classes(f"items-center gap-3 banner {kind}"):
@@ -47,11 +47,11 @@ def _draw_verdict(page: Page) -> None:
                     props="unelevated color=white text-color=positive",
                     icon="save",
                 )
-            export.draw_report(page, residuals.model, ladder)
+            export.draw_report(page, residuals.model, step_list)
 
 
 def _save(page: Page) -> None:
     """Save the current model under a new name."""
     selection, export = page.session.selection, page.session.export
-    if selection.ladder and selection.residuals:
-        export.save(selection.residuals.model, export.free_name(selection.ladder))
+    if selection.step_list and selection.residuals:
+        export.save(selection.residuals.model, export.free_name(selection.step_list))

@@ -40,7 +40,7 @@ def judgement_of(
     findings: dict[str, list[str]],
     variables: tuple[str, ...] = (),
     parameters: dict[str, float] | None = None,
-    cautions: tuple[str, ...] = (),
+    warnings: tuple[str, ...] = (),
     floor: tuple[float | None, ...] = (0.3, 0.4, 0.0),
 ) -> Judgement:
     """Judgement of a diagnosis; `findings` maps each effect to those that it is confusable with."""
@@ -51,9 +51,9 @@ def judgement_of(
         "findings": [
             {"effect": name, "confusable_with": others, "joints": [1, 2]} for name, others in findings.items()
         ],
-        "rungs": [
+        "steps": [
             {
-                "validate_rms": [0.6, 0.8, 0.0],
+                "held_out_rms": [0.6, 0.8, 0.0],
                 "parameters": {
                     name: {"value": value, "ci95": (value - 0.2, value + 0.2)}
                     for name, value in (parameters or {}).items()
@@ -61,7 +61,7 @@ def judgement_of(
             }
         ],
         "remaining": {"depends_on": list(variables)},
-        "cautions": cautions,
+        "warnings": warnings,
     }
     return judge(case, {"effects": [TRUTH[name] for name in hidden]}, {"document": document, "seconds": 1.0})
 
@@ -152,8 +152,8 @@ def test_held_out_error_is_compared_with_the_noise_floor_over_all_joints() -> No
 
 def test_caution_about_extrapolation_is_recognized() -> None:
     caution = "Joint 1: 90% of ... is where the torque of joint 1 is outside of the 0 to 2 N m of the training data."
-    assert judgement_of("nothing", (), "adequate", {}, cautions=("Too short to tell", caution)).extrapolates
-    assert not judgement_of("nothing", (), "adequate", {}, cautions=("Too short to tell",)).extrapolates
+    assert judgement_of("nothing", (), "adequate", {}, warnings=("Too short to tell", caution)).extrapolates
+    assert not judgement_of("nothing", (), "adequate", {}, warnings=("Too short to tell",)).extrapolates
 
 
 def test_error_of_a_strength_is_the_mean_over_its_joints() -> None:

@@ -18,8 +18,8 @@ MANIFESTS = {manifest.name: manifest for manifest in data_set.manifests()}
 
 def _document(*findings: dict[str, Any], **parameters: float) -> dict[str, Any]:
     entries = {name.replace("__", "."): {"value": value} for name, value in parameters.items()}
-    rung = {"validate_rms": [1.0], "parameters": entries}
-    return {"findings": list(findings), "rungs": [rung, rung], "verdict": "adequate", "effort_units": ["N m"]}
+    rung = {"held_out_rms": [1.0], "parameters": entries}
+    return {"findings": list(findings), "steps": [rung, rung], "verdict": "adequate", "effort_units": ["N m"]}
 
 
 def _finding(effect: str, *others: str) -> dict[str, Any]:
@@ -91,5 +91,5 @@ def test_ripple_of_harmonic_drives_is_found(joint: int, tmp_path: Path) -> None:
     assert set(ripple) <= {"right", "or"}
     assert outcome.document is not None
     if joint == 7:
-        assert outcome.document["rungs"][-1]["validate_rms"][0] <= 0.18
-        assert outcome.document["rungs"][0]["validate_rms"][0] > 0.8
+        assert outcome.document["steps"][-1]["held_out_rms"][0] <= 0.18
+        assert outcome.document["steps"][0]["held_out_rms"][0] > 0.8

@@ -56,8 +56,8 @@ def test_json_compares_with_another_motion(rig: Path, tmp_path: Path) -> None:
     document = json.loads(result.stdout)
     assert (document["schema"], document["trajectory"], document["against"]) == (1, "second.toml", str(first))
     before, after = document["before"], document["after"]
-    assert set(before) == {"condition_number", "standard_errors", "limits", "told_apart"}
-    assert before["told_apart"] is None  # no effects to discriminate
+    assert set(before) == {"condition_number", "standard_errors", "limits", "discrimination"}
+    assert before["discrimination"] is None  # no effects to discriminate
     assert set(after["standard_errors"]) == {"I_1", "c_v1", "c_c1"}
     assert max(after["limits"].values()) <= 0.96
 

@@ -54,8 +54,8 @@ def test_model_without_hidden_effect_is_adequate(hide: Hide, robot: str) -> None
     document = diagnose(hide([], robot=robot))
     assert document["verdict"] == "adequate"
     assert new_effects(document) == []
-    last = document["rungs"][-1]
-    assert (np.array(last["validate_rms"]) < 1.15 * np.array(document["noise_rms"])).all()
+    last = document["steps"][-1]
+    assert (np.array(last["held_out_rms"]) < 1.15 * np.array(document["noise_rms"])).all()
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,7 @@ def test_hidden_effect_is_named_first(hide: Hide, effect: str) -> None:
     assert effect == first["effect"] or effect in first["confusable_with"]
     assert len(first["confusable_with"]) <= 4
     assert first["gain_ci95"][0] <= first["gain"] <= first["gain_ci95"][1]
-    before, after = (np.array(document["rungs"][i]["validate_rms"]) for i in (0, -1))
+    before, after = (np.array(document["steps"][i]["held_out_rms"]) for i in (0, -1))
     assert (after < before).all()
 
 
@@ -117,14 +117,14 @@ def test_effect_outside_the_library_is_unknown_and_drawn(hide: Hide, tmp_path: P
 
 def test_learned_curve_replaces_an_unknown_effect(hide: Hide, tmp_path: Path) -> None:
     folder, curve = hide(["uneven_grease"]), tmp_path / "curve.py"
-    document = diagnose(folder, "--stand-in", curve, "--report", tmp_path / "page.html")
-    before, stand_in = document["rungs"][-1]["validate_rms"], document["stand_in"]
-    joints = stand_in["joints"]
-    assert all(stand_in["validate_rms"][joint - 1] < 0.5 * before[joint - 1] for joint in joints)
+    document = diagnose(folder, "--learn", curve, "--report", tmp_path / "page.html")
+    before, learned_curve = document["steps"][-1]["held_out_rms"], document["learned_curve"]
+    joints = learned_curve["joints"]
+    assert all(learned_curve["held_out_rms"][joint - 1] < 0.5 * before[joint - 1] for joint in joints)
     assert document["remaining"]["depends_on"] == ["position", "velocity"]
     assert {"unexplained-curves", "learned"} <= figures(tmp_path / "page.html")
     assert "unexplained-spectrum" not in figures(tmp_path / "page.html")
-    assert stand_in["gain_ci95"][0] > 0.5
+    assert learned_curve["gain_ci95"][0] > 0.5
     curve_options = (
         "--with",
         "rod_inertia",
@@ -146,8 +146,8 @@ def test_learned_curve_replaces_an_unknown_effect(hide: Hide, tmp_path: Path) ->
 
 def test_no_curve_is_learned_from_noise(hide: Hide, tmp_path: Path) -> None:
     curve = tmp_path / "curve.py"
-    document = diagnose(hide([]), "--stand-in", curve)
-    assert document["stand_in"] is None
+    document = diagnose(hide([]), "--learn", curve)
+    assert document["learned_curve"] is None
     assert not curve.exists()
 
 
@@ -158,15 +158,15 @@ def test_document_has_the_specified_fields(hide: Hide) -> None:
         "verdict",
         "bandwidth_hz",
         "noise_rms",
-        "rungs",
+        "steps",
         "findings",
         "rejected",
         "remaining",
         "next_motion",
     } <= set(document)
-    assert document["rungs"][0]["added"] is None
-    for step in document["rungs"]:
-        assert {"added", "effects", "train_rms", "validate_rms", "parameters"} <= set(step)
+    assert document["steps"][0]["added"] is None
+    for step in document["steps"]:
+        assert {"added", "effects", "train_rms", "held_out_rms", "parameters"} <= set(step)
         for value in step["parameters"].values():
             assert {"value", "unit", "ci95"} <= set(value)
     assert {entry["status"] for entry in document["rejected"]} <= {
@@ -201,7 +201,7 @@ def test_the_recommended_motion_can_be_designed(hide: Hide, tmp_path: Path) -> N
     result = run(*command[1:-1], tmp_path / "next.toml", "--json", "--harmonics", 1)
     assert result.exit_code == 0, result.output
     designed = json.loads(result.stdout)
-    assert set(designed["after"]["told_apart"]) == {finding["effect"], *finding["confusable_with"]}
+    assert set(designed["after"]["discrimination"]) == {finding["effect"], *finding["confusable_with"]}
     assert (tmp_path / "next.toml").exists()
 
 
@@ -211,13 +211,13 @@ def test_applied_model_predicts_as_well_from_its_file(hide: Hide, tmp_path: Path
     document = diagnose(folder, "--apply", "-o", model)
     compared = run("compare", model, folder / VALIDATE, "--json")
     rms = [joint["rms"] for joint in json.loads(compared.stdout)["joints"]]
-    np.testing.assert_allclose(rms, document["rungs"][-1]["validate_rms"], rtol=1e-9)
+    np.testing.assert_allclose(rms, document["steps"][-1]["held_out_rms"], rtol=1e-9)
     values = {entry["name"]: entry["value"] for entry in json.loads(model.read_text())["parameters"]}
-    shown = document["rungs"][-1]["parameters"]
+    shown = document["steps"][-1]["parameters"]
     assert values == {name: shown[name]["value"] for name in values}
     again = run("diagnose", folder / TRAIN, "--validate", folder / VALIDATE, "--model", model, "--json", "--force")
     extended = json.loads(again.stdout)
-    assert extended["rungs"][0]["effects"] == ["rod_inertia", "presliding_hysteresis"]
+    assert extended["steps"][0]["effects"] == ["rod_inertia", "presliding_hysteresis"]
     assert extended["verdict"] == "adequate"
     assert all(finding["in_model"] for finding in extended["findings"])
 
@@ -229,7 +229,7 @@ def test_tables_and_page_are_written(hide: Hide, tmp_path: Path) -> None:
     assert shown.stderr.splitlines()[-1].startswith("next: ident diagnose")
     assert "missing-effect" in shown.stdout
     assert "Usual causes" in shown.stdout
-    assert figures(page) >= {"ladder", "finding-1", "finding-2", "unexplained"}
+    assert figures(page) >= {"steps", "finding-1", "finding-2", "unexplained"}
     command = f"ident diagnose {TRAIN} --validate {VALIDATE} --only cogging --json"
     assert command in page.read_text(encoding="utf-8"), "how to reproduce it"
 

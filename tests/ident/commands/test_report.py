@@ -19,7 +19,7 @@ from tests.ident.output.report.cases import Case, make_case, run
 
 _LEGEND_ABOVE_TITLE = """() => {
     const [legend, title] = [".legend", ".annotation"].map(
-        name => document.querySelector("#plot-ladder " + name)?.getBoundingClientRect());
+        name => document.querySelector("#plot-steps " + name)?.getBoundingClientRect());
     return legend && title && legend.bottom <= title.top;
 }"""
 """Whether the legend is above the first title, as soon as its height is known."""
@@ -148,9 +148,9 @@ def test_the_report_opens_in_a_browser(reported: Path) -> None:
 @pytest.mark.slow
 def test_the_report_is_in_the_order_of_the_story(reported: Path) -> None:
     text = (reported / "report.html").read_text(encoding="utf-8")
-    assert re.findall(r'<section id="([a-z-]+)">', text)[:4] == ["ladder", "findings", "before-after", "remains"]
+    assert re.findall(r'<section id="([a-z-]+)">', text)[:4] == ["steps", "findings", "before-after", "remains"]
     assert text.index('id="plot-finding-1"') < text.index("Usual causes")
-    assert text.index('id="top"') < text.index('<div class="tiles">') < text.index('id="plot-ladder"')
+    assert text.index('id="top"') < text.index('<div class="tiles">') < text.index('id="plot-steps"')
 
 
 @pytest.mark.slow
@@ -163,7 +163,7 @@ def test_plots_stand_below_each_other_on_a_narrow_screen(reported: Path) -> None
             page.wait_for_function(_LEGEND_ABOVE_TITLE)
             assert not page.evaluate("document.getElementById('contents').open")
             assert page.evaluate("document.documentElement.scrollWidth") <= width
-            boxes = [plot.bounding_box() for plot in page.locator("#plot-ladder .bglayer .bg").all()]
+            boxes = [plot.bounding_box() for plot in page.locator("#plot-steps .bglayer .bg").all()]
             assert len(boxes) == 3
             assert all(box["width"] > 0.4 * width for box in boxes)
             for above, below in pairwise(boxes):

@@ -156,7 +156,7 @@ def test_the_designed_motion_discriminates_better(tmp_path: Path, extra: list[ob
     result = design("--discriminate", "joint_spring", "arm_com_offset", "--harmonics", "2", *extra, "-o", out)
     assert result.exit_code == 0, result.output
     document = json.loads(result.stdout)
-    before, after = document["before"]["told_apart"], document["after"]["told_apart"]
+    before, after = document["before"]["discrimination"], document["after"]["discrimination"]
     assert after["arm_com_offset"] > 3 * before["arm_com_offset"]
     assert max(document["after"]["limits"].values()) < 0.951
     assert out.exists()

@@ -34,7 +34,7 @@ def test_effect_that_is_left_out_is_not_tested() -> None:
     document = verdict.to_document(diagnose([SAMPLE], [], library(), options))
     rejected = {entry.effect: (entry.status, entry.why) for entry in document.rejected}
     assert rejected["air_drag"] == rejected["rod_inertia"] == ("not-tested", "Left out by the user.")
-    assert document.rungs[-1].effects == ("stribeck",)
+    assert document.steps[-1].effects == ("stribeck",)
 
 
 def test_effect_cannot_be_requested_and_left_out() -> None:
@@ -90,11 +90,11 @@ def test_validation_recordings_that_disagree_are_named(
     ]
     effects = {"rod_inertia": library()["rod_inertia"]}
     document = verdict.to_document(diagnose(files[:1], files[1:], effects, DiagnosisOptions()))
-    (caution,) = [caution for caution in document.cautions if "disagree" in caution]
+    (caution,) = [caution for caution in document.warnings if "disagree" in caution]
     assert f"{tmp_path / 'b.mcap'}: 1" in caution
     assert str(tmp_path / "other" / "b.mcap") in document.held_out
     single = verdict.to_document(diagnose(files[:1], files[1:2], effects, DiagnosisOptions()))
-    assert not [caution for caution in single.cautions if "disagree" in caution]
+    assert not [caution for caution in single.warnings if "disagree" in caution]
 
 
 def test_held_out_rows_outside_of_the_travel_of_a_curve_are_not_scored(
@@ -114,7 +114,7 @@ def test_held_out_rows_outside_of_the_travel_of_a_curve_are_not_scored(
     diagnosis = diagnose(files[:1], files[1:], {name: library()[name]}, DiagnosisOptions())
     document = verdict.to_document(diagnosis)
     assert document.verdict == "missing-effect"
-    (caution,) = [caution for caution in document.cautions if "not scored" in caution]
+    (caution,) = [caution for caution in document.warnings if "not scored" in caution]
     assert "(joint 1) are not scored: the joint is outside of the travel of the training data" in caution
-    last = document.rungs[-1]
-    assert last.validate_rms[0] < 1.1 * document.noise_rms[0] < 2 * last.validate_rms_all[0]
+    last = document.steps[-1]
+    assert last.held_out_rms[0] < 1.1 * document.noise_rms[0] < 2 * last.held_out_rms_all[0]

@@ -49,7 +49,7 @@ def model_with(names: Sequence[str], axes: Sequence[Axis] = ()) -> Model:
     file = base.model_copy(
         update={
             "mechanism": rig.mechanism, "geometry": None if axes else rig.geometry, "torque": rig.torque,
-            "joints": rig.joint_names, "effort_units": rig.effort_units, "parameters": parameters, "trust": None,
+            "joints": rig.joint_names, "effort_units": rig.effort_units, "parameters": parameters, "assessment": None,
             "effects": tuple(names), "terms": effect_terms(structure, x),
         }
     )  # fmt: skip

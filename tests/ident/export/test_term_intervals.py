@@ -23,13 +23,13 @@ def model(
 
 
 def test_half_widths_are_the_spread_under_parameters_drawn_from_their_covariance(model: Model) -> None:
-    trust = model.file.trust
-    assert trust is not None
+    assessment = model.file.assessment
+    assert assessment is not None
     chunk = paths.from_trajectory("fig5b", rig_of(model.file), 1, 50.0).excerpt()
     widths = relative_half_widths(model, chunk)
     assert widths is not None
     half = np.array([np.diff(entry.shape_ci95 or (0, 0))[0] / 2 for entry in model.file.parameters])
-    covariance = np.array(trust.correlation, float) * np.outer(half, half)
+    covariance = np.array(assessment.correlation, float) * np.outer(half, half)
     dynamics, rng = model.dynamics, np.random.default_rng(0)
     linear = dynamics.structure.linear
 
@@ -49,6 +49,6 @@ def test_half_widths_are_the_spread_under_parameters_drawn_from_their_covariance
 
 
 def test_a_model_without_assessment_has_no_intervals(model: Model) -> None:
-    bare = Model(model.file.model_copy(update={"trust": None}), model.library)
+    bare = Model(model.file.model_copy(update={"assessment": None}), model.library)
     chunk = paths.from_trajectory("fig5b", rig_of(model.file), 1, 50.0).excerpt()
     assert relative_half_widths(bare, chunk) is None

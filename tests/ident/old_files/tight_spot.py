@@ -15,7 +15,7 @@ def columns(view: View, shapes: Shapes) -> Floats:
 
 effect = Additive(
     sentence="Around one angle the joint rubs harder.",
-    looks="The residual opposes the motion, at one angle only.",
+    symptom="The residual opposes the motion, at one angle only.",
     causes="a dent in a bearing, a cable that chafes",
     remedy="look at the joint at that angle",
     equation="a exp(-((q - q_0) / w)^2) sgn v, a >= 0",

@@ -142,11 +142,11 @@ def test_measured_effort_has_no_uncertain_gain_and_changes_are_passed_on() -> No
     assert assessment.cutoffs == (15.0,)
     assert [parameter.per_length_step for parameter in parameters] == [1.0, 2.0, 3.0]
     assert [parameter.per_cutoff for parameter in parameters] == [(0.1,), (0.2,), (0.3,)]
-    assert assessment.doubts == ()
+    assert assessment.warnings == ()
     assert assessment.coupling is None
 
 
 def test_impossible_parameter_is_reported() -> None:
     driving = building.record(noise=NOISE, extra=lambda motion: -2.0 * motion.velocity)
-    (doubt,) = assessed([driving])[0].doubts
+    (doubt,) = assessed([driving])[0].warnings
     assert (doubt.name, doubt.significant) == ("c_v1", True)

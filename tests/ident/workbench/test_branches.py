@@ -5,12 +5,12 @@ from typing import Any, cast
 import pytest
 
 from ident.workbench.branches import MAX_BRANCHES, Branches
-from ident.workbench.views import LadderView
+from ident.workbench.views import StepsView
 from recordings.errors import BadInput
 
 
 class LadderDouble:
-    """Test double with the attributes of `LadderView` that branches use."""
+    """Test double with the attributes of `StepsView` that branches use."""
 
     mandatory = ("rod_inertia",)
 
@@ -23,17 +23,17 @@ class StepDouble:
         self.label, self.terms = label, [(name, (1, 2, 3)) for name in ("rod_inertia", *added)]
 
 
-def ladder(*added: str) -> LadderView:
-    return cast(LadderView, cast(Any, LadderDouble(*added)))
+def step_list(*added: str) -> StepsView:
+    return cast(StepsView, cast(Any, LadderDouble(*added)))
 
 
 def test_undo_and_redo() -> None:
-    base, first, second = ladder(), ladder("stribeck"), ladder("stribeck", "cogging")
+    base, first, second = step_list(), step_list("stribeck"), step_list("stribeck", "cogging")
     branches = Branches.start(base).extended(first).extended(second)
-    assert branches.undone().current.ladder is first
-    assert branches.undone().undone().redone().current.ladder is first
-    assert branches.undone().redone().current.ladder is second
-    assert not branches.undone().extended(ladder("backlash")).current.undone_ladders, (
+    assert branches.undone().current.step_list is first
+    assert branches.undone().undone().redone().current.step_list is first
+    assert branches.undone().redone().current.step_list is second
+    assert not branches.undone().extended(step_list("backlash")).current.undone, (
         "a new change discards the undone ones"
     )
     with pytest.raises(BadInput, match="first model"):
@@ -43,8 +43,8 @@ def test_undo_and_redo() -> None:
 
 
 def test_fork_switch_and_drop() -> None:
-    single = Branches.start(ladder()).extended(ladder("stribeck")).extended(ladder("stribeck", "cogging"))
-    both = single.forked().undone().undone().extended(ladder("joint_spring"))
+    single = Branches.start(step_list()).extended(step_list("stribeck")).extended(step_list("stribeck", "cogging"))
+    both = single.forked().undone().undone().extended(step_list("joint_spring"))
     assert [branch.title for branch in both.all] == ["A: stribeck + cogging", "B: joint_spring"]
     assert both.index == 1
     back = both.switched(0)
@@ -56,7 +56,7 @@ def test_fork_switch_and_drop() -> None:
 
 
 def test_impossible_changes_of_branches_are_refused() -> None:
-    branches = Branches.start(ladder())
+    branches = Branches.start(step_list())
     with pytest.raises(BadInput, match="number 2"):
         branches.switched(1)
     with pytest.raises(BadInput, match="current one"):
@@ -68,4 +68,4 @@ def test_impossible_changes_of_branches_are_refused() -> None:
 
 
 def test_branch_without_added_effects_is_named_after_its_step() -> None:
-    assert Branches.start(ladder()).current.title == "A: base model"
+    assert Branches.start(step_list()).current.title == "A: base model"

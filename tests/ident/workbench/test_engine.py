@@ -24,9 +24,9 @@ def engine() -> Engine:
     return Engine(lambda text: None)
 
 
-def ladder_of(task: object) -> views.LadderView:
+def ladder_of(task: object) -> views.StepsView:
     view = next(iter(task))  # type: ignore[call-overload]
-    assert isinstance(view, views.LadderView)
+    assert isinstance(view, views.StepsView)
     return view
 
 
@@ -48,26 +48,26 @@ def test_recording_of_another_machine_cannot_validate(engine: Engine, tmp_path: 
     assert len([*engine.view_recording(TRAIN, VALIDATE)]) == 1
 
 
-def spec_of(ladder: views.LadderView, validate: Path | None = VALIDATE) -> views.LadderSpec:
-    return views.LadderSpec(TRAIN, validate, tuple(step.spec for step in ladder.steps))
+def spec_of(step_list: views.StepsView, validate: Path | None = VALIDATE) -> views.StepsSpec:
+    return views.StepsSpec(TRAIN, validate, tuple(step.spec for step in step_list.steps))
 
 
 def test_fit_add_remove_and_return(engine: Engine) -> None:
-    ladder, series, candidates, _, residuals = engine.fit(TRAIN, VALIDATE)
-    assert isinstance(ladder, views.LadderView)
-    assert [step.label for step in ladder.steps] == ["base model", "+ rod_inertia"]
+    step_list, series, candidates, _, residuals = engine.fit(TRAIN, VALIDATE)
+    assert isinstance(step_list, views.StepsView)
+    assert [step.label for step in step_list.steps] == ["base model", "+ rod_inertia"]
     assert isinstance(series, tuple)
     assert [item.held_out for item in series] == [False, True]
     for item, before in zip(
-        series, ladder.steps[0].entry.train_rms[:1] + ladder.steps[0].entry.validate_rms[:1], strict=True
+        series, step_list.steps[0].entry.train_rms[:1] + step_list.steps[0].entry.held_out_rms[:1], strict=True
     ):
         assert item.previous is not None
         rms = np.sqrt(np.mean((item.measured - item.previous)[item.scored[:, 0], 0] ** 2))
         np.testing.assert_allclose(rms, before)
     for number, item in enumerate(series):
         rms = np.sqrt(np.nanmean(item.residual**2, axis=0))
-        entry = ladder.steps[-1].entry
-        np.testing.assert_allclose(rms, (entry.train_rms, entry.validate_rms)[number])
+        entry = step_list.steps[-1].entry
+        np.testing.assert_allclose(rms, (entry.train_rms, entry.held_out_rms)[number])
     assert isinstance(residuals, views.ResidualView)
     assert residuals.recordings == ("fig5b.mcap",)
     assert residuals.model
@@ -75,25 +75,25 @@ def test_fit_add_remove_and_return(engine: Engine) -> None:
     improvements = [card.improvement for card in candidates.cards]
     assert improvements == sorted(improvements, reverse=True)
 
-    added = ladder_of(engine.add(spec_of(ladder), candidates.cards[0].name))
+    added = ladder_of(engine.add(spec_of(step_list), candidates.cards[0].name))
     assert len(added.steps) == 3
     before, after = (np.sum(np.square(step.entry.train_rms)) for step in added.steps[1:])
     assert after <= before * (1 + 1e-6), "at worst, the effect is not there"
     assert f"--only {candidates.cards[0].name}" in shell_script(added, "m.json")
-    assert "ident fit" in shell_script(ladder, "m.json")
-    assert "rod_inertia" not in shell_script(ladder, "m.json"), "ident fit includes it"
+    assert "ident fit" in shell_script(step_list, "m.json")
+    assert "rod_inertia" not in shell_script(step_list, "m.json"), "ident fit includes it"
     bare = ladder_of(engine.remove(spec_of(added), 0))
     assert bare.steps[-1].label == "− rod_inertia"
     assert "--without rod_inertia" in shell_script(bare, "m.json")
     assert ladder_of(engine.show(spec_of(added))).steps == added.steps, "known steps are not fitted again"
-    assert ladder_of(engine.show(spec_of(ladder))).steps == ladder.steps
+    assert ladder_of(engine.show(spec_of(step_list))).steps == step_list.steps
 
 
 @pytest.mark.slow
 def test_contribution_of_a_candidate_agrees_with_its_improvement(engine: Engine) -> None:
     """Checked on the training rows; on the other rows the effect has the same coefficient."""
-    ladder, series, candidates, previews, _ = engine.fit(TRAIN, VALIDATE)
-    assert isinstance(ladder, views.LadderView)
+    step_list, series, candidates, previews, _ = engine.fit(TRAIN, VALIDATE)
+    assert isinstance(step_list, views.StepsView)
     assert isinstance(series, tuple)
     assert isinstance(candidates, views.CandidateList)
     assert isinstance(previews, views.CandidatePreviews)
@@ -109,12 +109,12 @@ def test_contribution_of_a_candidate_agrees_with_its_improvement(engine: Engine)
 
 
 def test_new_process_rebuilds_the_same_ladder(engine: Engine) -> None:
-    ladder = ladder_of(engine.fit(TRAIN, None))
-    rebuilt = ladder_of(Engine(lambda text: None).show(spec_of(ladder, None)))
-    for before, after in zip(ladder.steps, rebuilt.steps, strict=True):
+    step_list = ladder_of(engine.fit(TRAIN, None))
+    rebuilt = ladder_of(Engine(lambda text: None).show(spec_of(step_list, None)))
+    for before, after in zip(step_list.steps, rebuilt.steps, strict=True):
         assert after.label == before.label
         np.testing.assert_allclose(after.entry.train_rms, before.entry.train_rms, rtol=1e-6)
-        np.testing.assert_allclose(after.entry.validate_rms, before.entry.validate_rms, rtol=1e-6)
+        np.testing.assert_allclose(after.entry.held_out_rms, before.entry.held_out_rms, rtol=1e-6)
 
 
 def test_impossible_tasks_are_refused(engine: Engine) -> None:
@@ -197,14 +197,14 @@ def test_ranking_of_the_effects_that_explain_a_span(slow_then_fast: views.Torque
 def test_long_recording_is_analysed_in_excerpts(engine: Engine, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ident.data.excerpts.MAX_DURATION", 8.0)
     monkeypatch.setattr("ident.data.excerpts.COUNT", 2)
-    ladder, series, *_, residuals = engine.fit(TRAIN, VALIDATE)
-    assert isinstance(ladder, views.LadderView)
-    assert ladder.excerpt
+    step_list, series, *_, residuals = engine.fit(TRAIN, VALIDATE)
+    assert isinstance(step_list, views.StepsView)
+    assert step_list.excerpt
     assert isinstance(series, tuple)
     assert [item.held_out for item in series] == [False, False, True, True]
     assert isinstance(residuals, views.ResidualView)
     assert residuals.model.effects == ("rod_inertia",)
-    assert residuals.model.train.fitted.rms == pytest.approx(ladder.steps[-1].entry.train_rms)
+    assert residuals.model.train.fitted.rms == pytest.approx(step_list.steps[-1].entry.train_rms)
     assert residuals.recordings == ("fig5b.mcap",)
     assert residuals.windows
     for window in residuals.windows:

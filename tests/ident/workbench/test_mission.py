@@ -20,7 +20,7 @@ def workbench(hidden: NewFolder, serve: Serve) -> RunningWorkbench:
 
 
 def rms(browser: Browser, kind: str, step: int, joint: int) -> float:
-    """Return an error from the table of the ladder."""
+    """Return an error from the table of the list of steps."""
     return float(browser.text(f"{kind}-{step}-{joint}"))
 
 
@@ -93,11 +93,11 @@ def _check_cli_equivalent(browser: Browser, folder: Path, ident: Runner) -> None
     words = [str(folder / word) if word.endswith(".mcap") else word for word in line.split()[1:]]
     result = ident(*words, "--json")
     assert result.code == 0, result.err
-    last = json.loads(result.out)["rungs"][-1]
+    last = json.loads(result.out)["steps"][-1]
     browser.click("tab-missing")
     for joint in (1, 2, 3):
         assert rms(browser, "train", 2, joint) == pytest.approx(last["train_rms"][joint - 1], abs=6e-5)
-        assert rms(browser, "held", 2, joint) == pytest.approx(last["validate_rms"][joint - 1], abs=6e-5)
+        assert rms(browser, "held", 2, joint) == pytest.approx(last["held_out_rms"][joint - 1], abs=6e-5)
 
 
 def test_mission_with_the_keyboard(workbench: RunningWorkbench, browser: Browser) -> None:
@@ -121,7 +121,7 @@ def test_mission_with_the_keyboard(workbench: RunningWorkbench, browser: Browser
     with browser.page.context.expect_page(timeout=1e3 * PATIENCE) as opened:
         browser.press("open-report")
     report = opened.value
-    report.locator("#plot-ladder .main-svg").first.wait_for()
+    report.locator("#plot-step_list .main-svg").first.wait_for()
     assert "stribeck" in report.locator("body").inner_text()
     report.close()
 

@@ -56,15 +56,15 @@ class Bench:
         for message in messages:
             self.jobs.receive(cast(Any, message))
 
-    def complete(self, label: str) -> views.LadderView:
+    def complete(self, label: str) -> views.StepsView:
         """Send all views of a task that makes the model `label`, and its end."""
-        ladder = ladder_view(label)
-        self.send(ladder, SERIES, CANDIDATES, PREVIEWS, residual_view(label), TaskEnd())
-        return ladder
+        step_list = ladder_view(label)
+        self.send(step_list, SERIES, CANDIDATES, PREVIEWS, residual_view(label), TaskEnd())
+        return step_list
 
 
-def ladder_view(label: str) -> views.LadderView:
-    view = object.__new__(views.LadderView)
+def ladder_view(label: str) -> views.StepsView:
+    view = object.__new__(views.StepsView)
     object.__setattr__(view, "steps", (SimpleNamespace(label=label, spec=label, terms=()),))
     object.__setattr__(view, "mandatory", ())
     return view
@@ -160,7 +160,7 @@ def test_last_view_of_an_interrupted_task_does_not_unblock_the_next(bench: Bench
 
 
 def test_reading_a_recording_does_not_unblock_a_fit(bench: Bench) -> None:
-    """Else an effect could be added to the old ladder, and the new one would be lost."""
+    """Else an effect could be added to the old step_list, and the new one would be lost."""
     bench.selection.add("cogging")
     bench.jobs.submit("reading", lambda view: None, "view_recording", blocking=False)
     for change in (bench.selection.undo, bench.selection.fork, lambda: bench.selection.add("joint_spring")):

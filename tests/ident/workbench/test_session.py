@@ -103,13 +103,13 @@ def test_recording_of_another_machine_is_not_accepted_for_validation(tmp_path: P
 @pytest.mark.slow
 def test_cancelled_job_leaves_the_state_unchanged(session: WorkbenchSession) -> None:
     jobs, selection, swarm = session.jobs, session.selection, session.swarm
-    ladder = selection.ladder
+    step_list = selection.step_list
     selection.add("torque_offset")
-    wait(lambda: selection.ladder is not ladder and jobs.current is None)
+    wait(lambda: selection.step_list is not step_list and jobs.current is None)
     selection.undo()
-    assert selection.ladder is ladder
+    assert selection.step_list is step_list
     assert jobs.current is None, "what is known of the model is kept"
-    for start_job in (selection.diagnose, lambda: swarm.start(0, selection.ladder)):
+    for start_job in (selection.diagnose, lambda: swarm.start(0, selection.step_list)):
         before = selection.branches
         start_job()
         jobs.pause()
@@ -118,15 +118,15 @@ def test_cancelled_job_leaves_the_state_unchanged(session: WorkbenchSession) -> 
         assert swarm.progress is None
         assert selection.branches is before
     assert selection.branches
-    assert len(selection.branches.current.undone_ladders) == 1
+    assert len(selection.branches.current.undone) == 1
     selection.redo()
-    assert selection.ladder
-    assert selection.ladder.steps[-1].label == "+ torque_offset"
+    assert selection.step_list
+    assert selection.step_list.steps[-1].label == "+ torque_offset"
     assert selection.residuals
     assert jobs.current is None
     selection.remove(0)
     wait(lambda: jobs.current is None)
-    assert selection.ladder.steps[-1].label == "− rod_inertia", "a new process continues from there"
+    assert selection.step_list.steps[-1].label == "− rod_inertia", "a new process continues from there"
 
 
 @pytest.mark.slow
@@ -134,14 +134,18 @@ def test_interrupted_analysis_is_resumed_afterwards(session: WorkbenchSession) -
     jobs, selection, swarm = session.jobs, session.selection, session.swarm
     selection.add("torque_offset")
     wait(lambda: selection.candidates is None)
-    wait(lambda: bool(selection.ladder and len(selection.ladder.steps) == 3 and jobs.current and not jobs.blocked))
-    swarm.start(0, selection.ladder)
+    wait(
+        lambda: bool(
+            selection.step_list and len(selection.step_list.steps) == 3 and jobs.current and not jobs.blocked
+        )
+    )
+    swarm.start(0, selection.step_list)
     wait(lambda: swarm.result is not None and selection.residuals is not None)
     assert swarm.result
     assert swarm.result.model.effects == ("rod_inertia", "torque_offset")
     assert selection.candidates
-    assert selection.ladder
-    assert len(selection.ladder.steps) == 3
+    assert selection.step_list
+    assert len(selection.step_list.steps) == 3
 
 
 def test_new_choice_of_recordings_discards_the_results(tmp_path: Path) -> None:
@@ -150,14 +154,14 @@ def test_new_choice_of_recordings_discards_the_results(tmp_path: Path) -> None:
     session = WorkbenchSession(Folder.at(tmp_path))
     session.choose("fig5a.mcap", None)
     session.selection.fit()
-    wait(lambda: session.selection.ladder is not None)
+    wait(lambda: session.selection.step_list is not None)
     session.choose("fig5b.mcap", "fig5a.mcap")
     assert session.selection.branches is None
     wait(lambda: session.recordings.shown is not None)
     assert session.recordings.shown
     assert session.recordings.shown.name == "fig5b.mcap"
     wait(lambda: session.jobs.current is None)
-    assert session.selection.ladder is None, "views of the discarded ladder never arrive"
+    assert session.selection.step_list is None, "views of the discarded step_list never arrive"
     session.close()
 
 

@@ -8,7 +8,7 @@ from ident.workbench.steps import next_step, steps
 
 
 def session(**parts: Any) -> Any:
-    selection = {"ladder": None, "residuals": None, "within_noise": False}
+    selection = {"step_list": None, "residuals": None, "within_noise": False}
     export = SimpleNamespace(saved_name=lambda model: "m.json" if parts.get("saved") else None)
     return SimpleNamespace(
         recordings=SimpleNamespace(train=parts.get("train")),
@@ -18,20 +18,20 @@ def session(**parts: Any) -> Any:
     )
 
 
-def ladder(*effects: str) -> Any:
+def step_list(*effects: str) -> Any:
     terms = [(name, (1,)) for name in ("rod_inertia", *effects)]
     return SimpleNamespace(mandatory=("rod_inertia",), steps=[SimpleNamespace(terms=terms)])
 
 
 def test_each_step_leads_to_the_next() -> None:
     analysed = SimpleNamespace(model=None)
-    fitted = {"train": "a.mcap", "ladder": ladder(), "residuals": analysed}
+    fitted = {"train": "a.mcap", "step_list": step_list(), "residuals": analysed}
     assert next_step(session()) == "data"
     assert next_step(session(train="a.mcap")) == "model"
-    assert next_step(session(train="a.mcap", ladder=ladder())) == "residuals"
+    assert next_step(session(train="a.mcap", step_list=step_list())) == "residuals"
     assert next_step(session(**fitted)) == "residuals"
     assert next_step(session(**fitted, visited={"residuals"})) == "missing"
-    added = {**fitted, "ladder": ladder("stribeck")}
+    added = {**fitted, "step_list": step_list("stribeck")}
     assert next_step(session(**added)) == "missing", "more is missing"
     at_floor = {**added, "within_noise": True}
     assert next_step(session(**at_floor)) == "export"
@@ -39,5 +39,10 @@ def test_each_step_leads_to_the_next() -> None:
 
 
 def test_first_model_within_the_noise_needs_no_effect() -> None:
-    fitted = {"train": "a.mcap", "ladder": ladder(), "residuals": SimpleNamespace(model=None), "within_noise": True}
+    fitted = {
+        "train": "a.mcap",
+        "step_list": step_list(),
+        "residuals": SimpleNamespace(model=None),
+        "within_noise": True,
+    }
     assert [step.done for step in steps(cast(Any, session(**fitted)))] == [True, True, True, True, False]

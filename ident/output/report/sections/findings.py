@@ -27,6 +27,8 @@ def section(result: DiagnosisResult) -> ReportSection:
     ]
     if not blocks:
         blocks.append(Text(("No effect was found.",)))
+    for likely in document.likely:
+        blocks.append(Text((f"Likely: {likely.effect} (joint {', '.join(map(str, likely.joints))}). {likely.why}",)))
     return ReportSection("findings", "Findings", tuple(blocks))
 
 
@@ -39,7 +41,7 @@ def _card(index: int, diagnosis: Diagnosis, document: Document, entry: FindingEn
     tags += [f"or: {alternative}" for alternative in entry.confusable_with]
     notes = Notes(
         (
-            f"Symptom: {entry.looks}",
+            f"Symptom: {entry.symptom}",
             f"Evidence: {entry.why}",
             f"Usual causes: {entry.causes}.",
             f"What to do: {entry.remedy}.",
@@ -62,6 +64,6 @@ def _share(entry: FindingEntry) -> Iterator[str]:
 
 
 def _parameters(document: Document, entry: FindingEntry) -> tuple[ReportTable, ...]:
-    top = document.rungs[-1].parameters
+    top = document.steps[-1].parameters
     parameters = {name: value for name, value in top.items() if is_parameter_of(name, entry.effect)}
     return (parameter_values.table(parameters),) if parameters else ()

@@ -44,16 +44,16 @@ def _table(contents: ReportContents) -> ReportTable:
     head = ("parameter", *(cell for cells in per_model for cell in cells), "unit")
     caption = "Friction is positive where it opposes motion."
     scales = {
-        assessment.scale_line(model.trust.scale_uncertainty, model.relative)
+        assessment.scale_line(model.assessment.scale_uncertainty, model.relative)
         for model in models.values()
-        if model.trust
+        if model.assessment
     }
     caption = " ".join([caption, *sorted(scales)])
     return ReportTable(head, tuple(rows), caption, words=(0, len(head) - 1))
 
 
 def _assessment(index: int, name: str, model: ModelFile) -> list[ReportBlock]:
-    if model.trust is None:
+    if model.assessment is None:
         return []
     title = f"Assessment of {name}"
     correlation = Plot(
@@ -61,4 +61,6 @@ def _assessment(index: int, name: str, model: ModelFile) -> list[ReportBlock]:
         parameters.correlation(model),
         "Correlation of the errors: near -1 or 1, this motion determines only a combination of two parameters.",
     )
-    return [Fold(title, (Notes(tuple(assessment.summary_lines(model, model.trust))), correlation), open=index == 1)]
+    return [
+        Fold(title, (Notes(tuple(assessment.summary_lines(model, model.assessment))), correlation), open=index == 1)
+    ]

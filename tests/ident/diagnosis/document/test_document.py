@@ -19,14 +19,14 @@ PARAMETERS = {"payload_change.t_c": ADDED, "payload_change.t_e": REMOVED}
 def test_infinite_instant_is_printed_as_never_and_the_conclusion_last() -> None:
     finding = FindingEntry(
         effect="payload_change", joints=(1,), confusable_with=(), gain=0.5, gain_ci95=(0.4, 0.6), why="", sentence="",
-        looks="", causes="", remedy="",
+        symptom="", causes="", remedy="",
     )  # fmt: skip
-    step = StepEntry(added="payload_change", effects=(), train_rms=(0.1,), validate_rms=(0.1,), parameters=PARAMETERS)
-    base = step.model_copy(update={"added": None, "validate_rms": (0.82,), "parameters": {}})
+    step = StepEntry(added="payload_change", effects=(), train_rms=(0.1,), held_out_rms=(0.1,), parameters=PARAMETERS)
+    base = step.model_copy(update={"added": None, "held_out_rms": (0.82,), "parameters": {}})
     document = Document(
         schema=1, verdict="missing-effect", sentence="The base model lacks payload_change.", bandwidth_hz=30.0,
         noise_rms=(0.1,), torque_rms=(5.0,),
-        joints=("joint_1",), effort_units=("N m",), simulated=True, held_out="", rungs=(base, step),
+        joints=("joint_1",), effort_units=("N m",), simulated=True, held_out="", steps=(base, step),
         findings=(finding,), rejected=(),
         remaining=Remaining(structured_share=0.0, depends_on=(), why="", structured_rms=(0.0,)), next_motion=None,
     )  # fmt: skip
@@ -39,18 +39,18 @@ def test_infinite_instant_is_printed_as_never_and_the_conclusion_last() -> None:
     assert conclusion[0] == "missing-effect: The base model lacks payload_change.", "the last lines are the result"
     assert conclusion[-1].split() == ["joint_1", "0.82", "→", "0.1", "N", "m"]
     assert [row[1] for row in parameter_values.table(PARAMETERS).rows] == ["7.250", "never"]
-    assert document.as_json()["rungs"][-1]["parameters"]["payload_change.t_e"]["value"] == INFINITE_TIME
+    assert document.as_json()["steps"][-1]["parameters"]["payload_change.t_e"]["value"] == INFINITE_TIME
 
 
 def test_unknown_floor_is_called_so_and_errors_on_all_rows_are_printed_if_they_differ() -> None:
     step = StepEntry(
-        added=None, effects=(), train_rms=(0.1,), validate_rms=(0.1,), parameters={}, train_rms_all=(0.11,),
-        validate_rms_all=(0.25,),
+        added=None, effects=(), train_rms=(0.1,), held_out_rms=(0.1,), parameters={}, train_rms_all=(0.11,),
+        held_out_rms_all=(0.25,),
     )  # fmt: skip
     document = Document(
         schema=1, verdict="undetermined", sentence="No missing effect was found.", bandwidth_hz=30.0,
         noise_rms=(None,), noise_source="unknown", torque_rms=(5.0,),
-        joints=("joint_1",), effort_units=("N m",), simulated=False, held_out="", rungs=(step,), findings=(),
+        joints=("joint_1",), effort_units=("N m",), simulated=False, held_out="", steps=(step,), findings=(),
         rejected=(),
         remaining=Remaining(structured_share=0.0, depends_on=(), why="", structured_rms=(0.0,)), next_motion=None,
     )  # fmt: skip
@@ -61,9 +61,9 @@ def test_unknown_floor_is_called_so_and_errors_on_all_rows_are_printed_if_they_d
     (line,) = (line for line in output.getvalue().splitlines() if "last model, on all rows" in line)
     assert "0.11 | 0.25" in line
     assert document.as_json()["noise_rms"] == [None]
-    like = step.model_copy(update={"validate_rms_all": (0.11,)})
+    like = step.model_copy(update={"held_out_rms_all": (0.11,)})
     output = io.StringIO()
-    diagnosis.show(document.model_copy(update={"rungs": (like,)}), Console(file=output, width=120))
+    diagnosis.show(document.model_copy(update={"steps": (like,)}), Console(file=output, width=120))
     assert "on all rows" not in output.getvalue()
 
 

@@ -50,7 +50,7 @@ def step(added: str, value: float, half: float) -> StepEntry:
         added=added,
         effects=(),
         train_rms=(),
-        validate_rms=(),
+        held_out_rms=(),
         parameters={"joint_spring.k1": parameter, "I": parameter},
     )
 

@@ -28,8 +28,8 @@ def test_step_adds_all_lines_with_parameters_and_intervals(ripple: Ripple) -> No
     assert list(step.parameters) == ["cogging.a2", "cogging.b2", "cogging.N"]
     low, high = step.parameters["cogging.N"].ci95 or (0.0, 0.0)
     assert low < 160.0 < high
-    assert step.validate_rms[1] < last.validate_rms[1]
-    assert step.validate_rms_all[1] < last.validate_rms_all[1]
+    assert step.held_out_rms[1] < last.held_out_rms[1]
+    assert step.held_out_rms_all[1] < last.held_out_rms_all[1]
 
 
 def test_finding_names_joint_and_order(ripple: Ripple) -> None:

@@ -39,8 +39,8 @@ def test_nothing_found_is_adequate_only_above_a_known_floor(known: bool, signifi
 @pytest.mark.slow
 def test_errors_on_all_rows_stand_beside_those_on_judged_rows() -> None:
     document = to_document(diagnose([SAMPLE], [], library(), DiagnosisOptions(only=("stribeck",))))
-    for step in document.rungs:
-        assert len(step.train_rms_all) == len(step.validate_rms_all) == 3
+    for step in document.steps:
+        assert len(step.train_rms_all) == len(step.held_out_rms_all) == 3
         assert step.train_rms_all == pytest.approx(step.train_rms, rel=0.2)
 
 

@@ -28,7 +28,7 @@ def found(known: tuple[str, ...] = (), **options: float) -> Ripple:
 def test_lines_lower_the_held_out_error_of_their_joint_only() -> None:
     ripple = found()
     assert [line.joint for line in ripple.lines] == [1]
-    before, after = (ripple.errors(ripple.model, lines)["validate_rms"] for lines in (False, True))
+    before, after = (ripple.errors(ripple.model, lines)["held_out_rms"] for lines in (False, True))
     assert after[0] == before[0]
     assert after[1] < 0.8 * before[1]
     assert ripple.upper > ripple.low

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from daq.importing.outliers import outliers
+from recordings.outliers import outliers
 from recordings.reader import read
 
 SAMPLES = Path(__file__).parents[3] / "recordings" / "samples"

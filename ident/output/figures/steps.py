@@ -12,10 +12,10 @@ MAX_CANDIDATES = 14
 """Number of candidates that are drawn at most."""
 
 
-def ladder(document: Document) -> go.Figure:
+def error_steps(document: Document) -> go.Figure:
     """Draw training and held-out RMS of each step of the selection per joint, with the noise floor as a line."""
     names = [theme.escaped(label) for label in document.labels]
-    return rms_bars(names, document.rungs, document.noise_rms, document.effort_units)
+    return rms_bars(names, document.steps, document.noise_rms, document.effort_units)
 
 
 def rms_bars(
@@ -36,7 +36,7 @@ def rms_bars(
         unit = units[joint]
         series = [
             ("training", [step.train_rms[joint] for step in steps], theme.with_opacity(colour, theme.FAINT_OPACITY)),
-            ("held out", [step.validate_rms[joint] for step in steps], colour),
+            ("held out", [step.held_out_rms[joint] for step in steps], colour),
         ]
         for label, values, fill in series:
             bar = go.Bar(
@@ -52,7 +52,7 @@ def rms_bars(
                 hovertemplate=f"{label}: %{{x:.3g}} {unit}<extra></extra>",
             )
             figure.add_trace(bar, row=1, col=joint + 1)
-        largest = max(max(step.train_rms[joint], step.validate_rms[joint]) for step in steps)
+        largest = max(max(step.train_rms[joint], step.held_out_rms[joint]) for step in steps)
         if noise[joint] is not None:
             figure.add_vline(x=noise[joint], line=theme.NOISE_LINE, row=1, col=joint + 1)
         figure.update_xaxes(title_text=f"RMS error [{unit}]", range=[0, 1.22 * largest], row=1, col=joint + 1)

@@ -1,0 +1,1 @@
+"""Kinds of data problems, one module each."""
