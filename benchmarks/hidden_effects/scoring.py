@@ -49,7 +49,7 @@ class Judgement:
     variables: tuple[str, ...]
     """Variables that the unknown structure depends on, according to the diagnosis."""
     over_floor: float
-    """Ratio of the held-out error of the last model to the noise floor, over all joints; NaN: it is unknown."""
+    """Ratio of the held-out error of the last model to the noise floor, over all joints."""
     errors: Mapping[str, float]
     """Relative error of the strength of each effect in the last model."""
     covered: tuple[bool, ...]
@@ -61,11 +61,6 @@ class Judgement:
     """The error, if the diagnosis failed."""
 
     @property
-    def floor_known(self) -> bool:
-        """Whether the diagnosis has a noise floor."""
-        return not math.isnan(self.over_floor)
-
-    @property
     def first(self) -> str:
         """Effect of the first finding; the verdict if there is none."""
         return self.findings[0].effect if self.findings else self.verdict
@@ -74,6 +69,10 @@ class Judgement:
     def named_count(self) -> int:
         """Number of hidden effects that are named, each by a different finding."""
         return _count_named(self.findings, [effect["name"] for effect in self.truth])
+
+    def is_hidden(self, finding: NamedEffect) -> bool:
+        """Whether an effect of the group of a `finding` is hidden."""
+        return any(finding.names(effect["name"]) for effect in self.truth)
 
     @property
     def extra(self) -> int:
@@ -86,8 +85,7 @@ class Judgement:
         if self.problem:
             return False
         if self.case.kind == "nothing":
-            expected = "adequate" if self.floor_known else "undetermined"
-            return not self.findings and self.verdict == expected
+            return not self.findings and self.verdict == "adequate"
         if self.case.kind == "single":
             return bool(self.findings) and self.findings[0].names(self.truth[0]["name"])
         if self.case.kind == "pair":
@@ -149,9 +147,8 @@ def judge(case: Case, truth: Mapping[str, Any], line: Mapping[str, Any]) -> Judg
     )
 
 
-def _over_floor(error: Sequence[float], floor: Sequence[float | None]) -> float:
-    known = [value for value in floor if value is not None]
-    return _norm(error) / _norm(known) if known else math.nan
+def _over_floor(error: Sequence[float], floor: Sequence[float]) -> float:
+    return _norm(error) / _norm(floor)
 
 
 def _norm(values: Sequence[float]) -> float:

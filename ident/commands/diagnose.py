@@ -159,6 +159,8 @@ def _next(
     recorded: options that name further files; choices: those that make this diagnosis what it is.
     """
     default = files[0].with_suffix(".model.json")
+    if document.verdict == "implausible-data":
+        return ["ident", "check", *files]
     if not applied and document.findings and document.verdict == "missing-effect":
         return diagnosis(files, *recorded, *choices, model=model or default)
     if not applied and document.verdict == "unknown-structure" and not document.learned_curve:

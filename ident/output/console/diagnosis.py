@@ -17,7 +17,13 @@ from ident.diagnosis.document.document import (
 )
 from ident.output.console.assessment import scale_line
 
-_COLOURS = {"adequate": "green", "missing-effect": "yellow", "unknown-structure": "magenta", "undetermined": "cyan"}
+_COLOURS = {
+    "adequate": "green",
+    "missing-effect": "yellow",
+    "unknown-structure": "magenta",
+    "undetermined": "cyan",
+    "implausible-data": "red",
+}
 _MAX_REJECTED = 5
 """Rows of the table of effects that were not added."""
 _NOTABLE = 1.25

@@ -11,7 +11,8 @@ VERDICTS = {
     "adequate": "Nothing is missing",
     "missing-effect": "An effect is missing",
     "unknown-structure": "An unknown effect remains",
-    "undetermined": "Nothing was found, but the noise floor is unknown",
+    "undetermined": "Nothing was found, but more may be missing",
+    "implausible-data": "These data cannot be right",
 }
 
 
