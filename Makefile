@@ -97,6 +97,7 @@ docs: $(READY) .venv/.docs
 
 # Runs the commands in the console blocks of README.md and docs/, and writes what they print below them.
 docs-output: $(READY)
+	$(BIN)/python -m tests.constants_page
 	$(BIN)/python -m tests.documents
 
 # The pictures of README.md and docs/, taken in a real browser: of the demo's report, and of the workbench by its own test.

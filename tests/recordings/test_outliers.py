@@ -8,7 +8,7 @@ import pytest
 from recordings.outliers import outliers
 from recordings.reader import read
 
-SAMPLES = Path(__file__).parents[3] / "recordings" / "samples"
+SAMPLES = Path(__file__).parents[2] / "recordings" / "samples"
 TIME = np.arange(5000) / 500
 TORQUE = 10 * np.sin(2 * np.pi * 0.7 * TIME)
 RNG = np.random.default_rng(3)

@@ -19,6 +19,6 @@ def find(facts: Facts) -> DataProblem | None:
         kind="uninformative",
         joints=tuple(int(joint) + 1 for joint in joints),
         blocks=True,
-        why=f"Noise makes up most of the torque's mean square: {listing}. Such data cannot show anything.",
-        remedy="Check how the torque, current or voltage was measured; record a faster motion, or a less noisy signal.",
+        why=f"Noise makes up most of the torque's mean square ({listing}): such data cannot show anything.",
+        remedy="Check how torque, current or voltage was measured; record a faster motion, or a less noisy signal.",
     )

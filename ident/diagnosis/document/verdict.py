@@ -196,9 +196,13 @@ def _sentence(diagnosis: Diagnosis, verdict: Verdict) -> str:
 
 def _unconfirmed(diagnosis: Diagnosis) -> str:
     """Why the requested effects are not confirmed."""
-    asked = [f for f in diagnosis.selection.findings if f.term.name not in _initial_effects(diagnosis)]
-    reasons = [f"{f.term.name}: gain {f.evidence.gain:.0%}, t {f.evidence.t:.1f}" for f in asked if f.evidence.t]
-    return f"Held-out data do not confirm the requested effects ({'; '.join(reasons) or 'no change'})."
+    asked = [
+        finding
+        for finding in diagnosis.selection.findings
+        if not (finding.term.effect.mandatory or finding.term.name in _initial_effects(diagnosis))
+    ]
+    reasons = [f"{each.term.name}: gain {each.evidence.gain:.0%}, t {each.evidence.t or 0.0:.1f}" for each in asked]
+    return f"Held-out data do not confirm the requested effects ({'; '.join(reasons)})."
 
 
 def _bias_caution(diagnosis: Diagnosis) -> Iterator[str]:

@@ -49,10 +49,3 @@ def test_effect_named_where_only_unknown_structure_is_hidden_is_a_false_name() -
     silent = judgement_of("outside", ("hose_drag",), "unknown-structure", {"rod_inertia": []})
     hits = {figure.criterion.strip(): figure.hits for figure in figures([false, silent])}
     assert hits["no effect named"] == [False, True]
-
-
-def test_unknown_floor_counts_neither_as_reached_nor_as_missed() -> None:
-    unknown = judgement_of("single", ("stribeck",), "missing-effect", {"stribeck": []}, floor=(None,) * 3)
-    hits = {figure.criterion.strip(): figure.hits for figure in figures([unknown])}
-    assert hits["held-out error at most 1.1 noise floors"] == []
-    assert hits["noise floor known where the motion repeats"] == [False]

@@ -1,6 +1,5 @@
 """Acceptance rules that compare diagnoses with hidden effects."""
 
-import math
 from typing import Any
 
 import pytest
@@ -105,19 +104,10 @@ def test_exact_name_does_not_use_up_the_group_that_another_effect_needs() -> Non
 
 
 @pytest.mark.parametrize(
-    ("verdict", "floor", "right"),
-    [
-        ("adequate", (0.3, 0.4, 0.0), True),
-        ("undetermined", (0.3, 0.4, 0.0), False),
-        ("undetermined", (None, None, None), True),
-        ("adequate", (None, None, None), False),
-        ("unknown-structure", (None, None, None), False),
-    ],
+    ("verdict", "right"), [("adequate", True), ("undetermined", False), ("unknown-structure", False)]
 )
-def test_without_hidden_effect_the_verdict_depends_on_the_floor(
-    verdict: str, floor: tuple[float | None, ...], right: bool
-) -> None:
-    assert judgement_of("nothing", (), verdict, {"rod_inertia": []}, floor=floor).right is right
+def test_without_hidden_effect_the_model_is_adequate(verdict: str, right: bool) -> None:
+    assert judgement_of("nothing", (), verdict, {"rod_inertia": []}).right is right
 
 
 def test_without_hidden_effect_no_finding_is_right() -> None:
@@ -140,10 +130,9 @@ def test_out_of_library_effect_requires_all_its_variables_and_at_most_one_other(
     assert judgement_of("outside", ("hose_drag",), verdict, {}, variables).right is right
 
 
-def test_unknown_floor_is_no_ratio() -> None:
-    judgement = judgement_of("nothing", (), "undetermined", {}, floor=(None, None, None))
-    assert math.isnan(judgement.over_floor)
-    assert not judgement.floor_known
+def test_false_name_is_one_of_whose_group_no_effect_is_hidden() -> None:
+    judgement = judgement_of("single", ("stribeck",), "missing-effect", {"stribeck": [], "cogging": []})
+    assert [judgement.is_hidden(finding) for finding in judgement.findings] == [True, False]
 
 
 def test_held_out_error_is_compared_with_the_noise_floor_over_all_joints() -> None:

@@ -65,5 +65,5 @@ def test_errors_are_those_of_the_scored_rows(model: FittedModel, file: ModelFile
 
 def test_the_verdict_goes_into_the_file(model: FittedModel, file: ModelFile) -> None:
     assert file.residual_test is not None
-    assert file.residual_test.noise_rms == model.noise_floor.known_rms
+    assert file.residual_test.noise_rms == tuple(model.noise_floor.rms.tolist())
     assert file.residual_test.verdict == "within-noise"

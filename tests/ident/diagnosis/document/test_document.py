@@ -4,7 +4,15 @@ import io
 
 from rich.console import Console
 
-from ident.diagnosis.document.document import Document, FindingEntry, ParameterValue, Remaining, StepEntry, labels
+from ident.diagnosis.document.document import (
+    Document,
+    EvidenceEntry,
+    FindingEntry,
+    ParameterValue,
+    Remaining,
+    StepEntry,
+    labels,
+)
 from ident.dynamics.effects.base import INFINITE_TIME
 from ident.output.console import diagnosis
 from ident.output.report.sections import parameter_values
@@ -13,19 +21,21 @@ ADDED = ParameterValue(value=7.25, unit="s", ci95=None, meaning="when it is adde
 REMOVED = ParameterValue(
     value=INFINITE_TIME, unit="s", ci95=None, meaning="when it is taken off again", lower=None, upper=INFINITE_TIME
 )
+EVIDENCE = EvidenceEntry(gain=0.5, gain_ci95=(0.4, 0.6), t=9.0, t_required=3.5, power=1.0, decided_by="held-out")
 PARAMETERS = {"payload_change.t_c": ADDED, "payload_change.t_e": REMOVED}
 
 
 def test_infinite_instant_is_printed_as_never_and_the_conclusion_last() -> None:
     finding = FindingEntry(
-        effect="payload_change", joints=(1,), confusable_with=(), gain=0.5, gain_ci95=(0.4, 0.6), why="", sentence="",
+        effect="payload_change", joints=(1,), confusable_with=(), evidence=EVIDENCE, why="", sentence="",
         symptom="", causes="", remedy="",
     )  # fmt: skip
     step = StepEntry(added="payload_change", effects=(), train_rms=(0.1,), held_out_rms=(0.1,), parameters=PARAMETERS)
     base = step.model_copy(update={"added": None, "held_out_rms": (0.82,), "parameters": {}})
     document = Document(
-        schema=1, verdict="missing-effect", sentence="The base model lacks payload_change.", bandwidth_hz=30.0,
-        noise_rms=(0.1,), torque_rms=(5.0,),
+        schema=2, verdict="missing-effect", sentence="The base model lacks payload_change.", bandwidth_hz=30.0,
+        noise_rms=(0.1,), noise_ci95=((0.09, 0.11),), noise_source="repetition", torque_rms=(5.0,),
+        explained_share=(0.99,),
         joints=("joint_1",), effort_units=("N m",), simulated=True, held_out="", steps=(base, step),
         findings=(finding,), rejected=(),
         remaining=Remaining(structured_share=0.0, depends_on=(), why="", structured_rms=(0.0,)), next_motion=None,
@@ -42,25 +52,24 @@ def test_infinite_instant_is_printed_as_never_and_the_conclusion_last() -> None:
     assert document.as_json()["steps"][-1]["parameters"]["payload_change.t_e"]["value"] == INFINITE_TIME
 
 
-def test_unknown_floor_is_called_so_and_errors_on_all_rows_are_printed_if_they_differ() -> None:
+def test_errors_on_all_rows_are_printed_if_they_differ() -> None:
     step = StepEntry(
         added=None, effects=(), train_rms=(0.1,), held_out_rms=(0.1,), parameters={}, train_rms_all=(0.11,),
         held_out_rms_all=(0.25,),
     )  # fmt: skip
     document = Document(
-        schema=1, verdict="undetermined", sentence="No missing effect was found.", bandwidth_hz=30.0,
-        noise_rms=(None,), noise_source="unknown", torque_rms=(5.0,),
+        schema=2, verdict="undetermined", sentence="No missing effect was found.", bandwidth_hz=30.0,
+        noise_rms=(0.1,), noise_ci95=((0.08, 0.12),), noise_source="spectrum", torque_rms=(5.0,),
+        explained_share=(0.99,),
         joints=("joint_1",), effort_units=("N m",), simulated=False, held_out="", steps=(step,), findings=(),
         rejected=(),
         remaining=Remaining(structured_share=0.0, depends_on=(), why="", structured_rms=(0.0,)), next_motion=None,
     )  # fmt: skip
     output = io.StringIO()
     diagnosis.show(document, Console(file=output, width=120))
-    assert "unknown (nothing repeats)" in output.getvalue()
     assert "undetermined: No missing effect was found." in output.getvalue()
     (line,) = (line for line in output.getvalue().splitlines() if "last model, on all rows" in line)
     assert "0.11 | 0.25" in line
-    assert document.as_json()["noise_rms"] == [None]
     like = step.model_copy(update={"held_out_rms_all": (0.11,)})
     output = io.StringIO()
     diagnosis.show(document.model_copy(update={"steps": (like,)}), Console(file=output, width=120))

@@ -49,7 +49,10 @@ def test_findings_and_verdict_are_those_of_the_document(result: DiagnosisResult)
     document = result.as_json()
     assert document["verdict"] == result.verdict
     assert [entry["effect"] for entry in document["findings"]] == ["quadratic_friction"]
-    assert finding.gain_ci95[0] <= finding.gain <= finding.gain_ci95[1]
+    evidence = finding.evidence
+    assert evidence.gain_ci95 is not None
+    assert evidence.gain_ci95[0] <= evidence.gain <= evidence.gain_ci95[1]
+    assert document["findings"][0]["evidence"]["decided_by"] == "held-out"
 
 
 def test_model_with_the_effects_found_has_the_planted_parameters(result: DiagnosisResult) -> None:

@@ -36,7 +36,7 @@ def test_finding_names_joint_and_order(ripple: Ripple) -> None:
     (finding,) = with_ripple([], ripple)
     assert (finding.effect, finding.joints, finding.confusable_with) == ("cogging", (2,), ())
     assert "joint 2: 159.99" in finding.why
-    assert finding.gain_ci95[0] > 0.3
+    assert finding.evidence.gain > 0.3
     assert describe_ripple(ripple) == ["cogging (joint 2)"]
 
 

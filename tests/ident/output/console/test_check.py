@@ -53,7 +53,7 @@ def test_effects_stand_in_groups_with_what_to_record() -> None:
     )
     assert "SIMULATED" in text
     assert "a.mcap: 500 Hz, steps jitter by 1 %, 8 s, 2 cycles" in text
-    assert "unknown (nothing" in text
+    assert "unknown" in text
     assert "\n  stribeck: Because." in text, "all joints need no list"
     assert "\n  cogging (joint 2): Because." in text
     assert "would explain it as well" not in text, "no group without effects"

@@ -19,11 +19,14 @@ def document() -> Document:
         ),
     )
     return Document(
-        schema=1,
+        schema=2,
         verdict="missing-effect",
         sentence="",
         bandwidth_hz=30.0,
         noise_rms=(0.09, 0.08),
+        noise_ci95=((0.08, 0.1), (0.07, 0.09)),
+        noise_source="repetition",
+        explained_share=(1.0, 1.0),
         torque_rms=(5.0, 6.0),
         joints=("joint_1", "joint_2"),
         effort_units=("N m", "N"),
