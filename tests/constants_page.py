@@ -1,4 +1,4 @@
-"""The page of constants, docs/explanation/constants.md, made from the docstrings beside them by `make docs-output`."""
+"""The page docs/explanation/constants.md, made from the docstrings of constants by `make docs-output`."""
 
 import ast
 import re

@@ -34,10 +34,9 @@ def show(document: Document, console: Console) -> None:
     """Print steps of the selection, findings, unexplained residual, rejected effects, and the conclusion."""
     if document.simulated:
         console.print("SIMULATED data.", style="bold yellow")
-    for problem in document.data_problems:
-        _print_plain(console, f"Data problem ({problem.kind}): {problem.why} {problem.remedy}")
-    for warning in document.warnings:
-        _print_plain(console, f"Warning: {warning}")
+    problems = (f"Data problem ({each.kind}): {each.why} {each.remedy}" for each in document.data_problems)
+    for line in (*problems, *(f"Warning: {warning}" for warning in document.warnings)):
+        _print_plain(console, line)
     console.print(_step_table(document))
     _print_plain(console, f"Held out: {document.held_out}. {_band(document)}")
     for finding in document.findings:
