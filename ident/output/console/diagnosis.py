@@ -166,12 +166,16 @@ def _is_screened(entry: RejectedEntry) -> bool:
     return entry.evidence is not None and entry.evidence.decided_by == "screening"
 
 
+def _gain(entry: RejectedEntry) -> float:
+    return entry.evidence.gain if entry.evidence else 0.0
+
+
 def _rejected_table(document: Document) -> Table:
     table = Table(title="Not added", title_justify="left")
     for column in ("effect", "status", "why"):
         table.add_column(column)
     ranks = {"absorbed": 0, "not-confirmed": 1, "refuted": 2, "not-tested": 3, "not-observable": 4}
-    ranked = sorted(document.rejected, key=lambda entry: (ranks[entry.status], _is_screened(entry)))
+    ranked = sorted(document.rejected, key=lambda entry: (_is_screened(entry), ranks[entry.status], -_gain(entry)))
     for entry in ranked[: _MAX_REJECTED - 1]:
         table.add_row(escape(entry.effect), entry.status, escape(entry.why))
     if others := ranked[_MAX_REJECTED - 1 :]:
