@@ -45,10 +45,7 @@ def compare(other: Path) -> None:
         demo, held_out = record(folder, "fig5a", "fig5b")
         long = _long_and_fast(folder)
         for title, arguments in (
-            (
-                "fit",
-                ["fit", str(demo), "-o", str(folder / "model.json"), "--plots", str(folder / "plots"), "--force"],
-            ),
+            ("fit", ["fit", str(demo), "-o", str(folder / "model.json"), "--force"]),
             ("diagnose", ["diagnose", str(demo), "--json"]),
             ("diagnose, another recording held out", ["diagnose", str(demo), "--validate", str(held_out), "--json"]),
             (f"diagnose, {LONG:.0f} s at {FAST:.0f} Hz", ["diagnose", str(long), "--json"]),
@@ -104,7 +101,7 @@ def _long_and_fast(folder: Path) -> Path:
 
 
 def _fit_command(path: Path, folder: Path) -> list[str]:
-    out = ["-o", str(folder / "model.json"), "--plots", str(folder / "plots"), "--force"]
+    out = ["-o", str(folder / "model.json"), "--pictures", str(folder / "pictures"), "--force"]
     return [program("ident"), "fit", str(path), *out]
 
 

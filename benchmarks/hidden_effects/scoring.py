@@ -14,7 +14,7 @@ from benchmarks.hidden_effects.strengths import errors, interval_coverage
 
 _MANDATORY = "rod_inertia"
 _EXTRAPOLATION_TEXT = "outside of the"
-"""Words of the caution by `ident.diagnosis.document.extrapolation`."""
+"""Words of the warning by `ident.diagnosis.document.extrapolation`."""
 _LARGEST_GROUP = 4
 _EXTRA_VARIABLES = 1
 """Number of wrong variables that may be named in addition to all right ones."""
@@ -55,7 +55,7 @@ class Judgement:
     covered: tuple[bool, ...]
     """Whether the 95 % interval of each strength contains the true value."""
     extrapolates: bool
-    """Whether a caution says that the model fails where the held-out motion leaves the training range."""
+    """Whether a warning says that the model fails where the held-out motion leaves the training range."""
     seconds: float
     problem: str | None = None
     """The error, if the diagnosis failed."""
@@ -142,7 +142,7 @@ def judge(case: Case, truth: Mapping[str, Any], line: Mapping[str, Any]) -> Judg
         over_floor=_over_floor(last["held_out_rms"], document["noise_rms"]),
         errors=errors(hidden, values),
         covered=interval_coverage(hidden, last["parameters"]),
-        extrapolates=any(_EXTRAPOLATION_TEXT in caution for caution in document.get("warnings", ())),
+        extrapolates=any(_EXTRAPOLATION_TEXT in warning for warning in document.get("warnings", ())),
         seconds=line["seconds"],
     )
 

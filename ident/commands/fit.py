@@ -10,7 +10,6 @@ import click
 
 from ident import plugins
 from ident.command_options import CUTOFF, EFFECT_FILES
-from ident.model_name import model_stem
 from recordings.command_line import NameChoice, check_readable, refuse_existing, repeated, say_next
 from recordings.errors import BadInput
 from recordings.next_command import diagnosis
@@ -88,11 +87,9 @@ FILE = click.Path(path_type=Path)
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers.")
 @click.option("-o", "--out", type=FILE, metavar="FILE", help="Model file.  [default: first FILE's name, .model.json]")
-@click.option(
-    "--plots", type=FILE, metavar="DIR", help="Folder of pictures.  [default: name of the model file, .plots]"
-)
+@click.option("--pictures", type=FILE, metavar="DIR", help="Folder for pictures of torque and convergence.")
 @click.option("--details", is_flag=True, help="Print parameters, Eq. (41), the assessment and tables of errors.")
-@click.option("--force", is_flag=True, help="Replace an existing model and its pictures.")
+@click.option("--force", is_flag=True, help="Replace an existing model, and pictures.")
 @click.option("--json", "as_json", is_flag=True, help="Print the model as one JSON document instead of tables.")
 def command(
     files: tuple[Path, ...],
@@ -111,14 +108,14 @@ def command(
     intervals: IntervalMethod,
     seed: int,
     out: Path | None,
-    plots: Path | None,
+    pictures: Path | None,
     details: bool,
     force: bool,
     as_json: bool,
 ) -> None:
     """Find the parameters of the dynamic model, Eq. (26), from recordings of one rig.
 
-    Writes the model and pictures beside the first recording. Prints the error of each joint, the noise floor, and
+    Writes the model beside the first recording. Prints the error of each joint, the noise floor, and
     what comes next; with --details everything that is known of the parameters.
     """
     if paper:
@@ -126,10 +123,9 @@ def command(
         _check_beside_paper(preprocess=other_preprocess, cutoff=cutoff, iterations=iterations, without=without)
     preprocess = preprocess or ("central" if paper else "parallel")
     out = out or files[0].with_suffix(".model.json")
-    plots = plots or out.with_name(model_stem(out.name)).with_suffix(".plots")
     inputs = [*files, *([validate] if validate else [])]
     check_readable(*inputs)
-    refuse_existing(out, plots, force=force, read=inputs)
+    refuse_existing(out, pictures, force=force, read=inputs)
 
     import ident
     from recordings.progress import progress_bar
@@ -153,9 +149,9 @@ def command(
             progress=lambda done, total, *_: show("fitting", done, total),
         )
     assert model.identification is not None
-    _write(model, model.identification, out, plots)
+    _write(model, model.identification, out, pictures)
     _show(model, as_json, details)
-    click.echo(f"model: {out}\npictures: {plots}", err=True)
+    click.echo("\n".join([f"model: {out}", *([f"pictures: {pictures}"] if pictures else [])]), err=True)
     options = [*(["--validate", validate] if validate else []), *repeated("--effect-file", effect_files)]
     say_next(*diagnosis(files, *options, model=out))
 
@@ -192,14 +188,17 @@ def _check_beside_paper(**given: object) -> None:
             )
 
 
-def _write(model: Model, result: Identification, out: Path, plots: Path) -> None:
-    """Write model and pictures, or nothing."""
-    from ident.output.pictures import draw, staged_folder
-
+def _write(model: Model, result: Identification, out: Path, pictures: Path | None) -> None:
+    """Write the model, and `pictures` if they are asked for; or nothing."""
     try:
-        with staged_folder(plots) as folder:
-            draw(result, folder)
+        if pictures is None:
             model.save(out)
+        else:
+            from ident.output.pictures import draw, staged_folder
+
+            with staged_folder(pictures) as folder:
+                draw(result, folder)
+                model.save(out)
     except OSError as error:
         raise BadInput(f"{error.filename or out} cannot be written: {error.strerror}; choose another place") from None
 

@@ -20,7 +20,7 @@ from recordings.files import replacement, sha256
 from recordings.recording import Recording
 from recordings.rig import Geometry, MechanismName, Torque
 
-SCHEMA = 1
+SCHEMA = 2
 
 
 class FittedParameter(ParameterUncertainty):
@@ -143,7 +143,7 @@ class ResidualTest(ConfigSection):
 class ModelFile(ConfigSection):
     """An identified model."""
 
-    schema_version: Literal[1] = Field(1, alias="schema")
+    schema_version: Literal[2] = Field(2, alias="schema")
     software: str = Field(default_factory=lambda: version("delta-workbench"))
     mechanism: MechanismName
     form: str | None = None
@@ -210,7 +210,7 @@ def load(path: Path) -> ModelFile:
     """Read a model file.
 
     Raises:
-        BadInput: the file is missing, is not JSON, has a newer schema or an unknown mechanism, is incomplete, or
+        BadInput: the file is missing, is not JSON, has another schema or an unknown mechanism, is incomplete, or
             names other effects than it holds.
     """
     try:
@@ -228,10 +228,9 @@ def load(path: Path) -> ModelFile:
         raise BadInput(f"model file {path}: JSON written by `ident fit` expected, {error}") from None
     if not isinstance(content, dict) or not isinstance(content.get("schema"), int):
         raise BadInput(f"model file {path}: a key 'schema' with an integer expected, none found; is it a model?")
-    if content["schema"] > SCHEMA:
-        raise BadInput(
-            f"model file {path}: schema up to {SCHEMA} expected, {content['schema']} found; update this software"
-        )
+    if content["schema"] != SCHEMA:
+        advice = "update this software" if content["schema"] > SCHEMA else "fit the recordings again"
+        raise BadInput(f"model file {path}: schema {SCHEMA} expected, {content['schema']} found; {advice}")
     model = validated(content, ModelFile, f"model file {path}")
     terms = tuple(term.name for term in model.terms)
     if model.effects != terms:

@@ -16,7 +16,7 @@ from ident.residuals.spectrum import Spectrum, spectrum
 from ident.residuals.windows import Window, worst_windows
 from recordings.recording import Floats
 
-SCHEMA = 1
+SCHEMA = 2
 WINDOWS = 6
 """Number of windows that are shown."""
 

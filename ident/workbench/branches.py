@@ -17,7 +17,7 @@ class Branch:
 
     name: str
     history: tuple[StepsView, ...]
-    """Ladders in the order in which they were made; the last is the current one."""
+    """Lists of steps in the order in which they were made; the last is the current one."""
     undone: tuple[StepsView, ...] = ()
     """Undone lists of steps, the latest last."""
 

@@ -108,9 +108,7 @@ def documents(case: Case, code: Code, folder: Path) -> Documents:
     """All documents of a case; `folder` must be empty and receives the files of the commands."""
     train, validate = code.recordings(case)
     model, better, curves = folder / "model.json", folder / "better.json", folder / "learned_curve.py"
-    results: Documents = {
-        "fit": code.ident("fit", train, "--validate", validate, "-o", model, "--plots", folder / "fit")
-    }
+    results: Documents = {"fit": code.ident("fit", train, "--validate", validate, "-o", model)}
     results["model"] = json.loads(model.read_text(encoding="utf-8"))
     results["compare"] = code.ident("compare", model, validate)
     held_out = ["--validate", validate, "--apply", "-o", better, "--learn", curves]

@@ -99,7 +99,7 @@ def test_old_effect_files_are_listed(ident: Runner, name: str) -> None:
     ],
 )
 def test_old_effect_files_are_fitted(ident: Runner, tmp_path: Path, name: str, rms: tuple[float, ...]) -> None:
-    outputs = ["-o", "new.model.json", "--plots", tmp_path / "pictures"]
+    outputs = ["-o", tmp_path / "new.model.json"]
     recording = OLD / "fig5a.mcap"
     options = ["--method", "ls", "--with", f"{name}:2", "--without", "rod_inertia", "--cutoff", "30"]
     options += [*effect_file(name), *outputs]

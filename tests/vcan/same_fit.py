@@ -28,8 +28,6 @@ def parameters(recording: str, folder: str) -> dict[str, float]:
         recording,
         "-o",
         f"{folder}/model.json",
-        "--plots",
-        f"{folder}/plots",
         "--force",
     ]
     done = subprocess.run([*command, "--json"], capture_output=True, text=True, check=True)

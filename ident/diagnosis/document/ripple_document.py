@@ -76,7 +76,7 @@ def _finding(ripple: Ripple) -> FindingEntry:
         joints=tuple(sorted({line.joint + 1 for line in ripple.lines})),
         confusable_with=("vibration",) if strongest in uncertain else (),
         evidence=EvidenceEntry.of(evidence_of(strongest.improvement)),
-        why=" ".join([_why(ripple), *(_caution(line) for line in uncertain)]),
+        why=" ".join([_why(ripple), *(_warning(line) for line in uncertain)]),
         sentence=effect.sentence,
         symptom=effect.symptom,
         causes=effect.causes,
@@ -105,7 +105,7 @@ def _order(line: RippleLine) -> str:
     return f"{line.order:.6g} ± {line.half_width[2]:.1g}"
 
 
-def _caution(line: RippleLine) -> str:
+def _warning(line: RippleLine) -> str:
     return (
         f"At this speed a vibration of {line.same_frequency:.4g} Hz explains as much as the {line.order:.5g} periods "
         f"per turn of joint {line.joint + 1}: only another speed tells them apart."

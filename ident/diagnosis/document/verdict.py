@@ -83,7 +83,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
         above_low_pass=above_low_pass(ripple),
         next_motion=next_motion(diagnosis, _new_findings(diagnosis)),
         warnings=(
-            *_bias_caution(diagnosis),
+            *_bias_warning(diagnosis),
             *consistency_warnings(selection.model, steps),
             *sign_warnings(selection.model),
             *size_warnings(selection.model),
@@ -205,8 +205,8 @@ def _unconfirmed(diagnosis: Diagnosis) -> str:
     return f"Held-out data do not confirm the requested effects ({'; '.join(reasons)})."
 
 
-def _bias_caution(diagnosis: Diagnosis) -> Iterator[str]:
-    """A caution that estimates may be biased while an effect is missing."""
+def _bias_warning(diagnosis: Diagnosis) -> Iterator[str]:
+    """A warning that estimates may be biased while an effect is missing."""
     if diagnosis.unexplained.significant and diagnosis.selection.findings:
         yield (
             "Estimates and intervals assume that no other effect is missing, but one is: until it is found, the "

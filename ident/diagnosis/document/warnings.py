@@ -1,4 +1,4 @@
-"""Cautions about recordings that limit the validity of a diagnosis."""
+"""Warnings about recordings that limit the validity of a diagnosis."""
 
 from collections.abc import Iterator, Sequence
 
@@ -19,7 +19,7 @@ _MAX_ERROR_RATIO = 1.5
 
 
 def data_warnings(split: SplitData, model: FittedModel, floor: NoiseFloor, offset: Effect | None) -> Iterator[str]:
-    """Cautions about `model` and its noise `floor`; `offset`: the effect that is confounded with Coulomb friction."""
+    """Warnings about `model` and its noise `floor`; `offset`: the effect that is confounded with Coulomb friction."""
     yield from confounding_warnings(split, model.solution, offset)
     yield from _insufficient_data(split, model)
     yield from _disagreement(split, model, floor)

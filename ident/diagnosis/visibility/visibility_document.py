@@ -76,7 +76,7 @@ class CheckedEffect(ConfigSection):
 class CheckDocument(ConfigSection):
     """The result of a check."""
 
-    schema_version: Literal[1] = Field(1, alias="schema")
+    schema_version: Literal[2] = Field(2, alias="schema")
     share: float
     """Size for which the effects are judged: RMS of their torque, relative to that of the joint."""
     bandwidth_hz: float
@@ -111,7 +111,7 @@ def check(
     facts = recording_facts(split.recordings)
     adviser = Adviser(facts, [data.recording for data in split.recordings], library, share)
     return CheckDocument(
-        schema=1,
+        schema=2,
         share=share,
         bandwidth_hz=split.recordings[0].bandwidth,
         recordings=_recordings(inputs),

@@ -18,7 +18,7 @@ from ident.residuals.analysis import ResidualAnalysis
 from recordings.files import sha256
 from recordings.recording import Recording
 
-SCHEMA = 1
+SCHEMA = 2
 
 
 @dataclass(frozen=True)

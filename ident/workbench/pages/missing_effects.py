@@ -11,7 +11,7 @@ from ident.workbench.views import StepsView, StepView
 def draw(page: Page) -> None:
     """Draw the buttons, the step_list, the branches, the findings and the candidates."""
     _buttons(page)
-    page.draw_on_change(_draw_ladder, "step_list")
+    page.draw_on_change(_draw_steps, "step_list")
     page.draw_on_change(branching.draw, "step_list")
     page.draw_on_change(findings.draw, "diagnosis")
     candidates.draw(page)
@@ -37,7 +37,7 @@ def _buttons(page: Page) -> None:
     page.call_now_and_on_change(update_enabled, "job", "step_list")
 
 
-def _draw_ladder(page: Page) -> None:
+def _draw_steps(page: Page) -> None:
     step_list = page.session.selection.step_list
     if step_list is None:
         ui.label(

@@ -139,9 +139,9 @@ def test_held_out_error_is_compared_with_the_noise_floor_over_all_joints() -> No
     assert judgement_of("nothing", (), "adequate", {}).over_floor == pytest.approx(2.0)
 
 
-def test_caution_about_extrapolation_is_recognized() -> None:
-    caution = "Joint 1: 90% of ... is where the torque of joint 1 is outside of the 0 to 2 N m of the training data."
-    assert judgement_of("nothing", (), "adequate", {}, warnings=("Too short to tell", caution)).extrapolates
+def test_warning_about_extrapolation_is_recognized() -> None:
+    warning = "Joint 1: 90% of ... is where the torque of joint 1 is outside of the 0 to 2 N m of the training data."
+    assert judgement_of("nothing", (), "adequate", {}, warnings=("Too short to tell", warning)).extrapolates
     assert not judgement_of("nothing", (), "adequate", {}, warnings=("Too short to tell",)).extrapolates
 
 

@@ -18,8 +18,8 @@ MANIFESTS = {manifest.name: manifest for manifest in data_set.manifests()}
 
 def _document(*findings: dict[str, Any], **parameters: float) -> dict[str, Any]:
     entries = {name.replace("__", "."): {"value": value} for name, value in parameters.items()}
-    rung = {"held_out_rms": [1.0], "parameters": entries}
-    return {"findings": list(findings), "steps": [rung, rung], "verdict": "adequate", "effort_units": ["N m"]}
+    step = {"held_out_rms": [1.0], "parameters": entries}
+    return {"findings": list(findings), "steps": [step, step], "verdict": "adequate", "effort_units": ["N m"]}
 
 
 def _finding(effect: str, *others: str) -> dict[str, Any]:

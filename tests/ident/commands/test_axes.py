@@ -88,20 +88,18 @@ def test_fit_and_compare(folder: Path) -> None:
 
 
 def test_without_the_offset_the_model_is_worse(folder: Path) -> None:
-    result = run(
-        "fit", folder / "a.mcap", "--method", "ls", "-o", folder / "base.json", "--plots", folder / "base", "--json"
-    )
+    result = run("fit", folder / "a.mcap", "--method", "ls", "-o", folder / "base.json", "--json")
     assert json.loads(result.stdout)["train"]["fitted"]["rms"][0] > 0.3
 
 
 def test_voltage_and_effort_are_not_mixed(folder: Path, tmp_path: Path) -> None:
     with_voltage = write(tmp_path / "volts.mcap", 2, voltage=True)
-    result = run("fit", folder / "a.mcap", with_voltage, "-o", tmp_path / "m.json", "--plots", tmp_path / "p")
+    result = run("fit", folder / "a.mcap", with_voltage, "-o", tmp_path / "m.json")
     assert isinstance(result.exception, BadInput)
     assert "effort in a.mcap, voltage in volts.mcap" in str(result.exception)
 
 
 def test_methods_of_the_delta_robot_are_refused(folder: Path, tmp_path: Path) -> None:
-    result = run("fit", folder / "a.mcap", "--method", "rls", "-o", tmp_path / "m.json", "--plots", tmp_path / "p")
+    result = run("fit", folder / "a.mcap", "--method", "rls", "-o", tmp_path / "m.json")
     assert isinstance(result.exception, BadInput)
     assert "delta" in str(result.exception)

@@ -54,7 +54,7 @@ def test_json_is_one_document_with_the_documented_keys(folder: Path) -> None:
     result = run("compare", folder / "a.model.json", folder / "b.mcap", "--json")
     document = json.loads(result.stdout)
     assert not [*folder.glob("*.compare.html")], "none unless it is asked for"
-    assert document["schema"] == 1
+    assert document["schema"] == 2
     assert document["recordings"] == ["b.mcap"]
     assert document["bandwidth_hz"] == 30
     assert len(document["joints"]) == 3
@@ -84,7 +84,7 @@ def test_a_page_is_kept_unless_forced(folder: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("model", "message"),
     [
-        ('{"schema": 99}', "schema up to 1 expected, 99 found; update this software"),
+        ('{"schema": 99}', "schema 2 expected, 99 found; update this software"),
         ("[]", "is it a model"),
         ("{", "JSON written by `ident fit` expected"),
     ],

@@ -136,9 +136,7 @@ def test_learned_curve_replaces_an_unknown_effect(hide: Hide, tmp_path: Path) ->
         "ls",
     )
     model = tmp_path / "m.json"
-    fitted = run(
-        "fit", folder / TRAIN, "--validate", folder / VALIDATE, *curve_options, "-o", model, "--plots", tmp_path / "p"
-    )
+    fitted = run("fit", folder / TRAIN, "--validate", folder / VALIDATE, *curve_options, "-o", model)
     assert fitted.exit_code == 0, fitted.output
     scales = [entry for entry in json.loads(model.read_text())["parameters"] if entry["name"].startswith("curve.a")]
     assert [scale["value"] for scale in scales] == pytest.approx([1.0] * len(joints), abs=0.1)
@@ -153,7 +151,7 @@ def test_no_curve_is_learned_from_noise(hide: Hide, tmp_path: Path) -> None:
 
 def test_document_has_the_specified_fields(hide: Hide) -> None:
     document = diagnose(hide(["cogging"]))
-    assert document["schema"] == 1
+    assert document["schema"] == 2
     assert {
         "verdict",
         "bandwidth_hz",

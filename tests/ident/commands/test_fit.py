@@ -49,14 +49,15 @@ fit = partial(invoke, program, "fit")
 
 
 def test_writes_model_and_pictures_and_prints_the_tables(folder: Path, truth: Floats) -> None:
-    result = fit(folder / "a.mcap", "--validate", folder / "b.mcap", *BRIEF, "--details", "--without", "rod_inertia")
+    outputs = ["--details", "--pictures", folder / "pictures"]
+    result = fit(folder / "a.mcap", "--validate", folder / "b.mcap", *BRIEF, *outputs, "--without", "rod_inertia")
     assert result.exit_code == 0, result.output
     for text in ("SIMULATED", "RELATIVE", "L2 = 0.8 m is assumed", "m_p", "Eq. (41)", "validation", "held out"):
         assert text in result.stdout
     content = json.loads((folder / "a.model.json").read_text())
     np.testing.assert_allclose([parameter["value"] for parameter in content["parameters"]], truth, rtol=0.01)
     assert min(content["validate"]["fitted"]["nrmse"]) > 0.99 > max(content["validate"]["nominal"]["nrmse"])
-    pictures = sorted(path.name for path in (folder / "a.plots").iterdir())
+    pictures = sorted(path.name for path in (folder / "pictures").iterdir())
     assert pictures == [
         "convergence.png",
         "train_1_torque.png",
@@ -73,10 +74,10 @@ def test_ten_lines_lead_on(folder: Path) -> None:
     assert json.loads((folder / "a.model.json").read_text())["effects"] == ["rod_inertia"]
 
 
-def test_pictures_are_named_after_the_model(folder: Path) -> None:
+def test_nothing_but_the_model_is_written_unless_asked_for(folder: Path) -> None:
+    before = set(folder.iterdir())
     assert fit(folder / "a.mcap", *BRIEF, "-o", folder / "mine.model.json").exit_code == 0
-    assert (folder / "mine.plots").is_dir()
-    assert not (folder / "a.plots").exists()
+    assert set(folder.iterdir()) - before == {folder / "mine.model.json"}
 
 
 def test_every_pso_result_is_certified(folder: Path) -> None:
@@ -117,7 +118,7 @@ def test_a_baseline_writes_the_model_form_that_it_identified(folder: Path, metho
 def test_the_same_seed_gives_the_same_bytes(folder: Path) -> None:
     out = [folder / f"{i}.json" for i in range(3)]
     for path, seed in zip(out, (5, 5, 6), strict=True):
-        result = fit(folder / "a.mcap", *BRIEF, "--seed", seed, "-o", path, "--plots", path.with_suffix(".plots"))
+        result = fit(folder / "a.mcap", *BRIEF, "--seed", seed, "-o", path)
         assert result.exit_code == 0, result.output
     assert out[0].read_bytes() == out[1].read_bytes() != out[2].read_bytes()
 
@@ -126,7 +127,7 @@ def test_json_is_one_document_and_nothing_else(folder: Path) -> None:
     result = fit(folder / "a.mcap", folder / "b.mcap", *BRIEF, "--json")
     document = json.loads(result.stdout)
     assert [source["name"] for source in document["train"]["recordings"]] == ["a.mcap", "b.mcap"]
-    assert document["schema"] == 1
+    assert document["schema"] == 2
     assert document["where"]
 
 
@@ -138,7 +139,7 @@ def test_existing_results_are_kept_unless_forced(folder: Path) -> None:
     assert "--force" in str(refused.exception)
     assert model.read_text() == "mine"
     assert fit(folder / "a.mcap", *BRIEF, "--force").exit_code == 0
-    assert json.loads(model.read_text())["schema"] == 1
+    assert json.loads(model.read_text())["schema"] == 2
 
 
 @pytest.mark.parametrize(
@@ -172,13 +173,13 @@ def test_bad_input_is_explained_and_leaves_nothing(folder: Path, arguments: list
 
 def test_a_swarm_searches_the_shape_of_an_effect(folder: Path) -> None:
     brief = ["--set", "particles=4", "--set", "neighbours=2", "--set", "iterations=2"]
-    options = ["--method", "pso_nonlinear", "--with", "stribeck", *brief]
+    options = ["--method", "pso_nonlinear", "--with", "stribeck", *brief, "--pictures", folder / "pictures"]
     assert fit(folder / "a.mcap", *options, "--seed", 5).exit_code == 0
     model = json.loads((folder / "a.model.json").read_text())
     assert model["method"]["diagnostics"] == {"evaluations": 12, "iterations": 2}
     assert [parameter["name"] for parameter in model["searched"]] == ["stribeck.v_s"]
     assert model["method"]["certified"]["excess"] < 1e-9
-    assert (folder / "a.plots" / "convergence.png").exists()
+    assert (folder / "pictures" / "convergence.png").exists()
     refused = fit(folder / "a.mcap", "--method", "pso_nonlinear", "--force")
     assert "such as --with stribeck, expected, none found" in str(refused.exception)
 

@@ -102,7 +102,7 @@ def reported(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the report on a plant in which an effect is hidden."""
     folder = tmp_path_factory.mktemp("hidden")
     make(folder, ["stribeck"], [0.03], 1, Setting())
-    fitted = run("fit", folder / TRAIN, "--method", "ls", "-o", folder / "m.json", "--plots", folder / "plots")
+    fitted = run("fit", folder / TRAIN, "--method", "ls", "-o", folder / "m.json")
     assert fitted.exit_code == 0, fitted.output
     done = run(
         "report", folder / "m.json", folder / TRAIN, "--validate", folder / VALIDATE, "-o", folder / "report.html"

@@ -90,11 +90,11 @@ def test_validation_recordings_that_disagree_are_named(
     ]
     effects = {"rod_inertia": library()["rod_inertia"]}
     document = verdict.to_document(diagnose(files[:1], files[1:], effects, DiagnosisOptions()))
-    (caution,) = [caution for caution in document.warnings if "disagree" in caution]
-    assert f"{tmp_path / 'b.mcap'}: 1" in caution
+    (warning,) = [warning for warning in document.warnings if "disagree" in warning]
+    assert f"{tmp_path / 'b.mcap'}: 1" in warning
     assert str(tmp_path / "other" / "b.mcap") in document.held_out
     single = verdict.to_document(diagnose(files[:1], files[1:2], effects, DiagnosisOptions()))
-    assert not [caution for caution in single.warnings if "disagree" in caution]
+    assert not [warning for warning in single.warnings if "disagree" in warning]
 
 
 def test_held_out_rows_outside_of_the_travel_of_a_curve_are_not_scored(
@@ -114,7 +114,7 @@ def test_held_out_rows_outside_of_the_travel_of_a_curve_are_not_scored(
     diagnosis = diagnose(files[:1], files[1:], {name: library()[name]}, DiagnosisOptions())
     document = verdict.to_document(diagnosis)
     assert document.verdict == "missing-effect"
-    (caution,) = [caution for caution in document.warnings if "not scored" in caution]
-    assert "(joint 1) are not scored: the joint is outside of the travel of the training data" in caution
+    (warning,) = [warning for warning in document.warnings if "not scored" in warning]
+    assert "(joint 1) are not scored: the joint is outside of the travel of the training data" in warning
     last = document.steps[-1]
     assert last.held_out_rms[0] < 1.1 * document.noise_rms[0] < 2 * last.held_out_rms_all[0]

@@ -14,7 +14,7 @@ AGREEMENT: dict[str, Any] = {
     "nominal": {"nrmse": [0.8, 0.8, 0.8], "rms": [0.2, 0.2, 0.2], "r2": [0.5, 0.5, 0.5]},
 }
 CONTENT: dict[str, Any] = {
-    "schema": 1,
+    "schema": 2,
     "software": "0.1.0",
     "mechanism": "delta",
     "joints": ["joint_1", "joint_2", "joint_3"],
@@ -53,7 +53,8 @@ def test_validation_is_optional(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"schema": 2}, "schema up to 1 expected, 2 found; update"),
+        ({"schema": 3}, "schema 2 expected, 3 found; update"),
+        ({"schema": 1}, "schema 2 expected, 1 found; fit the recordings again"),
         ({"schema": None}, "is it a model"),
         ({"mechanism": "octopod"}, "mechanism"),
         ({"parameters": [{"name": "m_p"}]}, "parameters"),

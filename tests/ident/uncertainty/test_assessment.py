@@ -148,5 +148,5 @@ def test_measured_effort_has_no_uncertain_gain_and_changes_are_passed_on() -> No
 
 def test_impossible_parameter_is_reported() -> None:
     driving = building.record(noise=NOISE, extra=lambda motion: -2.0 * motion.velocity)
-    (doubt,) = assessed([driving])[0].warnings
-    assert (doubt.name, doubt.significant) == ("c_v1", True)
+    (warning,) = assessed([driving])[0].warnings
+    assert (warning.name, warning.significant) == ("c_v1", True)

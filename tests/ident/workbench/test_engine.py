@@ -24,7 +24,7 @@ def engine() -> Engine:
     return Engine(lambda text: None)
 
 
-def ladder_of(task: object) -> views.StepsView:
+def steps_of(task: object) -> views.StepsView:
     view = next(iter(task))  # type: ignore[call-overload]
     assert isinstance(view, views.StepsView)
     return view
@@ -75,18 +75,18 @@ def test_fit_add_remove_and_return(engine: Engine) -> None:
     improvements = [card.improvement for card in candidates.cards]
     assert improvements == sorted(improvements, reverse=True)
 
-    added = ladder_of(engine.add(spec_of(step_list), candidates.cards[0].name))
+    added = steps_of(engine.add(spec_of(step_list), candidates.cards[0].name))
     assert len(added.steps) == 3
     before, after = (np.sum(np.square(step.entry.train_rms)) for step in added.steps[1:])
     assert after <= before * (1 + 1e-6), "at worst, the effect is not there"
     assert f"--only {candidates.cards[0].name}" in shell_script(added, "m.json")
     assert "ident fit" in shell_script(step_list, "m.json")
     assert "rod_inertia" not in shell_script(step_list, "m.json"), "ident fit includes it"
-    bare = ladder_of(engine.remove(spec_of(added), 0))
+    bare = steps_of(engine.remove(spec_of(added), 0))
     assert bare.steps[-1].label == "− rod_inertia"
     assert "--without rod_inertia" in shell_script(bare, "m.json")
-    assert ladder_of(engine.show(spec_of(added))).steps == added.steps, "known steps are not fitted again"
-    assert ladder_of(engine.show(spec_of(step_list))).steps == step_list.steps
+    assert steps_of(engine.show(spec_of(added))).steps == added.steps, "known steps are not fitted again"
+    assert steps_of(engine.show(spec_of(step_list))).steps == step_list.steps
 
 
 @pytest.mark.slow
@@ -108,9 +108,9 @@ def test_contribution_of_a_candidate_agrees_with_its_improvement(engine: Engine)
         )
 
 
-def test_new_process_rebuilds_the_same_ladder(engine: Engine) -> None:
-    step_list = ladder_of(engine.fit(TRAIN, None))
-    rebuilt = ladder_of(Engine(lambda text: None).show(spec_of(step_list, None)))
+def test_new_process_rebuilds_the_same_steps(engine: Engine) -> None:
+    step_list = steps_of(engine.fit(TRAIN, None))
+    rebuilt = steps_of(Engine(lambda text: None).show(spec_of(step_list, None)))
     for before, after in zip(step_list.steps, rebuilt.steps, strict=True):
         assert after.label == before.label
         np.testing.assert_allclose(after.entry.train_rms, before.entry.train_rms, rtol=1e-6)
@@ -118,7 +118,7 @@ def test_new_process_rebuilds_the_same_ladder(engine: Engine) -> None:
 
 
 def test_impossible_tasks_are_refused(engine: Engine) -> None:
-    base = spec_of(ladder_of(engine.fit(TRAIN, None)), None)
+    base = spec_of(steps_of(engine.fit(TRAIN, None)), None)
     with pytest.raises(BadInput, match="another card"):
         next(engine.add(base, "__import__('os')"))
     with pytest.raises(BadInput, match="number 8"):

@@ -13,7 +13,7 @@ from ident.workbench.model_export import ModelExport
 from ident.workbench.topics import Changes
 from recordings.errors import BadInput
 
-LADDER = cast(Any, SimpleNamespace(train="a.mcap", validate=None))
+STEPS = cast(Any, SimpleNamespace(train="a.mcap", validate=None))
 
 
 @pytest.fixture
@@ -28,7 +28,7 @@ def test_each_model_gets_a_name_of_its_own(export: ModelExport) -> None:
     first, second = cast(Any, object()), cast(Any, object())
     assert export.saved_name(first) is export.last_saved is None
     for model, name in ((first, "a.model.json"), (second, "a-2.model.json")):
-        assert export.free_name(LADDER) == name
+        assert export.free_name(STEPS) == name
         export.save(model, name)
         assert export.saved_name(model) == export.last_saved == name
     with pytest.raises(BadInput, match="not overwritten"):
@@ -37,19 +37,19 @@ def test_each_model_gets_a_name_of_its_own(export: ModelExport) -> None:
 
 def test_model_is_saved_once(export: ModelExport) -> None:
     model = cast(Any, object())
-    assert [export.ensure_saved(model, LADDER) for _ in range(2)] == ["a.model.json", "a.model.json"]
-    assert export.ensure_saved(cast(Any, object()), LADDER) == "a-2.model.json"
+    assert [export.ensure_saved(model, STEPS) for _ in range(2)] == ["a.model.json", "a.model.json"]
+    assert export.ensure_saved(cast(Any, object()), STEPS) == "a-2.model.json"
 
 
 def test_report_saves_the_model_first(export: ModelExport, tmp_path: Path) -> None:
     model = cast(Any, object())
-    assert export.create_report(model, LADDER, "a.model.json") is None
+    assert export.create_report(model, STEPS, "a.model.json") is None
     assert not export.creating_report
     assert (tmp_path / "a.model.json").exists()
     assert export.report_name(model) == "a.report.html"
     (tmp_path / "a.report.html").touch()
     assert export.report("a.report.html") == tmp_path / "a.report.html"
-    assert "not overwritten" in (export.create_report(cast(Any, object()), LADDER, "a.model.json") or "")
+    assert "not overwritten" in (export.create_report(cast(Any, object()), STEPS, "a.model.json") or "")
 
 
 @pytest.mark.parametrize("name", ["other.report.html", "../a.report.html", "a.model.json", ""])

@@ -58,12 +58,12 @@ class Bench:
 
     def complete(self, label: str) -> views.StepsView:
         """Send all views of a task that makes the model `label`, and its end."""
-        step_list = ladder_view(label)
+        step_list = steps_view(label)
         self.send(step_list, SERIES, CANDIDATES, PREVIEWS, residual_view(label), TaskEnd())
         return step_list
 
 
-def ladder_view(label: str) -> views.StepsView:
+def steps_view(label: str) -> views.StepsView:
     view = object.__new__(views.StepsView)
     object.__setattr__(view, "steps", (SimpleNamespace(label=label, spec=label, terms=()),))
     object.__setattr__(view, "mandatory", ())
@@ -124,7 +124,7 @@ def test_oldest_analysis_is_computed_again(bench: Bench, monkeypatch: pytest.Mon
 
 def test_late_views_belong_to_the_model_they_were_computed_for(bench: Bench) -> None:
     bench.selection.add("cogging")
-    bench.send(ladder_view("late"), SERIES)
+    bench.send(steps_view("late"), SERIES)
     bench.selection.undo()
     before = bench.changes.count(("candidates", "previews", "residuals"))
     bench.send(CANDIDATES, PREVIEWS, residual_view("late"))
@@ -136,7 +136,7 @@ def test_late_views_belong_to_the_model_they_were_computed_for(bench: Bench) -> 
 
 def test_interrupted_analysis_is_resumed_afterwards(bench: Bench) -> None:
     bench.selection.add("cogging")
-    bench.send(ladder_view("interrupted"), SERIES)
+    bench.send(steps_view("interrupted"), SERIES)
     bench.jobs.submit("swarm", lambda view: None, "swarm")
     bench.send(CANDIDATES, TaskEnd())
     assert bench.worker.tasks[-1] == "swarm"
@@ -150,7 +150,7 @@ def test_interrupted_analysis_is_resumed_afterwards(bench: Bench) -> None:
 
 def test_last_view_of_an_interrupted_task_does_not_unblock_the_next(bench: Bench) -> None:
     bench.selection.add("cogging")
-    bench.send(ladder_view("first"), SERIES)
+    bench.send(steps_view("first"), SERIES)
     bench.selection.resume_analysis()
     bench.selection.remove(0)
     assert bench.jobs.blocked
@@ -170,7 +170,7 @@ def test_reading_a_recording_does_not_unblock_a_fit(bench: Bench) -> None:
 
 def test_deleted_recording_does_not_end_the_listener(bench: Bench) -> None:
     bench.selection.add("cogging")
-    bench.send(ladder_view("added"), SERIES)
+    bench.send(steps_view("added"), SERIES)
     bench.jobs.submit("reading", lambda view: None, "view_recording", blocking=False)
     bench.recordings.deleted = True
     before = bench.changes.count(("job",))
@@ -182,7 +182,7 @@ def test_deleted_recording_does_not_end_the_listener(bench: Bench) -> None:
 
 @pytest.mark.parametrize(
     ("views_sent", "message"),
-    [((), "nothing has changed"), ((ladder_view("new"), SERIES), "what is shown stays")],
+    [((), "nothing has changed"), ((steps_view("new"), SERIES), "what is shown stays")],
 )
 def test_cancel_says_what_has_changed(views_sent: tuple[object, ...], message: str, bench: Bench) -> None:
     bench.selection.add("cogging")
@@ -197,7 +197,7 @@ def test_cancel_says_what_has_changed(views_sent: tuple[object, ...], message: s
 
 def test_lost_worker_is_reported_and_the_analysis_can_be_resumed(bench: Bench) -> None:
     bench.selection.add("cogging")
-    bench.send(ladder_view("new"), SERIES, WorkerEnd("The worker process has ended."))
+    bench.send(steps_view("new"), SERIES, WorkerEnd("The worker process has ended."))
     assert bench.jobs.message == "The worker process has ended."
     assert bench.jobs.current is None
     bench.selection.resume_analysis()
@@ -224,7 +224,7 @@ def test_only_changes_by_the_user_are_worth_a_question() -> None:
 def test_verdict_of_the_current_model(bench: Bench) -> None:
     assert not bench.selection.within_noise
     bench.selection.add("cogging")
-    bench.send(ladder_view("right"), SERIES, CANDIDATES, PREVIEWS, residual_view("", "within-noise"), TaskEnd())
+    bench.send(steps_view("right"), SERIES, CANDIDATES, PREVIEWS, residual_view("", "within-noise"), TaskEnd())
     assert bench.selection.within_noise
     bench.selection.undo()
     assert not bench.selection.within_noise

@@ -1,4 +1,4 @@
-"""Cautions of a diagnosis about its recordings."""
+"""Warnings of a diagnosis about its recordings."""
 
 from pathlib import Path
 from types import SimpleNamespace

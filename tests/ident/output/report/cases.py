@@ -34,6 +34,6 @@ def make_case(folder: Path) -> Case:
         hostile = recording.run.model_copy(update={"trajectory": HOSTILE, "reason": HOSTILE, "software": HOSTILE})
         write_recording(replace(recording, run=hostile))
     model = folder / "<i>a.json"
-    fitted = run("fit", paths[0], "--method", "ls", "-o", model, "--plots", folder / "plots")
+    fitted = run("fit", paths[0], "--method", "ls", "-o", model)
     assert fitted.exit_code == 0, fitted.output
     return Case(folder, model, paths[0], paths[1])
