@@ -2,7 +2,7 @@
 
 import tomllib
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import Field
 
@@ -30,8 +30,10 @@ class Part(ConfigSection):
 class Claim(ConfigSection):
     """What is known about the machine."""
 
-    effect: str
+    effect: str = ""
     present: bool = True
+    verdict: str = ""
+    """In place of an effect: what the verdict has to be."""
     order: float | None = None
     """Periods per turn of a ripple."""
     tolerance: float = 0.01
@@ -52,6 +54,10 @@ class Manifest(ConfigSection):
     parts: tuple[Part, ...]
     columns: dict[str, Column]
     """By their names in the import format."""
+    torque: dict[str, Any] | None = None
+    """Keys of the section [torque] of a rig file, such as the map of a voltage."""
+    gravity: bool = False
+    """Whether gravity loads the joint of a single axis."""
     claims: tuple[Claim, ...] = ()
     published: str = Field(default="", description="Held-out error of a published model, with its source.")
 

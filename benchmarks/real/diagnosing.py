@@ -80,12 +80,17 @@ def _record(manifest: Manifest, columns: dict[str, Floats], kept: Any, out: Path
     }
     table, recording = out.with_suffix(".csv"), out.with_suffix(".mcap")
     np.savetxt(table, np.stack(list(seen.values()), axis=1), "%.9g", ",", header=",".join(seen), comments="")
-    import_data(table, recording, Description(mechanism="axes", joints=manifest.joints))
+    description = Description(
+        mechanism="axes", joints=manifest.joints, torque=manifest.torque, gravity=manifest.gravity
+    )
+    import_data(table, recording, description)
     return recording
 
 
 def _judge(claim: Claim, document: dict[str, Any]) -> Judgement:
-    """Judge one claim by the findings of a `document`."""
+    """Judge one claim by the findings of a `document`, or by its verdict."""
+    if claim.verdict:
+        return "right" if document["verdict"] == claim.verdict else "missed"
     for entry in document["findings"]:
         if claim.effect not in (entry["effect"], *entry["confusable_with"]) or not _has_order(claim, document):
             continue
@@ -104,5 +109,7 @@ def _has_order(claim: Claim, document: dict[str, Any]) -> bool:
 
 
 def _text(claim: Claim) -> str:
+    if claim.verdict:
+        return f"verdict {claim.verdict}"
     order = f" of {claim.order:g} per turn" if claim.order else ""
     return f"{'' if claim.present else 'no '}{claim.effect}{order}"

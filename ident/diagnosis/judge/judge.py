@@ -38,8 +38,10 @@ class Judgement:
     def rejection(self, otherwise: str) -> Rejection:
         """Why it is no finding; `otherwise`: the reason if the judge would accept it."""
         status: RejectionStatus = "refuted" if self.refuted else "not-confirmed"
-        left = f"It would explain {self.evidence.gain:.1%} of what is left above the noise floor on held-out data"
-        return Rejection(status, f"{left}, but {self.reason or otherwise}.", self.evidence)
+        gain, why = self.evidence.gain, self.reason or otherwise
+        left = f"It would explain {gain:.1%} of what is left above the noise floor on held-out data, but {why}."
+        worse = f"Held-out data get no better by it, and {why}."
+        return Rejection(status, left if gain > 0 else worse, self.evidence)
 
 
 def judge(before: FittedModel, after: FittedModel, index: int = -1, compared: int = 1) -> Judgement:

@@ -45,7 +45,7 @@ class Candidates:
     def __init__(self, fits: Fits, library: Mapping[str, Effect]) -> None:
         self.fits, self.library, self.split = fits, library, fits.split
         self._screened: dict[Key, Screening] = {}
-        self._extended: dict[Key, list[FittedModel]] = {}
+        self._added: dict[tuple[Key, Candidate], FittedModel] = {}
         self._columns: dict[ColumnsKey, tuple[Floats, ...]] = {}
 
     def screen(self, model: FittedModel) -> Screening:
@@ -62,21 +62,21 @@ class Candidates:
             self._screened[key] = Screening(tuple(candidates), excluded, reductions)
         return self._screened[key]
 
-    def extensions(self, model: FittedModel) -> list[FittedModel]:
-        """`model` with each effect that promises most, refitted; the best first. Done once."""
-        key = key_of(model.solution.structure)
-        if key not in self._extended:
-            models: list[FittedModel] = []
-            before = model.solution.loss
-            for candidate in self.screen(model).candidates:
-                if candidate.term.effect.curve or not self._is_significant(model, candidate):
-                    continue
-                best = before - min((each.solution.loss for each in models), default=before)
-                enough = before - candidate.loss >= MIN_PROMISE * best or len(models) < WIDTH
-                if enough or _is_further_line(model, candidate):
-                    models.append(self.add(model, candidate))
-            self._extended[key] = sorted(models, key=lambda extended: extended.solution.loss)
-        return self._extended[key]
+    def extensions(self, model: FittedModel, promising: bool = True) -> list[FittedModel]:
+        """`model` with each effect that shows more than chance would, refitted; the best first.
+
+        promising: only those that promise most.
+        """
+        models: list[FittedModel] = []
+        before = model.solution.loss
+        for candidate in self.screen(model).candidates:
+            if candidate.term.effect.curve or not self._is_significant(model, candidate):
+                continue
+            best = before - min((each.solution.loss for each in models), default=before)
+            enough = before - candidate.loss >= MIN_PROMISE * best or len(models) < WIDTH
+            if enough or not promising or _is_further_line(model, candidate):
+                models.append(self.add(model, candidate))
+        return sorted(models, key=lambda extended: extended.solution.loss)
 
     def curves(self, model: FittedModel) -> list[FittedModel]:
         """`model` with each curve of the library that shows, refitted."""
@@ -89,8 +89,12 @@ class Candidates:
         return candidates[0] if candidates else None
 
     def add(self, model: FittedModel, candidate: Candidate) -> FittedModel:
-        """Add the `candidate` to `model` and refit all parameters."""
-        return self.fits.best(self._drop_impossible_joints(self._best_fit(model, candidate), model))
+        """Add the `candidate` to `model` and refit all parameters; done once."""
+        key = key_of(model.solution.structure), candidate
+        if key not in self._added:
+            extended = self._drop_impossible_joints(self._best_fit(model, candidate), model)
+            self._added[key] = self.fits.best(extended)
+        return self._added[key]
 
     def searched_again(self, model: FittedModel) -> FittedModel:
         """`model`, with the shapes of each effect searched again beside all others, where that leaves less.

@@ -22,7 +22,8 @@ def review(candidates: Candidates, steps: Sequence[SelectionStep], reason: str =
     model = steps[-1].model
     findings = tuple(_finding(candidates, model, index) for index in range(len(model.terms)))
     extensions = {
-        extended.terms[added_term(model, extended)].name: extended for extended in candidates.extensions(model)
+        extended.terms[added_term(model, extended)].name: extended
+        for extended in reversed(candidates.extensions(model, promising=False))
     }
     judged = {
         name: (extended, judge(model, extended, added_term(model, extended))) for name, extended in extensions.items()
