@@ -55,7 +55,7 @@ def test_sampling_and_joints_are_stated(document: CheckDocument) -> None:
     assert (recording.rate_hz, recording.cycles, recording.simulated) == (building.RATE, 4, True)
     assert [joint.encoder_step for joint in document.joints] == pytest.approx([1e-5, 1e-5])
     assert all(joint.noise_rms for joint in document.joints)
-    assert document.as_json()["schema"] == 1
+    assert document.as_json()["schema"] == 2
 
 
 @pytest.mark.slow

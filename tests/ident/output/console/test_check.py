@@ -36,7 +36,7 @@ def effect(name: str, **fields: object) -> CheckedEffect:
 
 def shown(*effects: CheckedEffect) -> str:
     document = CheckDocument(
-        schema=1, share=0.03, bandwidth_hz=30.0, recordings=(RECORDING,), joints=(JOINT, JOINT), effects=effects
+        schema=2, share=0.03, bandwidth_hz=30.0, recordings=(RECORDING,), joints=(JOINT, JOINT), effects=effects
     )
     screen = io.StringIO()
     check.show(document, Console(file=screen, width=100))
