@@ -78,15 +78,6 @@ def initial_solution(
     return _solve_linear(predictors, structure, x, weights)
 
 
-def adapted(
-    predictors: Sequence[TorquePredictor], solution: Solution, weights: Sequence[Floats], entries: Bools
-) -> Solution:
-    """Adapt the parameters `entries` (K,) of a `solution` to the others by a Gauss-Newton step."""
-    structure = solution.structure
-    free = np.array([entry.free for entry in structure.parameters])
-    return initial_solution(predictors, structure, solution.x + _solve(solution, entries & free), weights)
-
-
 def levenberg_marquardt(
     predictors: Sequence[TorquePredictor], solution: Solution, weights: Sequence[Floats]
 ) -> Solution:

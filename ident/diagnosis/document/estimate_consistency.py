@@ -9,8 +9,8 @@ import numpy as np
 
 from ident.data.prepared_recording import MIN_ROWS_PER_PARAMETER
 from ident.diagnosis.document.document import ParameterValue, StepEntry
-from ident.diagnosis.judge.confirmation import MIN_T
 from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.improvement import MIN_T
 from ident.diagnosis.judge.indistinguishable import indistinguishable, is_strength
 from ident.diagnosis.split.split_data import SplitData
 from recordings.recording import Floats

@@ -30,9 +30,6 @@ from ident.diagnosis.document.ripple_document import (
 )
 from ident.diagnosis.document.verdict_rule import Remainder, verdict_of
 from ident.diagnosis.document.warnings import data_warnings, file_names
-from ident.diagnosis.judge.confirmation import is_supported
-from ident.diagnosis.judge.rules.amplitude import size_warnings
-from ident.diagnosis.judge.rules.mechanism import sign_warnings
 from ident.diagnosis.search.selection import Finding, SelectionStep
 from ident.diagnosis.split.parameter_intervals import with_gain
 from ident.diagnosis.split.split_data import SplitData, rms
@@ -85,8 +82,6 @@ def to_document(diagnosis: Diagnosis) -> Document:
         warnings=(
             *_bias_warning(diagnosis),
             *consistency_warnings(selection.model, steps),
-            *sign_warnings(selection.model),
-            *size_warnings(selection.model),
             *data_warnings(split, selection.model, floor, diagnosis.library.get("torque_offset")),
         ),
         recordings=tuple(file_names(split, range(len(split.recordings)))),
@@ -130,7 +125,7 @@ def _new_findings(diagnosis: Diagnosis) -> list[Finding]:
 
 def _is_supported(diagnosis: Diagnosis, finding: Finding) -> bool:
     """Whether the test rows support a finding. This is open only for forced effects, which are added in any case."""
-    return not diagnosis.forced or is_supported(finding.improvement)
+    return not diagnosis.forced or finding.accepted
 
 
 def _initial_effects(diagnosis: Diagnosis) -> set[str]:

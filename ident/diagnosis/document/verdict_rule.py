@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.diagnosis.document.document import Verdict
-from ident.diagnosis.judge.confirmation import MIN_SHARE
+from ident.diagnosis.judge.improvement import MIN_SHARE
 from recordings.recording import Floats
 
 _DETECTABLE = 0.03

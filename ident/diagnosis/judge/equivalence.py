@@ -1,6 +1,5 @@
 """Which of two explanations the data prefer, and which they cannot tell apart."""
 
-from ident.diagnosis.judge.confirmation import MIN_T
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import Improvement
 from ident.diagnosis.judge.price import PRICE, chance_reduction, is_significant
@@ -22,7 +21,7 @@ def slack(before: float, best: float, independent_rows: float) -> float:
 def is_decisive(improvement: Improvement) -> bool:
     """Whether an improvement rules out a model that explains nearly as much."""
     return (
-        improvement.t_statistic > MIN_T
+        improvement.is_supported
         and improvement.share > MIN_DECISIVE_SHARE
         and improvement.reduction > MIN_DECISIVE_REDUCTION
     )

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.diagnosis.judge.improvement import Improvement, measure_improvement
+from ident.diagnosis.judge.improvement import Blocks, Improvement
 from ident.diagnosis.split.noise_floor import NoiseFloor, estimate_noise_floor
 from ident.diagnosis.split.parameter_intervals import confidence_intervals, parameter_uncertainty, propagated_errors
 from ident.diagnosis.split.split_data import SplitData, row_count
@@ -104,14 +104,34 @@ class FittedModel:
         """(K, 2) 95 % intervals of its parameters for an exactly known torque gain; NaN where not identifiable."""
         return confidence_intervals(self.split, self.solution, 0.0)
 
+    @cached_property
+    def turned(self) -> "FittedModel":
+        """The same effects, fitted to the held-out rows."""
+        split = self.split.turned
+        return FittedModel(split, split.fit(self.solution.structure, self.solution.x))
+
     def improvement_over(
         self, before: "FittedModel", rows: Sequence[Bools] | None = None, compared: int = 1
     ) -> Improvement:
         """Improvement over the model `before`, on held-out rows or on `rows` (m, dof) of each recording.
 
-        Rows that one of both cannot judge are left out: they tell nothing about the effect.
-
         compared: number of models among which those rows chose this one.
         """
-        floor = self.noise_floor.rms
-        return measure_improvement(self.split, before.judged_residuals, self.judged_residuals, floor, rows, compared)
+        return self._blocks_over(before, self.split.test if rows is None else rows).improvement(compared)
+
+    def improvement_in_turn(self, before: "FittedModel") -> Improvement | None:
+        """Improvement over the model `before` with each row held out once; None unless it improves both times."""
+        held_out = self._blocks_over(before, self.split.test)
+        judged = [
+            rows & ~(a | b) for rows, a, b in zip(self.split.train, self.unjudged, before.unjudged, strict=True)
+        ]
+        residuals = before.turned.residuals, self.turned.residuals
+        other_way = Blocks.of(self.split, *residuals, self.noise_floor.rms, judged)
+        improves = all(
+            not half.is_small and half.reduction > 0 for half in map(Blocks.improvement, (held_out, other_way))
+        )
+        return (held_out + other_way).improvement() if improves else None
+
+    def _blocks_over(self, before: "FittedModel", rows: Sequence[Bools]) -> Blocks:
+        """Blocks of the `rows` that both models can judge: the others tell nothing about the effect."""
+        return Blocks.of(self.split, before.judged_residuals, self.judged_residuals, self.noise_floor.rms, rows)

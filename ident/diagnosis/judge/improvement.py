@@ -1,13 +1,18 @@
-"""The improvement of one model over another on test rows or on all rows, with its uncertainty."""
+"""The improvement of one model over another on rows that no fit used, and when it is confirmed."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ident.diagnosis.split.split_data import SplitData
-from recordings.recording import Bools, Floats
+from recordings.recording import Bools, Floats, Ints
 
+MIN_T = 3.5
+"""Student's t that confirms an improvement on held-out rows; it is high because many models are tried."""
+MIN_SHARE = 0.1
+"""Share of the mean square above the noise floor that an effect must take: with much data, trifles are
+significant."""
 BLOCK_SECONDS = 0.25
 """Rows closer than this are not independent: they are averaged to one block [s]."""
 _LEVEL = 0.95
@@ -22,45 +27,66 @@ class Improvement:
     share: float
     interval: tuple[float, float]
     """95 % interval, by Fieller's theorem from the blocks; simultaneous for all models that were compared."""
-    t_statistic: float
-    """Student's t of the reduction over the blocks."""
+    t: float
+    """Student's t over the blocks, as the standard score of the same probability: of the reduction, or, where that is
+    no trifle, of the logarithm of the ratio of both mean squares, which no block outweighs."""
     reduction: float
     """Of the mean square, in units of the squared noise floor."""
     remaining: float
     """Mean square of the second model above the noise floor, in the same units."""
-    t_of_ratio: float = 0.0
-    """Student's t of the logarithm of the ratio of both mean squares over the blocks. It needs no noise floor, and no
-    block outweighs the others."""
-    t_for_change: float = 0.0
-    """Student's t of the reduction over blocks that count by how much the second model changes there: where both
-    models agree, a block tells nothing. It is given as the standard score of the same probability."""
+
+    @property
+    def is_small(self) -> bool:
+        """Whether it takes less than MIN_SHARE of what is left above the noise floor."""
+        return self.reduction < MIN_SHARE * (self.remaining + self.reduction)
+
+    @property
+    def is_supported(self) -> bool:
+        """Whether the rows confirm it."""
+        return self.t > MIN_T
 
 
-def measure_improvement(
-    split: SplitData,
-    before: Sequence[Floats],
-    after: Sequence[Floats],
-    floor: Floats,
-    rows: Sequence[Bools] | None = None,
-    compared: int = 1,
-) -> Improvement:
-    """Compare the residuals (m, dof) of every recording `before` and `after`, with the noise `floor` (dof,) [N m].
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Mean squares (b,) of independent blocks of rows, in units of the squared noise floor."""
 
-    Each joint is weighted by its squared noise floor, so that noise counts the same in all joints.
+    before: Floats
+    after: Floats
+    change: Floats
+    """Of what the second model changes: where both models agree, a block tells nothing."""
 
-    rows: (m, dof) rows of every recording on which they are compared; default: the test rows.
-    compared: number of models among which these rows chose the second one. By Bonferroni's inequality, the intervals
-    of all of them together hold the true shares in 95 % of cases, and so the interval of the chosen one does.
-    """
-    scale, rows = np.maximum(floor, 1e-12), split.test if rows is None else rows
-    # An effect may be undefined in more rows than the model without it: compare where both are defined.
-    pairs = zip(rows, before, after, strict=True)
-    rows = [scored & np.isfinite(old) & np.isfinite(new) for scored, old, new in pairs]
-    change = [old - new for old, new in zip(before, after, strict=True)]
-    mean_before, mean_after, changed = (
-        _block_means(split, residuals, scale, rows) for residuals in (before, after, change)
-    )
-    return improvement_of_blocks(mean_before, mean_after, 1.0, compared, changed)
+    @classmethod
+    def of(
+        cls, split: SplitData, before: Sequence[Floats], after: Sequence[Floats], floor: Floats, rows: Sequence[Bools]
+    ) -> "Blocks":
+        """Those of the residuals (m, dof) of every recording `before` and `after`, in the `rows` (m, dof).
+
+        Each joint is weighted by its squared noise `floor` (dof,) [N m], so that noise counts the same in all joints.
+        """
+        scale = np.maximum(floor, _TINY)
+        # An effect may be undefined in more rows than the model without it: compare where both are defined.
+        pairs = zip(rows, before, after, strict=True)
+        rows = [scored & np.isfinite(old) & np.isfinite(new) for scored, old, new in pairs]
+        change = [old - new for old, new in zip(before, after, strict=True)]
+        return cls(*(_block_means(split, residuals, scale, rows) for residuals in (before, after, change)))
+
+    def __add__(self, other: "Blocks") -> "Blocks":
+        """The blocks of both."""
+        pairs = (
+            (self.before, other.before),
+            (self.after, other.after),
+            (self.change, other.change),
+        )
+        return Blocks(*(np.concatenate(pair) for pair in pairs))
+
+    def improvement(self, compared: int = 1) -> Improvement:
+        """The improvement over all blocks.
+
+        compared: number of models among which these rows chose the second one. By Bonferroni's inequality, the
+        intervals of all of them together hold the true shares in 95 % of cases, and so the interval of the chosen one
+        does.
+        """
+        return improvement_of_blocks(self.before, self.after, 1.0, compared, self.change)
 
 
 def improvement_of_blocks(
@@ -68,55 +94,48 @@ def improvement_of_blocks(
 ) -> Improvement:
     """The improvement from the mean squares `before` to those `after` (b,) of independent blocks.
 
-    noise: mean square of the noise floor in the same unit; compared: as in `measure_improvement`; change: mean
-    squares (b,) of what the second model changes, if known.
+    noise: mean square of the noise floor in the same unit; compared: as in `Blocks.improvement`; change: mean
+    squares (b,) of what the second model changes; None: the same in all blocks.
     """
     difference = before - after
     reduction = np.where(np.abs(difference) > _TINY * before, difference, 0.0)
-    count = len(reduction)
-    if count < 3:
+    if len(reduction) < 3:
         return Improvement(0.0, (0.0, 0.0), 0.0, 0.0, 0.0)
-    spread = float(reduction.std(ddof=1)) / np.sqrt(count)
     excess = before - noise
     share = float(np.clip(reduction.mean() / excess.mean(), -1.0, 1.0)) if excess.mean() > 0 else 0.0
-    t = float(reduction.mean() / spread) if spread else 0.0
-    return Improvement(
+    improvement = Improvement(
         share,
         _ratio_interval(reduction, excess, 1 - (1 - _LEVEL) / compared),
-        t,
+        _standard_score(reduction, np.ones_like(reduction) if change is None else change),
         float(reduction.mean()),
         float(after.mean()) - noise,
-        _t_of_ratio(before, after),
-        0.0 if change is None else _t_for_change(reduction, change),
     )
-
-
-def _t_of_ratio(before: Floats, after: Floats) -> float:
-    """Student's t of the logarithm of the ratio of the mean squares (b,) `before` and `after`."""
+    if improvement.is_small:
+        return improvement
     known = (before > 0) & (after > 0)
-    logarithm = np.log(before[known]) - np.log(after[known])
-    spread = float(logarithm.std(ddof=1)) / np.sqrt(len(logarithm)) if len(logarithm) > 2 else 0.0
-    return float(logarithm.mean() / spread) if spread else 0.0
+    of_ratio = _standard_score(np.log(before[known] / after[known]), np.ones(known.sum()))
+    return replace(improvement, t=max(improvement.t, of_ratio))
 
 
-def _t_for_change(reduction: Floats, change: Floats) -> float:
-    """See `Improvement.t_for_change`, from the `reduction` and the mean square of the `change` (b,) of blocks.
+def _standard_score(values: Floats, weights: Floats) -> float:
+    """Student's t of the sum of `values` (b,) of independent blocks, as the standard score of the same probability.
 
     A ratio estimator whose errors differ between blocks, with as many degrees of freedom as there are blocks with
-    much of the change; Carter, Schnepel and Steigerwald, "Asymptotic behavior of a t-test robust to cluster
-    heterogeneity", Rev. Econ. Stat. 99 (2017).
+    much of the `weights` (b,), to which values are proportional; Student's t where all weights are the same. Carter,
+    Schnepel and Steigerwald, "Asymptotic behavior of a t-test robust to cluster heterogeneity", Rev. Econ. Stat. 99
+    (2017).
     """
     from scipy.special import ndtri, stdtr
 
-    total = change.sum()
-    blocks = total**2 / (change**2).sum() if total > 0 else 0.0
+    total = weights.sum()
+    blocks = total**2 / (weights**2).sum() if total > 0 else 0.0
     if blocks <= 2:
         return 0.0
-    errors = reduction - reduction.sum() / total * change
+    errors = values - values.sum() / total * weights
     spread = float(np.sqrt((errors**2).sum() * blocks / (blocks - 1)))
-    if not spread:
-        return 0.0
-    return float(-ndtri(stdtr(blocks - 1, -reduction.sum() / spread)))
+    t = float(values.sum()) / max(spread, float(np.finfo(float).tiny))
+    probability = max(float(stdtr(blocks - 1, -abs(t))), float(np.finfo(float).tiny))
+    return float(np.copysign(ndtri(probability), t))
 
 
 def _ratio_interval(numerator: Floats, denominator: Floats, level: float) -> tuple[float, float]:
@@ -139,13 +158,17 @@ def _ratio_interval(numerator: Floats, denominator: Floats, level: float) -> tup
     return float(low), float(high)
 
 
+def block_counts(split: SplitData, rows: Sequence[Bools]) -> list[tuple[Ints, Floats]]:
+    """Number of the block of BLOCK_SECONDS of each row (m,), and the count (b,) of `rows` (m, dof) of every block."""
+    blocks = [np.floor(prepared.time / BLOCK_SECONDS).astype(int) for prepared in split.recordings]
+    pairs = zip(blocks, rows, strict=True)
+    return [(block, np.bincount(block, selected.sum(axis=1)).astype(float)) for block, selected in pairs]
+
+
 def _block_means(split: SplitData, residuals: Sequence[Floats], scale: Floats, rows: Sequence[Bools]) -> Floats:
     """(b,) mean squares of `rows`, in units of the squared noise floor, over blocks of BLOCK_SECONDS."""
     means = []
-    for prepared, selected, residual in zip(split.recordings, rows, residuals, strict=True):
+    for (block, count), selected, residual in zip(block_counts(split, rows), rows, residuals, strict=True):
         squares = np.where(selected, (residual / scale) ** 2, 0.0).sum(axis=1)
-        block = np.floor(prepared.time / BLOCK_SECONDS).astype(int)
-        count = np.bincount(block, selected.sum(axis=1))
-        sums = np.bincount(block, squares)
-        means.append(sums[count > 0] / count[count > 0])
+        means.append(np.bincount(block, squares)[count > 0] / count[count > 0])
     return np.concatenate(means)

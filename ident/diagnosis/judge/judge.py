@@ -4,10 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.diagnosis.judge.confirmation import MIN_SHARE, MIN_T, is_small, strongest_t
 from ident.diagnosis.judge.evidence import Evidence, Rejection, RejectionStatus
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.judge.improvement import Improvement
+from ident.diagnosis.judge.improvement import MIN_SHARE, MIN_T, Improvement
 from ident.diagnosis.judge.price import is_significant
 from ident.diagnosis.judge.rules import OF_INTERVALS, OF_VALUES, objection
 from ident.diagnosis.split.split_data import rms
@@ -50,20 +49,23 @@ def judge(before: FittedModel, after: FittedModel, index: int = -1, compared: in
     compared: number of models among which the held-out rows chose this one; the interval allows for it.
     """
     index %= len(after.terms)
-    improvement = after.improvement_over(before, compared=compared)
+    improvement, t = after.improvement_over(before, compared=compared), None
 
     def judgement(decided_by: str, reason: str = "", refuted: bool = False) -> Judgement:
-        return Judgement(not reason, evidence_of(improvement, decided_by), reason, refuted)
+        return Judgement(not reason, evidence_of(improvement, decided_by, t), reason, refuted)
 
     if found := objection(OF_VALUES, before, after, index):
         return judgement(*found, refuted=True)
     if not _shows_in_training(before, after):
         return judgement("training", "the rows of the fit show no more of it than chance would")
-    if is_small(improvement):
+    if improvement.is_small:
         reason = f"that is less than {MIN_SHARE:.0%}: a trifle beside what else is missing"
         return judgement("size", reason, refuted=improvement.interval[1] < MIN_SHARE)
-    if (t := strongest_t(improvement)) <= MIN_T:
-        return judgement("held-out", f"held-out data do not confirm it: t is {t:.1f} where {MIN_T} is required")
+    if not improvement.is_supported:  # with each row held out in turn, the same recordings may have the power
+        in_turn = after.improvement_in_turn(before) if improvement.t > MIN_T / 2 else None
+        t = max(improvement.t, in_turn.t) if in_turn else improvement.t
+        if t <= MIN_T:
+            return judgement("held-out", f"held-out data do not confirm it: t is {t:.1f} where {MIN_T} is required")
     if found := objection(OF_INTERVALS, before, after, index):
         return judgement(*found)
     return judgement("held-out")
@@ -79,9 +81,9 @@ def _shows_in_training(before: FittedModel, after: FittedModel) -> bool:
     )
 
 
-def evidence_of(improvement: Improvement, decided_by: str = "held-out") -> Evidence:
-    """The record of an `improvement` on held-out rows."""
+def evidence_of(improvement: Improvement, decided_by: str = "held-out", t: float | None = None) -> Evidence:
+    """The record of an `improvement` on held-out rows; `t`: with each row held out in turn, if that was needed."""
     from scipy.special import ndtr
 
-    t = strongest_t(improvement)
+    t = improvement.t if t is None else t
     return Evidence(improvement.share, decided_by, improvement.interval, t, MIN_T, float(ndtr(t - MIN_T)))

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.judge.rules.amplitude import extraordinary_joints
+from ident.diagnosis.judge.rules.limits import extraordinary_joints
 from ident.diagnosis.split.split_data import rms
 from recordings.recording import Bools, Floats
 

@@ -106,10 +106,10 @@ class _Pursuit:
                 over_angle, order, signal.angle, self._orders, signal.train
             ):
                 continue
-            if self._improvement(over_angle, over_time, signal.train).t_statistic > MIN_DIFFERENCE_T:
+            if self._improvement(over_angle, over_time, signal.train).t > MIN_DIFFERENCE_T:
                 break  # a vibration explains more: it comes first
             if self._is_confirmed(over_angle):
-                certain = self._improvement(over_time, over_angle, signal.train).t_statistic > MIN_DIFFERENCE_T
+                certain = self._improvement(over_time, over_angle, signal.train).t > MIN_DIFFERENCE_T
                 certain |= self._reduction(over_time) < SAME_SHARE * self._reduction(over_angle)
                 self._same.append(np.nan if certain else hertz)
                 self.orders.append(order)

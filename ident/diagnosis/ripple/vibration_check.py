@@ -60,9 +60,7 @@ def _differs_on_joint(model: FittedModel, finding: Finding, order: float, joint:
             rest = signal - columns @ least_squares(columns, signal)
             count = np.bincount(block)
             means.append(np.bincount(block, rest**2)[count > 0] / count[count > 0])
-    return bool(after) and (
-        improvement_of_blocks(np.concatenate(before), np.concatenate(after)).t_statistic > MIN_DIFFERENCE_T
-    )
+    return bool(after) and (improvement_of_blocks(np.concatenate(before), np.concatenate(after)).t > MIN_DIFFERENCE_T)
 
 
 def _best(time: Floats, signal: Floats, bandwidth: float) -> float:

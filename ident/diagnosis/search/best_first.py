@@ -13,15 +13,15 @@ from itertools import islice
 
 import numpy as np
 
-from ident.diagnosis.judge.confirmation import is_small
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.judge import Judgement, judge
-from ident.diagnosis.judge.price import PRICE, chance_reduction, least_score, score
+from ident.diagnosis.judge.price import PRICE, least_score, score
 from ident.diagnosis.judge.rules import OF_VALUES, objection
+from ident.diagnosis.judge.rules.strength import wald_statistic
 from ident.diagnosis.search.candidates import WIDTH, Candidates
 from ident.diagnosis.search.fits import Key, added_term, key_of
 from ident.diagnosis.split.split_data import rms
-from recordings.recording import Floats, Ints
+from recordings.recording import Ints
 
 MAX_EXPANDED = 16
 """Most models that are expanded; a robot with more than a handful of missing effects is no case for a library."""
@@ -65,7 +65,7 @@ class BestFirst:
         self._insert(start)
         while (state := self._next()) is not None:
             self._expand(state)
-        return self._answer(start)
+        return self._answer()
 
     def judgements(self, model: FittedModel) -> list[Judgement]:
         """What the judge says of each effect of `model` beside all the others."""
@@ -123,30 +123,30 @@ class BestFirst:
             possible = term.effect.possible_joints(model.solution.structure.rig)
             missing = tuple(joint for joint in joints if joint in possible and joint not in term.joints)
             if missing and not (term.effect.whole_robot or term.effect.repeated):
-                sets = {*((joint,) for joint in missing), missing}
-                yield from (self._fits.on_more_joints(model, index, added) for added in sorted(sets))
+                for added in sorted({*((joint,) for joint in missing), missing}):
+                    yield self._fits.on_joints(model, index, sorted((*term.joints, *added)))
 
     def _smaller(self, model: FittedModel) -> Iterator[FittedModel]:
-        """Models with one effect, or one joint of an effect, less, where that is cheaper than its price."""
-        price = PRICE * chance_reduction(model.solution.loss, model.split.independent_rows)
-        covariance = _covariance(model)
+        """Models with one effect, or one joint of an effect, less, where it is worth less than its parameters.
+
+        An effect that tells joints from each other may act on the other joints instead.
+        """
+        structure = model.solution.structure
         for index, term in enumerate(model.terms):
             if term.effect.mandatory:
                 continue
-            entries = np.flatnonzero(model.solution.structure.parameter_mask(index))
-            if _increase(model, covariance, entries) < price * len(entries):
+            if _is_cheap(model, np.flatnonzero(structure.parameter_mask(index))):
                 yield self._fits.without_effect(model, index)
-            instances = model.solution.structure.instance_entries(index)
-            if len(instances) < 2 or term.effect.whole_robot:
+            if len(term.joints) == 1 or term.effect.whole_robot:
                 continue
-            for number, own in enumerate(instances):
-                if _increase(model, covariance, own) < price * len(own):
-                    kept = [other != number for other in range(len(instances))]
-                    yield self._fits.without_instances(model, index, kept)
-            if term.effect.differential and (other := self._fits.on_other_joints(model, index)):
-                yield other
+            for joint, own in zip(term.joints, structure.instance_entries(index), strict=True):
+                if _is_cheap(model, own):
+                    yield self._fits.on_joints(model, index, [other for other in term.joints if other != joint])
+            others = [joint for joint in term.effect.possible_joints(structure.rig) if joint not in term.joints]
+            if term.effect.differential and 0 < len(others) < len(term.joints):
+                yield self._fits.on_joints(model, index, others)
 
-    def _answer(self, start: FittedModel) -> FittedModel:
+    def _answer(self) -> FittedModel:
         """The best model in which every effect is accepted; those without an effect that is not are models, too."""
         refused: set[Names] = set()
         while True:
@@ -172,7 +172,7 @@ def _is_possible(model: FittedModel, other: FittedModel) -> bool:
 def _is_large(model: FittedModel, other: FittedModel) -> bool:
     """Whether `other` explains more than a trifle of what `model` leaves: many trifles imitate any unknown."""
     subsets = model.split.train, model.split.test
-    return not all(is_small(other.improvement_over(model, rows)) for rows in subsets)
+    return not all(other.improvement_over(model, rows).is_small for rows in subsets)
 
 
 def _leaves_much(model: FittedModel) -> bool:
@@ -183,17 +183,6 @@ def _leaves_much(model: FittedModel) -> bool:
     )
 
 
-def _covariance(model: FittedModel) -> Floats:
-    """(K, K) inverse of the weighted normal matrix of `model`."""
-    regressor = model.solution.rows()[0]
-    size = np.sqrt((regressor**2).sum(axis=0))
-    size[size == 0] = 1.0
-    scaled = regressor / size
-    inverse: Floats = np.linalg.pinv(scaled.T @ scaled, rcond=1e-12) / np.outer(size, size)
-    return inverse
-
-
-def _increase(model: FittedModel, covariance: Floats, entries: Ints) -> float:
-    """Increase of the loss where the parameters `entries` are zero and all others adapt, by linear algebra."""
-    values = model.solution.x[entries]
-    return float(values @ np.linalg.pinv(covariance[np.ix_(entries, entries)]) @ values)
+def _is_cheap(model: FittedModel, entries: Ints) -> bool:
+    """Whether the parameters `entries` take less of the loss than their price, by Wald's statistic."""
+    return wald_statistic(model.solution.x[entries], model.uncertainty.covariance, entries) < PRICE * len(entries)

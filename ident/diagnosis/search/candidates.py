@@ -1,19 +1,19 @@
 """Effects that may extend a model: the library is screened by linear algebra, and what promises enough is fitted."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.price import is_significant
-from ident.diagnosis.judge.rules.amplitude import plausible_instances
+from ident.diagnosis.judge.rules.limits import plausible_instances
 from ident.diagnosis.search.fits import Fits, Key, key_of
 from ident.diagnosis.search.screening import Candidate, ColumnsKey, Screener
 from ident.diagnosis.search.selection import Exclusion
 from ident.dynamics.effects.base import Effect
-from ident.dynamics.structure import ModelStructure, Term
-from ident.estimation.nonlinear_fit import Solution
+from ident.dynamics.structure import Term
 from ident.threads import in_threads
 from recordings.recording import Floats
 
@@ -23,8 +23,6 @@ other, and a third that contains it."""
 MIN_PROMISE = 0.8
 """Further candidates are fitted if screening promises this share of the best reduction: optimizing their shapes
 hardly adds more (97 effects of the part `chosen`: 0.8 to 1.2 times what was promised)."""
-_MIN_REALISED = 0.95
-"""Share of the reduction promised by screening that an optimization must reach; otherwise the next start is tried."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +33,18 @@ class Screening:
     """The most promising first."""
     excluded: Mapping[str, Exclusion]
     """Effects that cannot be added, with the reason."""
-    reductions: Mapping[str, float]
-    """Relative reduction of the loss that each effect promises."""
+    loss: float
+    """Of the model."""
+
+    @cached_property
+    def best(self) -> dict[str, Candidate]:
+        """The most promising candidate of each effect."""
+        return {candidate.term.name: candidate for candidate in reversed(self.candidates)}
+
+    @property
+    def reductions(self) -> dict[str, float]:
+        """Relative reduction of the loss that each effect promises."""
+        return {name: 1 - candidate.loss / self.loss for name, candidate in self.best.items()}
 
 
 class Candidates:
@@ -57,9 +65,7 @@ class Candidates:
                 name: effect for name, effect in self.library.items() if name not in present or effect.repeated
             }
             candidates, excluded = Screener(self.split, model.solution, self._columns).screen(library)
-            before = model.solution.loss
-            reductions = {candidate.term.name: 1 - candidate.loss / before for candidate in reversed(candidates)}
-            self._screened[key] = Screening(tuple(candidates), excluded, reductions)
+            self._screened[key] = Screening(tuple(candidates), excluded, model.solution.loss)
         return self._screened[key]
 
     def extensions(self, model: FittedModel, promising: bool = True) -> list[FittedModel]:
@@ -70,7 +76,7 @@ class Candidates:
         models: list[FittedModel] = []
         before = model.solution.loss
         for candidate in self.screen(model).candidates:
-            if candidate.term.effect.curve or not self._is_significant(model, candidate):
+            if candidate.term.effect.curve or not self.is_significant(model, candidate):
                 continue
             best = before - min((each.solution.loss for each in models), default=before)
             enough = before - candidate.loss >= MIN_PROMISE * best or len(models) < WIDTH
@@ -81,7 +87,7 @@ class Candidates:
     def curves(self, model: FittedModel) -> list[FittedModel]:
         """`model` with each curve of the library that shows, refitted."""
         candidates = [each for each in self.screen(model).candidates if each.term.effect.curve]
-        return [self.add(model, each) for each in candidates if self._is_significant(model, each)]
+        return [self.add(model, each) for each in candidates if self.is_significant(model, each)]
 
     def named(self, model: FittedModel, name: str) -> Candidate | None:
         """The effect `name` as screening finds it beside `model`; None where that shows nothing of it."""
@@ -92,8 +98,7 @@ class Candidates:
         """Add the `candidate` to `model` and refit all parameters; done once."""
         key = key_of(model.solution.structure), candidate
         if key not in self._added:
-            extended = self._drop_impossible_joints(self._best_fit(model, candidate), model)
-            self._added[key] = self.fits.best(extended)
+            self._added[key] = self.fits.best(self._on_possible_joints(self._best_fit(model, candidate)))
         return self._added[key]
 
     def searched_again(self, model: FittedModel) -> FittedModel:
@@ -111,64 +116,41 @@ class Candidates:
                 model = min(model, again, key=lambda each: each.solution.loss)
         return self.fits.best(model)
 
-    def _is_significant(self, model: FittedModel, candidate: Candidate) -> bool:
+    def is_significant(self, model: FittedModel, candidate: Candidate) -> bool:
+        """Whether the `candidate` promises more of the loss of `model` than its parameters are worth."""
         losses = model.solution.loss, candidate.loss
         return is_significant(*losses, candidate.parameter_count, self.split.independent_rows)
 
     def _best_fit(self, model: FittedModel, candidate: Candidate) -> FittedModel:
-        best, before = min(self._fits(model, candidate), key=lambda solution: solution.loss), model.solution.loss
-        return FittedModel(self.split, self.split.escape_local_minima(best) if best.loss < before else best)
-
-    def _fits(self, model: FittedModel, candidate: Candidate) -> Iterator[Solution]:
-        """Fit `model` with the `candidate` from one initial guess after the other.
-
-        If every start increases the loss, the effect is set to zero. If one start realises what screening promised,
-        the others are skipped, except for effects that require a multistart.
-        """
+        """Fit `model` with the `candidate` from its best initial guess, or from all if its shapes need it."""
         structure = model.solution.structure.with_term(candidate.term)
-        before, multistart = model.solution.loss, candidate.term.effect.multistart > 1
-        starts = self._initial_fits(model, structure, candidate.initial_guesses)
-        if not multistart and min(start.loss for start in starts) > before:
-            zeros = np.zeros(len(candidate.initial_guesses[0]) - len(candidate.shapes))
-            x = np.concatenate([model.solution.x, zeros, candidate.shapes])
-            yield self.split.fit_linear(structure, x)
-            return
-        for start in starts:
-            solution = self.split.fit_nonlinear(start)
-            yield solution
-            if not multistart and before - solution.loss >= _MIN_REALISED * (before - candidate.loss):
-                return
-
-    def _initial_fits(
-        self, model: FittedModel, structure: ModelStructure, guesses: Sequence[Floats]
-    ) -> Sequence[Solution]:
-        """Fit the linear parameters of `structure`, `model` with one more effect, at each of the `guesses` of it.
-
-        If all increase the loss, the nonlinear parameters of `model` move with the effect, as screening assumed.
-        """
         starts = in_threads(
-            lambda guess: self.split.fit_linear(structure, np.concatenate([model.solution.x, guess])), guesses
+            lambda guess: self.split.fit_linear(structure, np.concatenate([model.solution.x, guess])),
+            candidate.initial_guesses,
         )
-        if model.solution.structure.linear.all() or min(start.loss for start in starts) <= model.solution.loss:
-            return starts
-        of_model = ~structure.parameter_mask(len(structure.terms) - 1)
-        moved = in_threads(lambda start: self.split.adapted(start, of_model), starts)
-        return [min(pair, key=lambda start: start.loss) for pair in zip(starts, moved, strict=True)]
+        if candidate.term.effect.multistart == 1:
+            starts = [min(starts, key=lambda start: start.loss)]
+        best = min(map(self.split.fit_nonlinear, starts), key=lambda solution: solution.loss)
+        if best.loss < model.solution.loss:
+            return FittedModel(self.split, self.split.escape_local_minima(best))
+        return self.zero(model, candidate.term, candidate.shapes)
 
-    def _drop_impossible_joints(self, model: FittedModel, before: FittedModel) -> FittedModel:
-        """Remove the joints on which the coefficients of the last effect are outside of their physical limits."""
+    def zero(self, model: FittedModel, term: Term, shapes: Floats | None = None) -> FittedModel:
+        """`model` with a `term` of no strength, where nothing of it leaves less."""
+        structure = model.solution.structure.with_term(term)
+        guesses = [shape.initial_guesses[0] if shape.initial_guesses else shape.upper for shape in term.shapes]
+        zeros = np.zeros(term.instances * len(term.local_parameters))
+        x = np.concatenate([model.solution.x, zeros, np.array(guesses) if shapes is None else shapes])
+        return FittedModel(self.split, self.split.at(structure, x))
+
+    def _on_possible_joints(self, model: FittedModel) -> FittedModel:
+        """`model` without the joints on which the coefficients of the last effect are not plausible."""
         index, term = len(model.terms) - 1, model.terms[-1]
-        local = model.solution.structure.local_values(index, model.solution.x)
-        within = plausible_instances(term, local)
+        within = plausible_instances(term, model.solution.structure.local_values(index, model.solution.x))
         if term.effect.whole_robot or all(within) or not any(within):
             return model
-        structure = model.solution.structure
-        kept = np.ones(len(model.solution.x), bool)
-        kept[structure.instance_entries(index)[[not inside for inside in within]]] = False
-        joints = tuple(joint for joint, inside in zip(term.joints, within, strict=True) if inside)
-        reduced = before.solution.structure.with_term(replace(term, joints=joints))
-        values = model.solution.x[structure.parameter_mask(index) & kept]
-        return self.fits.fit(reduced, np.concatenate([before.solution.x, values]))
+        joints = [joint for joint, inside in zip(term.joints, within, strict=True) if inside]
+        return self.fits.on_joints(model, index, joints)
 
 
 def mandatory_terms(library: Mapping[str, Effect], model: FittedModel) -> list[Term]:

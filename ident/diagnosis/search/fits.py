@@ -48,58 +48,37 @@ class Fits:
             self._best[key] = FittedModel(self.split, self.split.fit(structure, x))
         return self._best[key]
 
+    def with_term(self, model: FittedModel, term: Term) -> FittedModel:
+        """`model` with a `term` whose values start at 0."""
+        structure = model.solution.structure.with_term(term)
+        zeros = np.zeros(len(structure.parameters) - len(model.solution.x))
+        return self.fit(structure, np.concatenate([model.solution.x, zeros]))
+
     def without_effect(self, model: FittedModel, index: int) -> FittedModel:
         """Refit `model` without its effect number `index`."""
         structure = model.solution.structure
         return self.fit(structure.without_term(index), model.solution.x[~structure.parameter_mask(index)])
 
-    def without_instances(self, model: FittedModel, index: int, kept: Sequence[bool]) -> FittedModel:
-        """Keep the effect number `index` of `model` only on the joints that are `kept`, and refit."""
-        structure, x = model.solution.structure, model.solution.x
-        term, entries = model.terms[index], structure.instance_entries(index)
-        joints = tuple(joint for joint, keep in zip(term.joints, kept, strict=True) if keep)
-        terms = list(structure.terms)
-        terms[index] = replace(term, joints=joints)
-        return self.fit(replace(structure, terms=tuple(terms)), np.delete(x, entries[~np.array(kept)].ravel()))
+    def on_joints(self, model: FittedModel, index: int, joints: Sequence[int]) -> FittedModel:
+        """The effect number `index` of `model` on `joints` instead.
 
-    def on_other_joints(self, model: FittedModel, index: int) -> FittedModel | None:
-        """The effect number `index` of `model` on all the other joints instead, if these are fewer; refitted."""
+        A joint that it did not act on starts from the mean of the others, and from the opposite where it acts on
+        none of the former ones: two lighter arms are one heavier arm.
+        """
         structure, x, term = model.solution.structure, model.solution.x, model.terms[index]
-        others = tuple(joint for joint in term.effect.possible_joints(structure.rig) if joint not in term.joints)
-        if not 0 < len(others) < len(term.joints):
-            return None
-        local, terms = structure.local_values(index, x), list(structure.terms)
-        terms[index] = replace(term, joints=others)
-        entries = np.flatnonzero(structure.parameter_mask(index))[: local.size]
-        opposite = np.tile(-local.mean(axis=0), len(others))
-        start = np.insert(np.delete(x, entries), entries[0], opposite)
-        return self.fit(replace(structure, terms=tuple(terms)), start)
-
-    def on_more_joints(self, model: FittedModel, index: int, added: Sequence[int]) -> FittedModel:
-        """The effect number `index` on the joints `added`, too, from the mean of the other joints' parameters."""
-        narrow, x = model.solution.structure, model.solution.x
-        term, local = model.terms[index], narrow.local_values(index, x)
-        joints = tuple(sorted((*term.joints, *added)))
-        by_joint = dict(zip(term.joints, local, strict=True))
-        values = np.stack([by_joint.get(joint, local.mean(axis=0)) for joint in joints])
-        wider = replace(term, joints=joints)
-        shapes = narrow.shape_values(index, x)
+        local, entries = structure.local_values(index, x), np.flatnonzero(structure.parameter_mask(index))
+        kept = dict(zip(term.joints, local, strict=True))
+        mean = local.mean(axis=0) if kept.keys() & set(joints) else -local.mean(axis=0)
+        values = np.concatenate([kept.get(joint, mean) for joint in joints])
+        moved = replace(term, joints=tuple(joints))
+        shapes = structure.shape_values(index, x)
         if term.effect.local_shapes:
             predictors = [self.split.predictors[i] for i in self.split.train_indices]
             suggested = suggestions(term.effect, predictors, model.solution, model.solution.residuals)
-            shapes = wider.shape_guesses(suggested)[0]
-        extended = narrow.without_term(index).with_term(wider)
-        return self.fit(extended, np.concatenate([x[~narrow.parameter_mask(index)], values.ravel(), shapes]))
-
-    def with_mandatory(self, model: FittedModel, terms: Sequence[Term]) -> list[FittedModel]:
-        """The models with one after the other of the `terms` that `model` lacks, whose values start at 0."""
-        models = []
-        for term in terms:
-            structure = model.solution.structure.with_term(term)
-            zeros = np.zeros(len(structure.parameters) - len(model.solution.x))
-            model = self.fit(structure, np.concatenate([model.solution.x, zeros]))
-            models.append(model)
-        return models
+            shapes = moved.shape_guesses(suggested)[0]
+        terms = (*structure.terms[:index], moved, *structure.terms[index + 1 :])
+        start = np.concatenate([x[: entries[0]], values, shapes, x[entries[-1] + 1 :]])
+        return self.fit(replace(structure, terms=terms), start)
 
 
 def added_term(before: FittedModel, after: FittedModel) -> int:

@@ -11,6 +11,7 @@ from ident.diagnosis.judge.rules import OF_VALUES, objection
 from ident.diagnosis.judge.rules.simpler import simpler_effect
 from ident.diagnosis.search.candidates import Candidates
 from ident.diagnosis.search.fits import added_term
+from ident.diagnosis.search.largest_gain import LargestGain
 from ident.diagnosis.search.selection import Finding, Selection, SelectionStep
 
 MAX_ALTERNATIVES = 3
@@ -109,6 +110,7 @@ def _as_finding(
         after.terms[index],
         improvement,
         judgement.evidence,
+        judgement.accepted,
         alternatives,
         before.residuals,
         after.residuals,
@@ -117,17 +119,21 @@ def _as_finding(
 
 
 def _screened_out(candidates: Candidates, model: FittedModel) -> dict[str, Rejection]:
-    """Effects that screening alone rules out beside `model`."""
-    screening = candidates.screen(model)
-    rejected = {}
-    for name, reason in screening.excluded.items():
-        if reason == "collinear":
+    """Effects that screening alone rules out beside `model`: with the most that held-out rows could show of each."""
+    screening, rejected = candidates.screen(model), {}
+    for name, exclusion in screening.excluded.items():
+        if exclusion == "collinear":
             why = "This motion does not show it: other parameters reproduce its torque."
             rejected[name] = Rejection("not-tested", why)
         else:
-            why = "It would need an impossible sign."
-            rejected[name] = Rejection("refuted", why, Evidence(0.0, "screening"))
-    for name, reduction in screening.reductions.items():
-        why = f"It would explain {reduction:.1%} of what the fit leaves, by screening: hardly more than chance."
-        rejected[name] = Rejection("not-confirmed", why, Evidence(max(reduction, 0.0), "screening"))
+            rejected[name] = Rejection("refuted", "It would need an impossible sign.", Evidence(0.0, "screening"))
+    largest = LargestGain(model)
+    for candidate in screening.best.values():
+        if not candidates.is_significant(model, candidate):
+            gain = largest.of(candidate)
+            why = (
+                f"It would explain at most {gain:.1%} of what is left above the noise floor on held-out data: the "
+                "rows of the fit show hardly more of it than chance would."
+            )
+            rejected[candidate.term.name] = Rejection("not-confirmed", why, Evidence(gain, "screening"))
     return rejected

@@ -12,7 +12,7 @@ from ident.diagnosis.search.review import review
 from ident.diagnosis.search.selection import Selection, SelectionStep
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Effect
-from ident.dynamics.structure import ModelStructure
+from ident.dynamics.structure import ModelStructure, Term
 from recordings.errors import BadInput
 from recordings.recording import Floats
 
@@ -33,15 +33,13 @@ class Search:
 
     def start(self, structure: ModelStructure, x: Floats) -> tuple[FittedModel, list[SelectionStep]]:
         """Fit the initial model from `x` (K,) and add the mandatory effects; returns the model and its steps."""
-        base = self.fits.fit(structure, x)
-        models = self.fits.with_mandatory(base, mandatory_terms(self.candidates.library, base))
-        steps = [SelectionStep(None, base, None)]
-        for model in models:
-            before = steps[-1].model
-            index = added_term(before, model)
-            if judge(before, model, index).accepted:
-                steps.append(_step(model.terms[index].name, model, before))
-        return (models or [base])[-1], steps
+        model = self.fits.fit(structure, x)
+        steps = [SelectionStep(None, model, None)]
+        for term in mandatory_terms(self.candidates.library, model):
+            before, model = model, self.fits.with_term(model, term)
+            if judge(before, model).accepted:
+                steps.append(_step(term.name, model, before))
+        return model, steps
 
     def select(self, structure: ModelStructure, x: Floats) -> Selection:
         """Find what `structure`, fitted from `x` (K,), lacks."""
@@ -70,7 +68,9 @@ class Search:
 
     def with_mandatory(self, model: FittedModel) -> FittedModel:
         """`model` with the mandatory effects that it lacks."""
-        return [model, *self.fits.with_mandatory(model, mandatory_terms(self.candidates.library, model))][-1]
+        for term in mandatory_terms(self.candidates.library, model):
+            model = self.fits.with_term(model, term)
+        return model
 
     def add(self, model: FittedModel, name: str) -> FittedModel:
         """Add the effect `name` to `model` and refit all parameters.
@@ -79,12 +79,15 @@ class Search:
             BadInput: the motion does not show it.
         """
         screening = self.candidates.screen(model)
-        by_name = {candidate.term.name: candidate for candidate in reversed(screening.candidates)}
-        if name not in by_name:
-            reason = "is in the model already" if name in model.names else "does not show in this motion"
-            reason = "would need an impossible sign" if screening.excluded.get(name) == "sign" else reason
-            raise BadInput(f"effect: one of {', '.join(sorted(by_name))} expected; '{name}' {reason}; leave it out")
-        return self.candidates.add(model, by_name[name])
+        if name in screening.best:
+            return self.candidates.add(model, screening.best[name])
+        if screening.excluded.get(name) == "sign":  # the best that its limits allow is none of it
+            term = Term.on_all_joints(name, self.candidates.library[name], model.solution.structure.rig)
+            return self.candidates.zero(model, term)
+        reason = "is in the model already" if name in model.names else "does not show in this motion"
+        raise BadInput(
+            f"effect: one of {', '.join(sorted(screening.best))} expected; '{name}' {reason}; leave it out"
+        )
 
     def _with_curve(self, model: FittedModel) -> FittedModel | None:
         """`model` with a curve in addition, or in place of the effects that it contains, if the judge accepts it."""
@@ -109,17 +112,13 @@ class Search:
     def _way(self, start: FittedModel, answer: FittedModel) -> list[SelectionStep]:
         """Steps from `start` to `answer`: the effect that the rest misses least came last."""
         models = [answer]
-        while extra := [i for i, term in enumerate(models[-1].terms) if not _is_in(start, term.name)]:
+        while extra := [i for i, term in enumerate(models[-1].terms) if term.name not in start.names]:
             smaller = [self.fits.without_effect(models[-1], index) for index in extra]
             models.append(min(smaller, key=score))
         steps = []
         for after, before in zip(reversed(models[:-1]), reversed(models[1:]), strict=True):
             steps.append(_step(after.terms[added_term(before, after)].name, after, before))
         return steps
-
-
-def _is_in(model: FittedModel, name: str) -> bool:
-    return name in model.names
 
 
 def _step(added: str, model: FittedModel, before: FittedModel) -> SelectionStep:

@@ -32,6 +32,8 @@ class Finding:
     improvement: Improvement
     """Loss of this improvement on the held-out rows if the effect is left out."""
     evidence: Evidence
+    accepted: bool
+    """Whether the judge accepts it beside the rest of the model."""
     alternatives: tuple[str, ...]
     """Other effects that would explain these data equally well in its place, the closest first."""
     residuals_without: tuple[Floats, ...]

@@ -14,10 +14,10 @@ from ident.dynamics.effects.base import Signal
 from ident.dynamics.structure import ModelStructure
 from ident.estimation.nonlinear_fit import (
     Solution,
-    adapted,
     escape_local_minima,
     initial_solution,
     levenberg_marquardt,
+    linearized_solution,
 )
 from ident.estimation.predicted_torque import TorquePredictor
 from ident.threads import in_threads
@@ -56,6 +56,8 @@ class SplitData:
     """(m, dof) training rows of each recording, with those that are not used because a joint stands still, or not
     scored."""
     test_all: tuple[Bools, ...] = ()
+    row_weights: tuple[Floats, ...] = ()
+    """(m, dof) of each recording [1 / (N m)], whatever the subset of a row."""
     _perturbed_cache: dict[tuple[str, ...], tuple[list[tuple[Floats, Floats]], Floats]] = field(
         default_factory=dict, repr=False
     )
@@ -70,6 +72,12 @@ class SplitData:
     def scored(self) -> tuple[Bools, ...]:
         """(m, dof) of each recording: training rows and test rows."""
         return tuple(train | test for train, test in zip(self.train, self.test, strict=True))
+
+    @cached_property
+    def turned(self) -> "SplitData":
+        """The same recordings, where training rows and test rows change places."""
+        weights = tuple(np.where(rows, weight, 0.0) for rows, weight in zip(self.test, self.row_weights, strict=True))
+        return replace(self, train=self.test, test=self.train, weights=weights, _perturbed_cache={})
 
     @cached_property
     def outside_of_travel(self) -> tuple[Bools, ...]:
@@ -159,9 +167,9 @@ class SplitData:
         """Fit the linear parameters of `structure` to the training rows, with the others as in `x` (K,)."""
         return initial_solution(self._train_predictors, structure, x, self._train_weights)
 
-    def adapted(self, solution: Solution, entries: Bools) -> Solution:
-        """Adapt the parameters `entries` (K,) to the others, by a single step."""
-        return adapted(self._train_predictors, solution, self._train_weights, entries)
+    def at(self, structure: ModelStructure, x: Floats) -> Solution:
+        """The model `structure` with the parameters `x` (K,), as if they had been fitted."""
+        return linearized_solution(self._train_predictors, structure, x, self._train_weights)
 
     def fit_nonlinear(self, solution: Solution) -> Solution:
         """Fit all parameters, starting from those of a `solution`."""

@@ -45,11 +45,12 @@ def split_recordings(train: Sequence[PreparedRecording], validate: Sequence[Prep
         predictors,
         train_rows,
         test_rows,
-        tuple(weights),
+        tuple(np.where(rows, weight, 0.0) for rows, weight in zip(train_rows, weights, strict=True)),
         bool(validate),
         excluded_share,
         train_all=train_all,
         test_all=test_all,
+        row_weights=tuple(weights),
     )
 
 
@@ -114,7 +115,7 @@ def _split_by_phase(recording: PreparedRecording, usable: Bools) -> tuple[Bools,
 def _weights(
     recordings: Sequence[PreparedRecording], train: Sequence[Bools], standstill: Sequence[Floats]
 ) -> list[Floats]:
-    """1 / standard deviation of each row, from noise, a first fit's residual, and standstill."""
+    """1 / standard deviation of every row, from noise, a first fit's residual, and standstill."""
     indices = [i for i, rows in enumerate(train) if rows.any()]
     regressor = np.concatenate([recordings[i].regressor[train[i]] for i in indices])
     torque = np.concatenate([recordings[i].torque[train[i]] for i in indices])
@@ -122,8 +123,8 @@ def _weights(
     residuals = [recording.torque - recording.regressor @ parameters for recording in recordings]
     noise_models = noise.estimate(recordings, residuals)
     return [
-        np.where(rows, 1 / np.hypot(noise.residual_std(recording, residual, noise_models), still), 0.0)
-        for recording, residual, rows, still in zip(recordings, residuals, train, standstill, strict=True)
+        1 / np.hypot(noise.residual_std(recording, residual, noise_models), still)
+        for recording, residual, still in zip(recordings, residuals, standstill, strict=True)
     ]
 
 

@@ -10,9 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.diagnosis.judge.confirmation import is_supported
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.judge.improvement import Improvement, measure_improvement
+from ident.diagnosis.judge.improvement import Blocks, Improvement
 from ident.diagnosis.search.search import Search
 from ident.diagnosis.search.selection import Selection
 from ident.diagnosis.unknown.nonparametric_fit import NonparametricFit, fit_curves, fit_curves_over
@@ -38,15 +37,15 @@ def remove_imitations(search: Search, selection: Selection) -> tuple[Selection, 
     rows = _judged_by_all(final, [fit for _, fit in fits])
 
     def improvement(before: FittedModel, after: FittedModel) -> Improvement:
-        return measure_improvement(final.split, before.residuals, after.residuals, final.noise_floor.rms, rows)
+        return Blocks.of(final.split, before.residuals, after.residuals, final.noise_floor.rms, rows).improvement()
 
     models = [fit.model for _, fit in fits]
     *excesses, remaining = (improvement(model, model).remaining for model in (*models, final))
     least = min(excesses, default=remaining)
     for (number, fit), excess in zip(fits, excesses, strict=True):
         negligible = excess - least <= NEGLIGIBLE_SHARE * (remaining - least)
-        needed = is_supported(improvement(fit.model, models[excesses.index(least)])) and not negligible
-        if number < len(selection.steps) - 1 and is_supported(improvement(final, fit.model)) and not needed:
+        needed = improvement(fit.model, models[excesses.index(least)]).is_supported and not negligible
+        if number < len(selection.steps) - 1 and improvement(final, fit.model).is_supported and not needed:
             return search.truncated(selection, number, _reason(fit)), fit
     return selection, None
 

@@ -6,9 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.diagnosis.judge.confirmation import is_supported
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.judge.improvement import Improvement, measure_improvement
+from ident.diagnosis.judge.improvement import Blocks, Improvement
 from ident.diagnosis.split.split_data import SplitData, rms
 from ident.diagnosis.unknown.normal_equations import NormalEquations
 from ident.diagnosis.unknown.residual_dependence import ResidualDependence
@@ -43,7 +42,7 @@ class NonparametricFit:
     @property
     def supported(self) -> bool:
         """Whether the test rows support the curves."""
-        return is_supported(self.improvement)
+        return self.improvement.is_supported
 
     @property
     def described(self) -> tuple[ResidualDependence, ...]:
@@ -146,7 +145,8 @@ def fit_curves_over(final: FittedModel, dependences: Sequence[ResidualDependence
     empty = [curve for dependence in dependences for curve in _empty_curves(dependence)]
     curves = _fit_values(final.split, final.solution, empty)
     model = _fit_with_curves(final, curves)
-    improvement = measure_improvement(final.split, final.residuals, model.residuals, final.noise_floor.rms)
+    blocks = Blocks.of(final.split, final.residuals, model.residuals, final.noise_floor.rms, final.split.test)
+    improvement = blocks.improvement()
     return NonparametricFit(tuple(curves), tuple(dependences), model, improvement)
 
 

@@ -11,12 +11,12 @@ from itertools import product
 
 import numpy as np
 
-from ident.diagnosis.judge.confirmation import MIN_T
 from ident.diagnosis.judge.equivalence import EQUIVALENT_SHARE, MIN_DECISIVE_REDUCTION
 from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.improvement import MIN_T
 from ident.diagnosis.judge.judge import MIN_TORQUE_SHARE
 from ident.diagnosis.judge.price import PRICE
-from ident.diagnosis.judge.rules.amplitude import plausible_instances
+from ident.diagnosis.judge.rules.limits import plausible_instances
 from ident.diagnosis.search.screening import MIN_EXCITATION, Screener
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Effect, Quantity, Signal

@@ -15,7 +15,6 @@ from ident.estimation.nonlinear_fit import (
     Solution,
     _neighbors,
     _solve,
-    adapted,
     escape_local_minima,
     initial_solution,
     levenberg_marquardt,
@@ -100,17 +99,6 @@ def test_iteration_never_raises_the_loss() -> None:
     for speed in (0.01, 0.1, 5.0):
         first = initial_solution([predicted], structure, np.array([0.0, 0.0, 0.0, 0.0, speed]), [weight])
         assert levenberg_marquardt([predicted], first, [weight]).loss <= first.loss
-
-
-@pytest.mark.parametrize("moves", [True, False])
-def test_nonlinear_parameter_is_adapted_to_the_others_if_it_may_move(moves: bool) -> None:
-    predicted, weight = predictor(building.record(extra=stribeck, noise=0.01))
-    structure = building.structure(predicted.prepared.recording, "stribeck")
-    first = initial_solution([predicted], structure, np.array([0.0, 0.0, 0.0, 0.0, 0.9 * SPEED]), [weight])
-    entries = np.full(5, moves)
-    solution = adapted([predicted], first, [weight], entries)
-    assert solution.x[-1] == pytest.approx(SPEED if moves else 0.9 * SPEED, rel=0.06 if moves else 1e-12)
-    assert solution.loss < (0.5 if moves else 1 + 1e-9) * first.loss
 
 
 def test_nonlinear_parameters_stay_in_their_range() -> None:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ident.diagnosis.judge.confirmation import MIN_T
 from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.improvement import MIN_T
 from ident.diagnosis.judge.rules.strength import local_entries
 
 

@@ -37,10 +37,13 @@ def resolved_instances(model: FittedModel, index: int) -> list[bool]:
     What repeats with the motion counts as in the intervals that are reported: no effect is named on a joint beside an
     interval that holds zero.
     """
+    from scipy.special import chdtri
+
     covariance = model.uncertainty.covariance + np.diag(model.propagated_variance)
     local = model.solution.structure.local_values(index, model.solution.x)
     instances = zip(local, local_entries(model, index), strict=True)
-    return [_differs_from_zero(values, covariance[np.ix_(entries, entries)]) for values, entries in instances]
+    limit = chdtri(local.shape[1], 1 - _LEVEL)
+    return [bool(wald_statistic(values, covariance, entries) > limit) for values, entries in instances]
 
 
 def local_entries(model: FittedModel, index: int) -> Ints:
@@ -51,12 +54,8 @@ def local_entries(model: FittedModel, index: int) -> Ints:
     return entries[: shape[0] * shape[1]].reshape(shape)
 
 
-def _differs_from_zero(values: Floats, covariance: Floats) -> bool:
-    """Whether `values` (c,) together differ from zero, by Wald's test."""
-    from scipy.special import chdtri
-
-    known = np.isfinite(np.diag(covariance))
-    if not known.any():
-        return False
-    statistic = values[known] @ np.linalg.pinv(covariance[np.ix_(known, known)]) @ values[known]
-    return bool(statistic > chdtri(known.sum(), 1 - _LEVEL))
+def wald_statistic(values: Floats, covariance: Floats, entries: Ints) -> float:
+    """Wald's statistic of the parameters `values` (c,), the `entries` of a `covariance` (K, K); 0 where not known."""
+    own = covariance[np.ix_(entries, entries)]
+    known = np.isfinite(np.diag(own))
+    return float(values[known] @ np.linalg.pinv(own[np.ix_(known, known)]) @ values[known])

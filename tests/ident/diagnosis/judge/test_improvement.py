@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.signal import fftconvolve
 
 from ident import filters
-from ident.diagnosis.judge.improvement import BLOCK_SECONDS, Improvement, measure_improvement
+from ident.diagnosis.judge.improvement import BLOCK_SECONDS, MIN_SHARE, MIN_T, Blocks, Improvement
 from recordings.recording import Floats
 
 RATE = 125.0
@@ -23,7 +23,8 @@ def compare(
     """Improvement on all rows of one recording; residuals (m, dof)."""
     time = np.arange(len(before)) / RATE if time is None else time
     split: Any = SimpleNamespace(test=[np.ones(before.shape, bool)], recordings=[SimpleNamespace(time=time)])
-    return measure_improvement(split, [before], [after], np.full(before.shape[1], floor), rows, compared)
+    blocks = Blocks.of(split, [before], [after], np.full(before.shape[1], floor), rows or split.test)
+    return blocks.improvement(compared)
 
 
 def low_passed(rng: np.random.Generator, shape: tuple[int, int]) -> Floats:
@@ -53,25 +54,25 @@ def test_ratio_is_significant_where_one_block_outweighs_the_others() -> None:
     rng = np.random.default_rng(0)
     size = np.repeat([1.0, 1.0, 1.0, 1.0, 1.0, 30.0], 31)[:, None]
     before = size * rng.normal(size=(186, 1))
-    improvement = compare(before, 0.2 * before * rng.uniform(0.5, 1.5, before.shape))
-    assert improvement.t_statistic < 3.5 < improvement.t_of_ratio
-    assert compare(before, 0.0 * before).t_of_ratio == 0.0
+    after = 0.2 * before * rng.uniform(0.5, 1.5, before.shape)
+    assert compare(before, after).is_supported
+    everywhere_else_worse = np.where(size > 1, after, 1.1 * before)
+    assert not compare(before, everywhere_else_worse).is_supported
 
 
 def test_few_blocks_suffice_where_all_of_the_change_agrees_with_the_residual() -> None:
     rng = np.random.default_rng(0)
     noise, change = rng.normal(size=(2, 80 * 31, 1))
     change *= np.repeat(np.arange(80) % 14 == 3, 31)[:, None] * 2  # in six blocks of eighty
-    improvement = compare(noise + change, noise)
-    assert improvement.t_statistic < 3.5 < improvement.t_for_change
-    assert compare(noise, noise - change).t_for_change < -3.5
+    assert compare(noise + change, noise).is_supported
+    assert compare(noise, noise - change).t < -MIN_T
 
 
 @pytest.mark.parametrize("blocks", [0, 1, 2])
 def test_change_in_hardly_any_block_tells_nothing(blocks: int) -> None:
     noise = np.random.default_rng(0).normal(size=(80 * 31, 1))
     change = 3.0 * (np.arange(len(noise)) < 31 * blocks)[:, None]
-    assert compare(noise + change, noise).t_for_change == pytest.approx(0.0)
+    assert compare(noise + change, noise).t == pytest.approx(0.0)
 
 
 def test_change_that_gains_nothing_is_as_rarely_supported_as_stated() -> None:
@@ -82,7 +83,7 @@ def test_change_that_gains_nothing_is_as_rarely_supported_as_stated() -> None:
     for _ in range(1000):
         change = size * low_passed(rng, (len(size), 1))
         before = change / 2 + low_passed(rng, (len(size), 1)) * (1 + size / 2)
-        values.append(compare(before, before - change).t_for_change)
+        values.append(compare(before, before - change).t)
     assert abs(np.mean(values)) < 0.15
     assert np.mean(np.array(values) > 1.645) < 0.07
 
@@ -139,13 +140,13 @@ def test_unit_of_the_torque_does_not_matter(seed: int, unit: float, kept: float)
     expected, result = compare(before, kept * before), compare(unit * before, kept * unit * before, floor=unit)
     assert result.share == pytest.approx(expected.share)
     assert result.interval == pytest.approx(expected.interval)
-    assert result.t_statistic == pytest.approx(expected.t_statistic)
+    assert result.t == pytest.approx(expected.t)
 
 
 def test_rounding_errors_are_no_improvement() -> None:
     before = 2 * np.random.default_rng(0).normal(size=(500, 2))
     improvement = compare(before, before * (1 - 2**-53))
-    assert improvement.t_statistic == improvement.t_for_change == 0
+    assert improvement.t == 0
 
 
 @given(seed=st.integers(0, 2**32 - 1), kept=st.floats(-2.0, 2.0))
@@ -167,10 +168,10 @@ def test_all_of_the_excess_is_a_share_of_one() -> None:
 def test_same_model_is_no_improvement_and_a_worse_one_is_negative() -> None:
     residual = np.random.default_rng(0).normal(0.0, 2.0, (1000, 1))
     same, worse = compare(residual, residual), compare(residual, 1.2 * residual)
-    assert (same.share, same.t_statistic, same.reduction) == (0.0, 0.0, 0.0)
+    assert (same.share, same.t, same.reduction) == (0.0, 0.0, 0.0)
     assert same.interval == pytest.approx((0.0, 0.0))
     assert worse.share < worse.interval[1] < 0
-    assert worse.t_statistic < -3
+    assert worse.t < -3
 
 
 def test_share_of_an_excess_that_may_be_chance_is_not_known() -> None:
@@ -193,7 +194,7 @@ def test_joints_are_weighted_by_their_floor() -> None:
     split: Any = SimpleNamespace(
         test=[np.ones(before.shape, bool)], recordings=[SimpleNamespace(time=np.arange(1000) / RATE)]
     )
-    result = measure_improvement(split, [before], [after], np.array([1.0, 0.1]))
+    result = Blocks.of(split, [before], [after], np.array([1.0, 0.1]), split.test).improvement()
     assert result.share == pytest.approx(0.5, abs=0.03)
 
 
@@ -204,3 +205,14 @@ def test_blocks_are_of_time_and_not_of_rows() -> None:
     time = np.arange(1000) / RATE
     later = np.where(time >= 4.0, time + 1000 * BLOCK_SECONDS, time)
     assert compare(before, before / 2, time=later) == compare(before, before / 2, time=time)
+
+
+@pytest.mark.parametrize(("taken", "small"), [(MIN_SHARE - 0.01, True), (MIN_SHARE + 0.01, False)])
+def test_trifle_is_measured_by_what_is_missing(taken: float, small: bool) -> None:
+    assert Improvement(0.0, (0.0, 0.0), 0.0, taken, 1 - taken).is_small is small
+    assert not Improvement(0.0, (0.0, 0.0), 0.0, 0.1, -0.2).is_small  # nothing is left above the floor
+
+
+@pytest.mark.parametrize(("t", "supported"), [(MIN_T + 0.1, True), (MIN_T - 0.1, False), (-10.0, False)])
+def test_support_needs_many_blocks(t: float, supported: bool) -> None:
+    assert Improvement(0.5, (0.1, 0.9), t, 1.0, 1.0).is_supported is supported

@@ -29,25 +29,21 @@ def test_each_model_is_fitted_once_and_the_best_fit_counts() -> None:
     assert fits.best(worse) is model
 
 
-@pytest.mark.parametrize(("truth", "joints"), [((0.0, 0.4, 0.0), (1,)), ((0.4, 0.0, 0.4), None)])
-def test_effect_of_differences_moves_to_the_other_joints_if_these_are_fewer(
-    truth: tuple[float, ...], joints: tuple[int, ...] | None
-) -> None:
-    data = constant(*truth)
-    offset = replace(library()["torque_offset"], differential=True)
+def test_effect_moves_to_the_other_joints() -> None:
+    data, joints = constant(0.0, 0.4, 0.0), (1,)
+    offset = library()["torque_offset"]
     structure = building.structure(data.recordings[0].recording)
-    structure = structure.with_term(Term("torque_offset", offset, (0, 2) if joints else (1,)))
+    structure = structure.with_term(Term("torque_offset", offset, (0, 2)))
     model = FittedModel(data, data.fit(structure, building.start(structure)))
-    other = Fits(data).on_other_joints(model, 0)
-    assert (other and other.terms[0].joints) == joints
-    if other:
-        assert other.solution.x[-1] == pytest.approx(0.4, abs=0.01)
+    other = Fits(data).on_joints(model, 0, joints)
+    assert other.terms[0].joints == joints
+    assert other.solution.x[-1] == pytest.approx(0.4, abs=0.01)
 
 
 def test_effect_on_more_joints_starts_from_those_that_have_it() -> None:
     data = constant(0.4, 0.4, 0.0)
     model = building.fitted(data, "stribeck", "torque_offset", joints=(0,))
-    wider = Fits(data).on_more_joints(model, 1, (1, 2))
+    wider = Fits(data).on_joints(model, 1, (0, 1, 2))
     assert wider.terms[added_term(model, wider)].joints == (0, 1, 2)
     np.testing.assert_allclose(wider.solution.x[-3:], [0.4, 0.4, 0.0], atol=0.02)
 
@@ -55,7 +51,7 @@ def test_effect_on_more_joints_starts_from_those_that_have_it() -> None:
 def test_effect_on_fewer_joints_keeps_the_values_of_the_others() -> None:
     data = constant(0.4, 0.0, -0.4)
     model = building.fitted(data, "torque_offset", "quadratic_friction")
-    narrow = Fits(data).without_instances(model, 0, [True, False, True])
+    narrow = Fits(data).on_joints(model, 0, (0, 2))
     names = [entry.name for entry in narrow.solution.structure.parameters if entry.term == 0]
     assert names == ["torque_offset.a1", "torque_offset.a3"]
     np.testing.assert_allclose(narrow.solution.x[[9, 10]], [0.4, -0.4], atol=0.02)
