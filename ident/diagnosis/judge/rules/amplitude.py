@@ -1,6 +1,4 @@
-"""Amplitudes that hardware usually has. More is not impossible: it has a price (`judge.price`), and a warning."""
-
-from collections.abc import Iterator
+"""Amplitudes that hardware usually has. More is not impossible: it has a price (`judge.price`)."""
 
 import numpy as np
 
@@ -22,16 +20,6 @@ def extraordinary_joints(model: FittedModel, index: int) -> list[int]:
     term, sizes = model.terms[index], _amplitudes(model, index)
     joints = term.joints if len(sizes) == len(term.joints) else term.joints[:1]
     return [joint for joint, size in zip(joints, sizes, strict=True) if size > _limit(term)]
-
-
-def size_warnings(model: FittedModel) -> Iterator[str]:
-    """Effects of `model` that are larger than hardware usually has."""
-    for index, term in enumerate(model.terms):
-        if (size := max(_amplitudes(model, index))) > (limit := _limit(term)):
-            yield (
-                f"{term.name} of {size:.3g} is larger than hardware usually has ({limit:.3g}), but nothing else "
-                "comes near what it explains. Look at the part itself before it is compensated."
-            )
 
 
 def _amplitudes(model: FittedModel, index: int) -> list[float]:

@@ -1,7 +1,5 @@
 """Parameters that were possible stay so: no friction that drives, no spring that pushes away from its rest."""
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from ident.diagnosis.judge.confirmation import MIN_T
@@ -36,24 +34,6 @@ def _flipped_parameter(before: FittedModel, model: FittedModel, index: int) -> s
         flipped &= ~(now > -MIN_T * error)  # refused where the error is not known
         flipped &= _torque_sizes(model)[: len(parameters)] > _MINOR_SHARE * _term_torque(model, index)
     return parameters[int(np.argmax(flipped))].name if flipped.any() else None
-
-
-def sign_warnings(model: FittedModel) -> Iterator[str]:
-    """Parameters of the mechanism that are surely negative and cannot be."""
-    solution = model.solution
-    parameters = solution.structure.mechanism.parameters
-    error = model.uncertainty.std[: len(parameters)]
-    values = solution.x[: len(parameters)]
-    names = [
-        f"{parameter.name} = {value:.3g} {parameter.unit}"
-        for parameter, value, std in zip(parameters, values, error, strict=True)
-        if parameter.physically_positive and value < -MIN_T * std
-    ]
-    if names:
-        yield (
-            f"Not physical: {', '.join(names)} cannot be negative. Something is missing that takes this part, or the "
-            "sign of the torque is reversed."
-        )
 
 
 def _torque_sizes(model: FittedModel) -> Floats:
