@@ -52,6 +52,8 @@ class ParameterEntry:
     """False if a nonlinear fit must not change it, as for an index."""
     scale: float
     """Typical size: the smallest nonzero initial guess of a searched parameter, 1 for others."""
+    usual: tuple[float, float] = (-np.inf, np.inf)
+    """The values between which hardware usually stays, ends excluded."""
 
 
 @dataclass(frozen=True)
@@ -148,6 +150,7 @@ class ModelStructure:
             linear,
             linear or quantity.searched,
             min((abs(guess) for guess in quantity.initial_guesses if guess), default=1.0),
+            quantity.usual_range,
         )
 
     @cached_property
@@ -301,7 +304,7 @@ class ModelStructure:
 
 def _mechanism_entry(parameter: Parameter, *, replaced: bool) -> ParameterEntry:
     """Entry of a parameter of the mechanism; one that is `replaced` by an effect stays at zero."""
-    lower, upper = (0.0, 0.0) if replaced else (0.0 if parameter.nonnegative else -np.inf, np.inf)
+    lower, upper = (0.0, 0.0) if replaced else (0.0 if parameter.physically_positive else -np.inf, np.inf)
     return ParameterEntry(
         parameter.name,
         parameter.unit,

@@ -13,10 +13,9 @@ from ident.estimation.linear_fit import Fit, search_region
 from ident.estimation.problem import Estimate
 from ident.estimation.regression import Regression, linearize
 from ident.identification.identify import agreement, is_relative, model_of
-from ident.identification.model_file import Agreement, FitMethod, FittedParameter, ModelFile
+from ident.identification.model_file import Agreement, FitMethod, ModelFile
 from ident.identification.prediction import searched_parameters
-from ident.uncertainty.assessment import Assessment, assess, gain_uncertainty, interval_or_none
-from ident.uncertainty.covariance import Uncertainty
+from ident.uncertainty.assessment import assess, gain_uncertainty, interval_or_none
 from ident.uncertainty.sensitivity import Sensitivity
 from recordings.recording import Bools, Floats
 
@@ -32,11 +31,23 @@ def model_file(model: FittedModel, unexplained: UnexplainedResidual, diagnosed: 
     split, solution = model.split, model.solution
     structure, x = solution.structure, solution.x
     regressions = [linearize(split.recordings[i], structure, x) for i in split.train_indices]
-    prepared = regressions[0].prepared
-    fit = _fit(model, regressions)
-    relative, linear = is_relative(prepared.recording), structure.linear
+    prepared, fit, linear = regressions[0].prepared, _fit(model, regressions), structure.linear
+    relative = is_relative(prepared.recording)
     assessment, single = assess(regressions, fit, structure, METHOD, Sensitivity(None, ()), relative)
-    uncertainty = model.uncertainty
+    # The model's own intervals also hold what quantization does to parameters, and the errors of what was searched.
+    totals, shapes = parameter_intervals(model)
+    own = [
+        {
+            "ci95": interval_or_none(total),
+            "shape_ci95": interval_or_none(shape),
+            "std": std,
+            "degrees_of_freedom": None,
+        }
+        for total, shape, std in zip(
+            totals[linear], shapes[linear], _known(model.uncertainty.std[linear]), strict=True
+        )
+    ]
+    correlation = tuple(map(_known, model.uncertainty.correlation[np.ix_(linear, linear)]))
     file = model_of(
         regressions,
         structure,
@@ -51,20 +62,24 @@ def model_file(model: FittedModel, unexplained: UnexplainedResidual, diagnosed: 
             diagnostics={"selection": "ident diagnose"},
         ),
         prepared.method,
-        (_with_correlation(assessment, uncertainty, linear), single),
+        (
+            assessment.model_copy(update={"correlation": correlation}),
+            [each.model_copy(update=update) for each, update in zip(single, own, strict=True)],
+        ),
         (_agreement(model, split.train), _agreement(model, split.test)),
     )
-    # Its own intervals also hold what quantization does to the parameters, and the errors of what was searched.
-    shapes = model.shape_intervals
-    totals = shapes if relative else with_gain(shapes, solution, gain_uncertainty(prepared.recording))
-    entries = zip(file.parameters, totals[linear], shapes[linear], uncertainty.std[linear], strict=True)
-    return file.model_copy(
-        update={
-            "parameters": tuple(_with_intervals(*entry) for entry in entries),
-            "searched": searched_parameters(structure, x, shapes),
-            "residual_test": residual_test(model, unexplained, diagnosed),
-        }
-    )
+    update = {
+        "searched": searched_parameters(structure, x, shapes),
+        "residual_test": residual_test(model, unexplained, diagnosed),
+    }
+    return file.model_copy(update=update)
+
+
+def parameter_intervals(model: FittedModel) -> tuple[Floats, Floats]:
+    """(K, 2) 95 % intervals of the parameters of `model`: with the uncertainty of the gain, and for a known gain."""
+    recording, shapes = model.split.recordings[0].recording, model.shape_intervals
+    totals = shapes if is_relative(recording) else with_gain(shapes, model.solution, gain_uncertainty(recording))
+    return totals, shapes
 
 
 def _fit(model: FittedModel, regressions: list[Regression]) -> Fit:
@@ -77,20 +92,9 @@ def _fit(model: FittedModel, regressions: list[Regression]) -> Fit:
     return Fit(estimate, bounds, model.solution.row_count)
 
 
-def _with_correlation(assessment: Assessment, uncertainty: Uncertainty, linear: Bools) -> Assessment:
-    correlation = uncertainty.correlation[np.ix_(linear, linear)]
-    rows = tuple(tuple(x if np.isfinite(x) else None for x in row) for row in correlation.tolist())
-    return assessment.model_copy(update={"correlation": rows})
-
-
-def _with_intervals(parameter: FittedParameter, total: Floats, shape: Floats, std: float) -> FittedParameter:
-    update = {
-        "ci95": interval_or_none(total),
-        "shape_ci95": interval_or_none(shape),
-        "std": float(std) if np.isfinite(std) else None,
-        "degrees_of_freedom": None,
-    }
-    return parameter.model_copy(update=update)
+def _known(values: Floats) -> tuple[float | None, ...]:
+    """The `values` (k,); None where they are not known."""
+    return tuple(value if np.isfinite(value) else None for value in values.tolist())
 
 
 def _agreement(model: FittedModel, rows: tuple[Bools, ...]) -> Agreement:

@@ -9,8 +9,9 @@ from pydantic import Field
 
 from ident.data_problems.facts import DataProblem
 from ident.diagnosis.judge.evidence import Evidence, RejectionStatus
+from ident.diagnosis.search.selection import Finding
 from ident.diagnosis.split.noise_floor import NoiseSource
-from ident.dynamics.effects.base import is_infinite
+from ident.dynamics.effects.base import Effect, is_infinite
 from recordings.config import ConfigSection
 
 Verdict = Literal["adequate", "missing-effect", "unknown-structure", "undetermined", "implausible-data"]
@@ -43,6 +44,14 @@ class ParameterValue(ConfigSection):
         """Whether it is an instant that never occurs."""
         return is_infinite(self.value, self.unit)
 
+    @property
+    def in_words(self) -> str:
+        """Value, interval and unit."""
+        if self.infinite:
+            return "never"
+        interval = f" ({self.interval[0]:.4g} to {self.interval[1]:.4g})" if self.interval else ""
+        return f"{self.value:.4g}{interval} {self.unit}"
+
 
 class StepEntry(ConfigSection):
     """One model of the selection."""
@@ -72,6 +81,11 @@ def labels(models: Sequence[Sequence[str]]) -> list[str]:
     return names
 
 
+def joint_numbers(joints: Sequence[int]) -> str:
+    """The `joints` (from 1) in words."""
+    return f"joint{'s' if len(joints) > 1 else ''} {', '.join(map(str, joints))}"
+
+
 FindingStatus = Literal["supported", "likely", "asked-for", "not-supported"]
 """The latter two apply to forced effects: requested and supported by the held-out rows, or not."""
 
@@ -94,9 +108,15 @@ class EvidenceEntry(ConfigSection):
         """The entry of the judge's record."""
         return cls(**asdict(evidence))
 
+    @property
+    def in_words(self) -> str:
+        """Gain and Student's t beside what is required."""
+        t = "" if self.t is None else f", t = {self.t:.1f} where {self.t_required or 0.0:.1f} is required"
+        return f"gain {self.gain:.0%}{t}"
+
 
 class FindingEntry(ConfigSection):
-    """An effect that was found."""
+    """An effect that was found, or is likely."""
 
     effect: str
     status: FindingStatus = "supported"
@@ -114,6 +134,28 @@ class FindingEntry(ConfigSection):
     symptom: str
     causes: str
     remedy: str
+
+    @classmethod
+    def of(cls, finding: Finding, why: str, **fields: Any) -> "FindingEntry":
+        """The entry of a `finding`; `fields`: those that say how it was found."""
+        term, effect = finding.term, finding.term.effect
+        return cls(
+            effect=term.name,
+            joints=tuple(joint + 1 for joint in term.joints),
+            confusable_with=finding.alternatives,
+            evidence=EvidenceEntry.of(finding.evidence),
+            why=why,
+            sentence=effect.sentence,
+            symptom=effect.symptom,
+            causes=effect.causes,
+            remedy=effect.remedy,
+            **fields,
+        )
+
+    def describe(self, effect: Effect) -> str:
+        """Name it with its joints and alternatives; `effect`: what the library says of it."""
+        joints = "" if effect.whole_robot else f" ({joint_numbers(self.joints)})"
+        return " or ".join((f"{self.effect}{joints}", *self.confusable_with))
 
 
 class RejectedEntry(ConfigSection):

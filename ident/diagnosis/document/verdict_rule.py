@@ -1,4 +1,4 @@
-"""The verdict, as a pure function of what was measured."""
+"""The verdict and its sentence, as pure functions of what was measured and found."""
 
 from dataclasses import dataclass
 
@@ -27,6 +27,11 @@ class Remainder:
     structured: bool
     """Whether it repeats with the motion, is narrow-band, or trends in time; or, if nothing repeats, is no noise."""
 
+    @property
+    def exceeds(self) -> bool:
+        """Whether it is more than a correct model leaves."""
+        return bool((self.rms > self.limit).any())
+
 
 def verdict_of(blocked: bool, left: Remainder, found: bool, taken: float) -> Verdict:
     """The verdict by the rules of the document, the first that applies.
@@ -34,12 +39,32 @@ def verdict_of(blocked: bool, left: Remainder, found: bool, taken: float) -> Ver
     blocked: whether a data problem forbids any claim; found: whether an effect is missing; taken: share of the
     excess mean square that what was found has taken.
     """
-    exceeds = bool((left.rms > left.limit).any())
     if blocked:
         return "implausible-data"
-    if left.structured or (exceeds and found and taken < MIN_SHARE):
+    if left.structured or (left.exceeds and found and taken < MIN_SHARE):
         return "unknown-structure"
     if found:
         return "missing-effect"
     detectable = bool((np.hypot(left.floor, _DETECTABLE * left.torque) > left.limit).all())
-    return "adequate" if detectable and not exceeds else "undetermined"
+    return "adequate" if detectable and not left.exceeds else "undetermined"
+
+
+def sentence_of(verdict: Verdict, left: Remainder, start: str, found: str, rest: str) -> str:
+    """The `verdict` on effects that were searched in words.
+
+    start: the model that lacks them; found: what was found, may be empty; rest: what is known of the rest.
+    """
+    lacks = f"{start} lacks {found}"
+    if verdict == "adequate":
+        return "No structured residual is left above the noise floor: the model is adequate for these recordings."
+    if verdict == "missing-effect":
+        return f"{lacks}. With this added, no structured residual is left above the noise floor."
+    if verdict == "undetermined":
+        reason = (
+            "the error exceeds the noise floor, but nothing in it repeats with the motion"
+            if left.exceeds
+            else f"noise would hide a structured residual of {_DETECTABLE:.0%} of the torque"
+        )
+        return f"No missing effect was found, but one may be missing: {reason}."
+    beyond = f"{lacks}. Beyond this, a" if found else "A"
+    return f"{beyond} structured residual is left that no effect of the library explains: {rest}"

@@ -1,31 +1,41 @@
-"""Warnings about recordings that limit the validity of a diagnosis."""
+"""Warnings about recordings, and about what follows from them, that limit the validity of a diagnosis."""
 
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from ident.data.samples import holds_torque
+from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.extrapolation import extrapolation_warnings
 from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.indistinguishable import indistinguishable
 from ident.diagnosis.split.friction_offset_confounding import confounding_warnings
-from ident.diagnosis.split.noise_floor import NoiseFloor
 from ident.diagnosis.split.split_data import MIN_REPORTED_SHARE, SplitData, rms
-from ident.dynamics.effects.base import Effect
 
 _MIN_ROWS_PER_PARAMETER = 20
 """With fewer independent rows per parameter, small effects are not significant."""
 _MAX_ERROR_RATIO = 1.5
-"""Largest plausible ratio between the errors on different test recordings."""
+"""Largest plausible ratio between the errors on different recordings."""
 
 
-def data_warnings(split: SplitData, model: FittedModel, floor: NoiseFloor, offset: Effect | None) -> Iterator[str]:
-    """Warnings about `model` and its noise `floor`; `offset`: the effect that is confounded with Coulomb friction."""
-    yield from confounding_warnings(split, model.solution, offset)
+def data_warnings(diagnosis: Diagnosis) -> Iterator[str]:
+    """Yield a sentence for everything that limits what the last model of a `diagnosis` is worth."""
+    split, model = diagnosis.split, diagnosis.model
+    if diagnosis.unexplained.significant and diagnosis.selection.findings:
+        yield "An effect is still missing: until it is found, the errors of parameters may exceed their intervals."
+    yield from _known_together(model)
+    yield from confounding_warnings(split, model.solution, diagnosis.library.get("torque_offset"))
     yield from _insufficient_data(split, model)
-    yield from _disagreement(split, model, floor)
-    yield from extrapolation_warnings(split, model, floor)
-    yield from _excluded_rows(split)
-    yield from _assumed_gain(split)
+    yield from _disagreement(split, model)
+    yield from extrapolation_warnings(split, model)
+    yield from _unscored_rows(split)
+    recording = split.recordings[0].recording
+    if recording.rig.torque.gain_source == "assumed" and not holds_torque(recording):
+        yield (
+            f"The torque gain is assumed, with an uncertainty of {recording.rig.torque.gain_uncertainty:.0%}: it "
+            "scales all torques alike. Parameters that are proportional to the torque are RELATIVE; their intervals "
+            "leave this factor out."
+        )
 
 
 def file_names(split: SplitData, selected: Sequence[int]) -> list[str]:
@@ -34,6 +44,17 @@ def file_names(split: SplitData, selected: Sequence[int]) -> list[str]:
     all_names = [path.name for path in paths]
     files = (split.recordings[i].recording.path for i in selected)
     return list(dict.fromkeys(path.name if all_names.count(path.name) == 1 else str(path) for path in files))
+
+
+def _known_together(model: FittedModel) -> Iterator[str]:
+    """Coefficients of two effects that the motion hardly distinguishes."""
+    parameters = model.solution.structure.parameters
+    for i, j, correlation in indistinguishable(model):
+        yield (
+            f"{parameters[i].name} and {parameters[j].name} are known only together: this motion hardly "
+            f"distinguishes them (their errors correlate by {correlation:+.2f}), so one of the two effects may be "
+            "all there is."
+        )
 
 
 def _insufficient_data(split: SplitData, model: FittedModel) -> Iterator[str]:
@@ -49,30 +70,33 @@ def _insufficient_data(split: SplitData, model: FittedModel) -> Iterator[str]:
         )
 
 
-def _disagreement(split: SplitData, model: FittedModel, floor: NoiseFloor) -> Iterator[str]:
-    """Whether the error of the final model is much larger on one test recording than on another."""
-    if not floor.rms.any():
-        return
-    test = [i for i, rows in enumerate(split.test) if rows.any()]
-    errors: dict[str, float] = {}
-    for name in file_names(split, test) if split.other_motion else ():
-        indices = [i for i in test if file_names(split, [i]) == [name]]
-        level = rms([model.residuals[i] for i in indices], [split.test[i] for i in indices])
-        errors[name] = float(np.linalg.norm(level) / np.linalg.norm(floor.rms))
-    if len(errors) > 1 and max(errors.values()) > _MAX_ERROR_RATIO * min(errors.values()):
-        listing = ", ".join(f"{name}: {error:.2g}" for name, error in errors.items())
-        yield (
-            f"The held-out recordings disagree; ratio of the final model's error to the noise floor: {listing}. "
-            "Was the machine changed between them? Diagnose them one by one."
-        )
+def _disagreement(split: SplitData, model: FittedModel) -> Iterator[str]:
+    """Whether the error of the last model is much larger on one of the files for the same purpose than on another."""
+    for purpose, subset in (("training", split.train), ("held-out", split.test)):
+        rows: dict[str, list[int]] = {}
+        for i, selected in enumerate(subset):
+            if selected.any():
+                (name,) = file_names(split, [i])
+                rows.setdefault(name, []).append(i)
+        levels = {
+            name: np.linalg.norm(rms([model.residuals[i] for i in indices], [subset[i] for i in indices]))
+            for name, indices in rows.items()
+        }
+        least = min(levels.values(), default=0.0)
+        if max(levels.values(), default=0.0) > _MAX_ERROR_RATIO * least > 0:
+            listing = ", ".join(f"{name}: {level / least:.2g}" for name, level in levels.items())
+            yield (
+                f"The {purpose} recordings disagree; the error of the last model on each, relative to the smallest: "
+                f"{listing}. If the machine was changed between them, diagnose them one by one."
+            )
 
 
-def _excluded_rows(split: SplitData) -> Iterator[str]:
-    """Rows that are not scored."""
+def _unscored_rows(split: SplitData) -> Iterator[str]:
+    """Rows that neither fits nor errors use, or no errors."""
     if split.standstill_share > MIN_REPORTED_SHARE:
         yield (
-            f"{split.standstill_share:.0%} of the rows are left out of fits and errors because a joint is at or near "
-            "standstill, where its dry friction is not determined."
+            f"{split.standstill_share:.0%} of the rows are left out of fits and errors: a joint is at or near "
+            "standstill there, where dry friction may take any value up to its limit."
         )
     if split.insensitive_share > MIN_REPORTED_SHARE:
         yield (
@@ -86,14 +110,4 @@ def _excluded_rows(split: SplitData) -> Iterator[str]:
         yield (
             f"Of the held-out rows, {shares} are not scored: the joint is outside of the travel of the training "
             "data, where friction that changes along the travel is not known. Train on a motion that goes there, too."
-        )
-
-
-def _assumed_gain(split: SplitData) -> Iterator[str]:
-    recording = split.recordings[0].recording
-    if recording.rig.torque.gain_source == "assumed" and not holds_torque(recording):
-        share = recording.rig.torque.gain_uncertainty
-        yield (
-            f"The torque gain is assumed, with an uncertainty of {share:.0%}: it scales all torques alike. "
-            "Parameters that are proportional to the torque are RELATIVE; their intervals leave this factor out."
         )

@@ -23,8 +23,6 @@ from ident.dynamics.effects.base import Effect, Quantity, Signal
 from ident.dynamics.structure import Term
 from recordings.recording import Bools, Floats, Ints
 
-DEFAULT_SHARE = 0.03
-"""Size of an effect for which its visibility is stated: its torque, as a share of that of the joint."""
 MIN_FLOOR_RATIO = 0.3
 """The visible part of a torque must exceed this share of the noise floor, which is known to some ten percent."""
 MAX_IMITATIONS = 4

@@ -54,6 +54,8 @@ class Quantity:
     """Starting values of the search, several where there may be several local minima. Empty for a coefficient."""
     implausible_bound: Literal["lower", "upper"] | None = None
     """End of the range that is no plausible result: a search that ends there is evidence against the effect."""
+    usual: float = np.inf
+    """Largest size that hardware usually has; a larger one is possible, but is cautioned."""
     searched: bool = True
     """False where only the `initial_guesses` are possible values, as for an index."""
     reduces_to: str | None = None
@@ -63,6 +65,13 @@ class Quantity:
     min_use: float | None = None
     """Smallest plausible product of the inverse of a voltage with the largest recorded voltage, held-out recordings
     included: a limit that was never approached is not known."""
+
+    @property
+    def usual_range(self) -> tuple[float, float]:
+        """The values between which hardware usually stays, ends excluded."""
+        low = self.lower if self.implausible_bound == "lower" else -self.usual
+        high = self.upper if self.implausible_bound == "upper" else self.usual
+        return low, high
 
     def unit_on(self, rig: Rig, joint: int) -> str:
         """Its unit on a `joint` (from 0) of `rig`."""

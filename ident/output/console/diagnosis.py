@@ -11,9 +11,9 @@ from ident.diagnosis.document.document import (
     Document,
     FindingEntry,
     LearnedCurveEntry,
-    ParameterValue,
     RejectedEntry,
     StepEntry,
+    joint_numbers,
 )
 from ident.output.console.assessment import scale_line
 
@@ -42,8 +42,7 @@ def show(document: Document, console: Console) -> None:
     for finding in document.findings:
         _print_finding(finding, document, console)
     for likely in document.likely:
-        joints = ", ".join(map(str, likely.joints))
-        _print_plain(console, f"\nLikely: {likely.effect} (joint {joints}). {likely.why}")
+        _print_plain(console, f"\nLikely: {likely.effect} ({joint_numbers(likely.joints)}). {likely.why}")
     if document.findings:
         console.print(
             "In parentheses: 95 % intervals for noise and quantization, if the model is right. "
@@ -133,8 +132,7 @@ def _print_finding(finding: FindingEntry, document: Document, console: Console) 
         name: value for name, value in document.steps[-1].parameters.items() if is_parameter_of(name, finding.effect)
     }
     for name, value in parameters.items():
-        amount = "never" if value.infinite else f"{value.value:.4g}{_format_interval(value)} {value.unit}"
-        _print_plain(console, f"  {name} = {amount}  {value.meaning}")
+        _print_plain(console, f"  {name} = {value.in_words}  {value.meaning}")
     _print_plain(console, f"  Usual causes: {finding.causes}.\n  What to do: {finding.remedy}.")
 
 
@@ -155,10 +153,6 @@ def _print_learned_curves(document: Document, entry: LearnedCurveEntry, console:
 def is_parameter_of(parameter: str, effect: str) -> bool:
     """Return whether the `parameter` of a model belongs to `effect`."""
     return parameter.partition(".")[0].partition("#")[0] == effect
-
-
-def _format_interval(value: ParameterValue) -> str:
-    return f" ({value.interval[0]:.4g} to {value.interval[1]:.4g})" if value.interval else ""
 
 
 def _is_screened(entry: RejectedEntry) -> bool:

@@ -54,6 +54,7 @@ effect = Signal(
             meaning="amplitude of the sine",
             lower=-0.3,
             upper=0.3,
+            usual=_MAX_AMPLITUDE,
             initial_guesses=(1e-4,),
         ),
         Quantity(
@@ -62,6 +63,7 @@ effect = Signal(
             meaning="amplitude of the cosine",
             lower=-0.3,
             upper=0.3,
+            usual=_MAX_AMPLITUDE,
             initial_guesses=(1e-4,),
         ),
     ),

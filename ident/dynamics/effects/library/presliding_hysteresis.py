@@ -51,6 +51,7 @@ effect = Additive(
             meaning="displacement over which it builds up",
             lower=1e-5,
             upper=1.0,
+            usual=0.05,  # three degrees: a spring with a rest angle that moves, not surfaces that bend
             initial_guesses=(1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3),
         ),
     ),

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.document import verdict
-from ident.diagnosis.document.document import Document, FindingEntry
+from ident.diagnosis.document.document import Document, FindingEntry, joint_numbers
+from ident.diagnosis.document.findings import merge_repeated
 from ident.diagnosis.document.result import DiagnosisResult
 from ident.diagnosis.ripple.ripple import EFFECT
 from ident.diagnosis.search.selection import Finding
@@ -19,7 +19,7 @@ from ident.output.report.sections import parameter_values
 def section(result: DiagnosisResult) -> ReportSection:
     """Return every effect found, with its evidence."""
     diagnosis, document = result.diagnosis, result.document
-    below = {finding.term.name: finding for finding in verdict.merge_repeated(diagnosis.selection.findings)}
+    below = {finding.term.name: finding for finding in merge_repeated(diagnosis.selection.findings)}
     # Effects that every machine of this kind has come last: they are no findings.
     entries = sorted(document.findings, key=lambda entry: diagnosis.library[entry.effect].mandatory)
     blocks: list[ReportBlock] = [
@@ -28,13 +28,13 @@ def section(result: DiagnosisResult) -> ReportSection:
     if not blocks:
         blocks.append(Text(("No effect was found.",)))
     for likely in document.likely:
-        blocks.append(Text((f"Likely: {likely.effect} (joint {', '.join(map(str, likely.joints))}). {likely.why}",)))
+        blocks.append(Text((f"Likely: {likely.effect} ({joint_numbers(likely.joints)}). {likely.why}",)))
     return ReportSection("findings", "Findings", tuple(blocks))
 
 
 def _card(index: int, diagnosis: Diagnosis, document: Document, entry: FindingEntry, finding: Finding | None) -> Card:
     effect = diagnosis.library[entry.effect]
-    location = "whole robot" if effect.whole_robot else f"joint {', '.join(map(str, entry.joints))}"
+    location = "whole robot" if effect.whole_robot else joint_numbers(entry.joints)
     tags = [location, *_share(entry)]
     if effect.mandatory:
         tags.append("always included")

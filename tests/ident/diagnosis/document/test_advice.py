@@ -11,8 +11,8 @@ from ident.commands.design import command as design
 from ident.commands.fit import command as fit
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.advice import fit_command, next_motion
+from ident.diagnosis.document.document import FindingEntry
 from ident.diagnosis.search.search import Search
-from ident.diagnosis.search.selection import Finding
 from ident.diagnosis.unknown.unexplained_residual import estimate_unexplained
 from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
@@ -35,8 +35,8 @@ def diagnosed(train: Recording, *validate: Recording, forced: tuple[str, ...] = 
     return Diagnosis(data, LIBRARY, {}, selection, unexplained, None, None, True)
 
 
-def with_alternative(finding: Finding, *names: str) -> Finding:
-    return replace(finding, alternatives=names)
+def found(diagnosis: Diagnosis, *alternatives: str) -> FindingEntry:
+    return FindingEntry.of(replace(diagnosis.selection.findings[0], alternatives=alternatives), "")
 
 
 @pytest.fixture(scope="module")
@@ -53,10 +53,9 @@ def accepted(command: click.Command, text: str, *words: str) -> None:
 
 
 def test_effects_that_cannot_be_distinguished_ask_for_a_discriminating_motion(alone: Diagnosis) -> None:
-    finding = with_alternative(alone.selection.findings[0], "stribeck")
-    advice = next_motion(alone, [finding])
+    advice = next_motion(alone, [found(alone, "stribeck")])
     assert advice is not None
-    assert "quadratic_friction and stribeck cannot be distinguished" in advice.why
+    assert "cannot distinguish quadratic_friction from stribeck" in advice.why
     words = shlex.split(advice.command)
     assert words[2:5] == ["--discriminate", "quadratic_friction", "stribeck"]
     assert words[words.index("--recording") + 1] == "my file.mcap"
@@ -65,20 +64,19 @@ def test_effects_that_cannot_be_distinguished_ask_for_a_discriminating_motion(al
 
 def test_effect_of_a_user_brings_its_file(alone: Diagnosis) -> None:
     diagnosis = Diagnosis(**{**vars(alone), "library": {**LIBRARY, "mine": building.effect(drag)}})
-    advice = next_motion(diagnosis, [with_alternative(alone.selection.findings[0], "mine")])
+    advice = next_motion(diagnosis, [found(alone, "mine")])
     assert advice is not None
     assert "--effect-file mine.py" in advice.command
 
 
 def test_change_with_time_has_no_discriminating_motion(alone: Diagnosis) -> None:
-    finding = with_alternative(alone.selection.findings[0], "thermal_drift")
-    advice = next_motion(alone, [finding])
+    advice = next_motion(alone, [found(alone, "thermal_drift")])
     assert advice is not None
     assert "--discriminate" not in advice.command
 
 
 def test_single_motion_asks_for_a_second_one(alone: Diagnosis) -> None:
-    advice = next_motion(alone, alone.selection.findings)
+    advice = next_motion(alone, [found(alone)])
     assert advice is not None
     assert "A second, different motion" in advice.why
     accepted(design, advice.command, "ident", "design")
@@ -90,7 +88,7 @@ def test_printed_commands_write_to_names_that_are_free(
     monkeypatch.chdir(tmp_path)
     for name in ("next.toml", "my file.model.json"):
         (tmp_path / name).touch()
-    advice = next_motion(alone, alone.selection.findings)
+    advice = next_motion(alone, [found(alone)])
     assert advice is not None
     assert advice.command.endswith(" -o next2.toml")
     assert fit_command(alone, Path("curve.py"), [1]).endswith(" -o 'my file2.model.json'")
@@ -99,7 +97,7 @@ def test_printed_commands_write_to_names_that_are_free(
 def test_two_motions_without_alternatives_need_no_third() -> None:
     other = building.record(2, noise=0.05, extra=drag, shape=1, name="other")
     diagnosis = diagnosed(building.record(2, noise=0.05, extra=drag), other)
-    assert next_motion(diagnosis, diagnosis.selection.findings) is None
+    assert next_motion(diagnosis, [found(diagnosis)]) is None
     text = fit_command(diagnosis, Path("curve.py"), [1, 2])
     accepted(fit, text, "ident", "fit")
     assert text == (

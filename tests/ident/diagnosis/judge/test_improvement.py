@@ -72,7 +72,7 @@ def test_few_blocks_suffice_where_all_of_the_change_agrees_with_the_residual() -
 def test_change_in_hardly_any_block_tells_nothing(blocks: int) -> None:
     noise = np.random.default_rng(0).normal(size=(80 * 31, 1))
     change = 3.0 * (np.arange(len(noise)) < 31 * blocks)[:, None]
-    assert compare(noise + change, noise).t == pytest.approx(0.0)
+    assert not compare(noise + change, noise).is_supported
 
 
 def test_change_that_gains_nothing_is_as_rarely_supported_as_stated() -> None:

@@ -12,7 +12,6 @@ from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import Improvement
 from ident.diagnosis.judge.price import EXTRAORDINARY_RATIO, score
 from ident.diagnosis.judge.rules import OF_INTERVALS, OF_VALUES, objection
-from ident.diagnosis.judge.rules.mechanism import sign_warnings
 from ident.diagnosis.judge.rules.strength import resolved_instances
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics import mechanisms
@@ -226,12 +225,3 @@ def test_drift_whose_direction_in_time_is_unknown_is_not_believed() -> None:
 def test_spring_without_stiffness_is_an_offset(stiffness: float, reason: str | None) -> None:
     split = data(extra=lambda motion: 0.4 + stiffness * motion.position)
     assert unresolved(building.fitted(split, "joint_spring")) == reason
-
-
-def test_reversed_torque_is_pointed_out() -> None:
-    recording = building.record(noise=0.05)
-    assert recording.effort is not None
-    assert list(sign_warnings(building.fitted(building.split([recording])))) == []
-    (warning,) = sign_warnings(building.fitted(building.split([replace(recording, effort=-recording.effort)])))
-    assert warning.startswith("Not physical: I_1 = -0.4")
-    assert "the sign of the torque is reversed" in warning

@@ -7,13 +7,14 @@ import pytest
 
 from ident.diagnosis.search.search import Search
 from ident.diagnosis.split.observability import observability
-from ident.diagnosis.visibility.visibility import DEFAULT_SHARE, EffectVisibility, VisibilityCheck
+from ident.diagnosis.visibility.visibility import EffectVisibility, VisibilityCheck
 from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats, Recording
 from tests.ident import building
 
 NOISE = 0.05
+DEFAULT_SHARE = 0.03
 COLUMNS = {
     "quadratic_friction": lambda motion: motion.velocity * np.abs(motion.velocity),
     "asymmetric_viscous": lambda motion: np.abs(motion.velocity),
