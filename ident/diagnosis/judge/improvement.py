@@ -113,7 +113,7 @@ def improvement_of_blocks(
     if improvement.is_small:
         return improvement
     known = (before > 0) & (after > 0)
-    of_ratio = _standard_score(np.log(before[known] / after[known]), np.ones(known.sum()))
+    of_ratio = _standard_score(np.log(before[known]) - np.log(after[known]), np.ones(known.sum()))
     return replace(improvement, t=max(improvement.t, of_ratio))
 
 

@@ -227,15 +227,19 @@ def test_forced_effects_are_added_in_their_order_and_no_others() -> None:
     [
         (["quadratic_friction", "quadratic_friction"], "is in the model already"),
         (["viscous"], "does not show in this motion"),
-        (["quadratic_friction"], "would need an impossible sign"),
     ],
 )
-def test_impossible_forced_effect_is_refused(names: list[str], reason: str) -> None:
-    sign = -1.0 if "sign" in reason else 1.0
+def test_forced_effect_that_shows_nothing_is_refused(names: list[str], reason: str) -> None:
     effects = {**USUAL, "viscous": building.effect(lambda motion: motion.velocity)}
-    chosen, begin = selector(split(lambda motion: sign * drag(motion)), effects)
+    chosen, begin = selector(split(drag), effects)
     with pytest.raises(BadInput, match=f"'{names[-1]}' {reason}"):
         chosen.select_forced(*begin, names)
+
+
+def test_forced_effect_of_an_impossible_sign_explains_nothing() -> None:
+    chosen, begin = selector(split(lambda motion: -drag(motion)))
+    (finding,) = chosen.select_forced(*begin, ["quadratic_friction"]).findings
+    assert (finding.accepted, finding.evidence.gain) == (False, 0.0)
 
 
 def test_truncated_selection_has_the_findings_of_its_last_step() -> None:
