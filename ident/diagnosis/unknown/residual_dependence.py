@@ -106,7 +106,8 @@ def _dependence(
     enough = [candidate for candidate in candidates if candidate.explained >= MIN_RELATIVE_SHARE * best]
     if best < MIN_SHARE:
         return None
-    return min(enough, key=lambda candidate: (len(candidate.variables), -candidate.explained))
+    # Rounded: without weight, the load is the acceleration times an inertia, and the first of both is said.
+    return min(enough, key=lambda candidate: (len(candidate.variables), -round(candidate.explained, 2)))
 
 
 def _sums(joint: int, dof: int) -> Iterator[tuple[LearnedCurve, ...]]:
