@@ -14,11 +14,11 @@ def analyse_unexplained(
 
     forced: whether the user chose the effects, which then stay.
     """
-    unexplained, learned = estimate_unexplained(selection.model), None
+    unexplained = estimate_unexplained(selection.model)
     if not unexplained.significant:
         return selection, unexplained, None
-    if not forced:
-        selection, learned = remove_imitations(search, selection)
-    learned = learned or fit_curves(selection.model)
-    dependences = learned.described if learned and learned.supported else None
-    return selection, estimate_unexplained(selection.model, dependences), learned
+    learned = fit_curves(selection.model, unexplained.dependences) if unexplained.dependences else None
+    if forced:
+        return selection, unexplained, learned
+    exchanged, learned = remove_imitations(search, selection, learned)
+    return exchanged, unexplained if exchanged is selection else estimate_unexplained(exchanged.model), learned

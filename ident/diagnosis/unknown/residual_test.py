@@ -4,7 +4,7 @@ The noise floor is that of `ident.diagnosis.split.noise_floor`, the rows are tho
 test is that of `ident.diagnosis.unknown.unexplained_residual`, for every model alike.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import prepare
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.split.split_data import MAX_STANDSTILL, SplitData
+from ident.diagnosis.split.split_data import MAX_STANDSTILL
 from ident.diagnosis.split.train_test_split import split_recordings, standstill_share
 from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual, estimate_unexplained
 from ident.dynamics.effects.base import Effect
@@ -38,7 +38,7 @@ def residual_test(model: FittedModel, unexplained: UnexplainedResidual, diagnose
         quantization_rms=tuple(floor.quantization.tolist()),
         structured_rms=tuple(unexplained.rms.tolist()),
         structured_share=unexplained.share,
-        recordings=_sources(data.recording for data in split.recordings),
+        recordings=_sources([data.recording for data in split.recordings]),
     )
 
 
@@ -53,8 +53,7 @@ def scored_predictions(
     if model.form:
         return tuple(predictions), None
     structure, x = structure_of(model, predictions[0].prepared.recording.rig, library)
-    sources = _sources(prediction.prepared.recording for prediction in predictions)
-    held = model.residual_test
+    held, sources = model.residual_test, _sources([prediction.prepared.recording for prediction in predictions])
     known = held is not None and set(sources) <= set(held.recordings)
     test = held if known else check_residual(predictions, structure, x)
     return score(predictions, structure, x, test), test
@@ -64,13 +63,11 @@ def score(
     predictions: Sequence[Prediction], structure: ModelStructure, x: Floats, test: ResidualTest | None
 ) -> tuple[Prediction, ...]:
     """The `predictions` of a model with the rows that are scored: those in motion, and not near saturation."""
-    rows = [_moving(prediction) for prediction in predictions]
-    reports = any(effect.report for _, _, effect in structure.signals)
-    short = all(len(excerpts(each.prepared.recording)) == 1 for each in predictions)
-    split = _split(predictions) if test and reports and short else None
-    if split and test:
+    rows: Sequence[Bools] = [_moving(prediction) for prediction in predictions]
+    long = any(len(excerpts(prediction.prepared.recording)) > 1 for prediction in predictions)
+    if test and not long and (model := _as_fitted(predictions, structure, x)):
         floor = np.array([value or 0.0 for value in test.noise_rms])
-        rows = list(split.without_saturated_rows(_solution(split, predictions, structure, x), floor).train)
+        rows = model.split.without_saturated_rows(model.solution, floor).train
     return tuple(replace(each, scored=moving) for each, moving in zip(predictions, rows, strict=True))
 
 
@@ -79,40 +76,32 @@ def check_residual(predictions: Sequence[Prediction], structure: ModelStructure,
 
     Of long recordings, excerpts are tested.
     """
-    short = [part for prediction in predictions for part in _excerpts(prediction, structure, x)]
-    split = _split(short)
-    if split is None:
-        return None
-    model = FittedModel(split, _solution(split, short, structure, x))
-    return residual_test(model, estimate_unexplained(model, ()))
+    model = _as_fitted([part for each in predictions for part in _excerpts(each, structure, x)], structure, x)
+    return residual_test(model, estimate_unexplained(model, ())) if model else None
 
 
-def _excerpts(prediction: Prediction, structure: ModelStructure, x: Floats) -> Iterator[Prediction]:
-    prepared = prediction.prepared
-    parts = excerpts(prepared.recording)
+def _excerpts(prediction: Prediction, structure: ModelStructure, x: Floats) -> list[Prediction]:
+    prepared, parts = prediction.prepared, excerpts(prediction.prepared.recording)
     if len(parts) == 1:
-        yield prediction
-        return
+        return [prediction]
     hz = prepared.cutoff.hz if prepared.cutoff else None
-    for part in parts:
-        excerpt = prepare(part.recording, prepared.method, hz, part.start, part.end)
-        yield Prediction(excerpt, chunks.torque(excerpt, structure, x))
+    short = [prepare(part.recording, prepared.method, hz, part.start, part.end) for part in parts]
+    return [Prediction(each, chunks.torque(each, structure, x)) for each in short]
 
 
-def _split(predictions: Sequence[Prediction]) -> SplitData | None:
-    """All rows in motion as training rows; None if there are too few."""
+def _as_fitted(predictions: Sequence[Prediction], structure: ModelStructure, x: Floats) -> FittedModel | None:
+    """The model as if it had been fitted to all rows in motion; None if there are too few.
+
+    Its derivatives are not needed.
+    """
     try:
         split = split_recordings([each.prepared for each in predictions], [])
     except BadInput:
         return None
     moving = tuple(map(_moving, predictions))
-    return replace(split, train=moving, test=tuple(np.zeros_like(rows) for rows in moving))
-
-
-def _solution(split: SplitData, predictions: Sequence[Prediction], structure: ModelStructure, x: Floats) -> Solution:
-    """The model as if it had been fitted to these recordings; its derivatives are not needed."""
-    rows = sum(int(moving.sum()) for moving in split.train)
-    return Solution(structure, x, tuple(each.residual for each in predictions), (), split.weights, rows)
+    residuals, count = tuple(each.residual for each in predictions), sum(int(rows.sum()) for rows in moving)
+    split = replace(split, train=moving, test=tuple(np.zeros_like(rows) for rows in moving))
+    return FittedModel(split, Solution(structure, x, residuals, (), split.weights, count))
 
 
 def _moving(prediction: Prediction) -> Bools:
@@ -123,5 +112,5 @@ def _moving(prediction: Prediction) -> Bools:
     return rows
 
 
-def _sources(recordings: Iterator[Recording]) -> tuple[RecordingSource, ...]:
+def _sources(recordings: Sequence[Recording]) -> tuple[RecordingSource, ...]:
     return tuple(map(recording_source, {recording.path: recording for recording in recordings}.values()))

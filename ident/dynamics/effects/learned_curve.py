@@ -1,7 +1,7 @@
 """Nonparametric curves learned from the unexplained residual, in the form of an effect."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -23,12 +23,12 @@ class LearnedCurve:
     variable: Variable
     variable_joint: int
     """Joint whose variable it is, from 1."""
-    multiplier: Multiplier
+    multiplier: Multiplier = "one"
     """Factor of the values: one, the joint's direction of motion, or its velocity."""
-    knots: tuple[float, ...]
-    """(k,) ascending [rad, rad/s, rad/s^2, N m or s]."""
-    values: tuple[float, ...]
-    """(k,) [N m], or [N m s/rad] if multiplied by the velocity."""
+    knots: tuple[float, ...] = ()
+    """(k,) ascending [rad, rad/s, rad/s^2, N m or s]; empty while they are not chosen."""
+    values: tuple[float, ...] = ()
+    """(k,) [N m], or [N m s/rad] if multiplied by the velocity; empty while they are not known."""
 
     def variable_values(self, inputs: EffectInputs) -> Floats:
         """Return the variable (n,)."""
@@ -48,11 +48,16 @@ class LearnedCurve:
         )
         return factor
 
+    def columns(self, inputs: EffectInputs) -> Floats:
+        """Compute the torque (n, k) per unit of the value at each knot; NaN where the variable is not known."""
+        variable = self.variable_values(inputs)
+        known = np.where(np.isfinite(variable), self.factor(inputs), np.nan)
+        columns: Floats = hat_functions(variable, self.knots) * known[:, None]
+        return columns
+
     def torque(self, inputs: EffectInputs) -> Floats:
         """Compute the torque (n,) [N m]."""
-        variable = self.variable_values(inputs)
-        level = hat_functions(variable, self.knots) @ np.array(self.values)
-        torque: Floats = np.where(np.isfinite(variable), level, np.nan) * self.factor(inputs)
+        torque: Floats = self.columns(inputs) @ np.array(self.values)
         return torque
 
 
@@ -87,6 +92,18 @@ def learned_effect(curves: Sequence[LearnedCurve]) -> Additive:
         coefficients=(Quantity(name="a", unit="1", meaning="share of the learned curve"),),
         columns=columns,
     )
+
+
+def unknown_curve(curve: LearnedCurve) -> Additive:
+    """The effect of a `curve` whose values are not known: they are its coefficients."""
+
+    def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
+        torque = np.zeros((*inputs.motion.velocity.shape, len(curve.knots)))
+        torque[:, curve.joint - 1] = curve.columns(inputs)
+        return torque
+
+    values = [Quantity(name=f"f{number}_", unit="{effort}", meaning="value") for number in range(len(curve.knots))]
+    return replace(learned_effect([curve]), coefficients=tuple(values), columns=columns, curve=True)
 
 
 def effect_file_text(curves: Sequence[LearnedCurve], about: str) -> str:

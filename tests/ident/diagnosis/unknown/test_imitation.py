@@ -36,7 +36,7 @@ def checked(
     selector = Search(data, effects, lambda text: None)
     model = building.structure(data.recordings[0].recording)
     selection = selector.select_forced(model, building.start(model), forced)
-    result, curves = remove_imitations(selector, selection)
+    result, curves = remove_imitations(selector, selection, None)
     return selection, curves, result
 
 
@@ -91,4 +91,4 @@ def test_effects_of_a_given_model_are_kept() -> None:
     selector = Search(data, effects, lambda text: None)
     given = building.structure(data.recordings[0].recording).with_term(Term("drag", effects["drag"], (0,)))
     selection = selector.select_forced(given, building.start(given), ())
-    assert remove_imitations(selector, selection)[0].steps[0].model.terms == given.terms
+    assert remove_imitations(selector, selection, None)[0].steps[0].model.terms == given.terms
