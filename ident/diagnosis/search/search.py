@@ -50,7 +50,9 @@ class Search:
         best_first = BestFirst(self.candidates, self._progress)
         answer = best_first.search(model)
         while (with_curve := self._with_curve(answer)) is not None:
-            answer = best_first.search(with_curve)
+            before, answer = answer, best_first.search(with_curve)
+            if score(answer) >= score(before):  # beside what else was found, the judge refuses the curve
+                break
         return review(self.candidates, [*steps, *self._way(model, answer)])
 
     def select_forced(self, structure: ModelStructure, x: Floats, names: Sequence[str]) -> Selection:

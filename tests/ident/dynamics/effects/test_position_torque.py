@@ -9,7 +9,6 @@ CURVES: dict[str, building.Torque] = {
     "stop of rubber": lambda motion: np.maximum(motion.position - 0.2, 0.0) ** 2,
     "cable": lambda motion: np.exp(motion.position / 0.3),
     "bent guide": lambda motion: np.exp(-(((motion.position + 0.2) / 0.4) ** 2)),
-    "counterbalance": lambda motion: np.abs(motion.position),
 }
 SINGLES: dict[str, building.Torque] = {
     "joint_spring": lambda motion: motion.position - 0.2,
