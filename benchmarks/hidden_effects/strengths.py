@@ -41,7 +41,7 @@ def _peak_to_peak(estimate: Parameters, knots: str) -> float:
 
 def _end_of_travel(true: Parameters, end: str) -> float:
     """Torque of a hidden `position_torque` at an end of the travel, "low" or "high", that the estimate tells."""
-    return true["a"] * max(true[end] - true["q_0"], 0.0) ** true["p"]
+    return float(true["a"] * max(true[end] - true["q_0"], 0.0) ** true["p"])
 
 
 _STRENGTH_FUNCTIONS: dict[str, tuple[Callable[[Parameters], float], Callable[[Parameters], float]]] = {
