@@ -149,7 +149,9 @@ def summary(line: dict[str, Any]) -> str:
 def report(rows: Sequence[Row]) -> None:
     """Print the figures of acceptance."""
     joints = list(chain.from_iterable(row.held for row in rows))
-    print(f"noise_ci95 holds the true noise of all joints in {sum(all(row.held) for row in rows)} of {len(rows)} cases")
+    print(
+        f"noise_ci95 holds the true noise of all joints in {sum(all(row.held) for row in rows)} of {len(rows)} cases"
+    )
     print(f"and of {sum(joints)} of {len(joints)} joints")
     for kind, what in (("nothing", "nothing hidden is adequate"), ("single", "the hidden effect is named first")):
         right = [row.right for row in rows if row.kind == kind]

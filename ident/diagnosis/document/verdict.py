@@ -87,7 +87,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
             *consistency_warnings(selection.model, steps),
             *sign_warnings(selection.model),
             *size_warnings(selection.model),
-            *data_warnings(split, selection.model, floor, diagnosis.library.get("torque_offset")),
+            *data_warnings(split, selection.model, floor),
         ),
         recordings=tuple(file_names(split, range(len(split.recordings)))),
     )

@@ -7,20 +7,21 @@ import numpy as np
 from ident.data.samples import holds_torque
 from ident.diagnosis.document.extrapolation import extrapolation_warnings
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.split.friction_offset_confounding import confounding_warnings
 from ident.diagnosis.split.noise_floor import NoiseFloor
-from ident.diagnosis.split.split_data import MIN_REPORTED_SHARE, SplitData, rms
-from ident.dynamics.effects.base import Effect
+from ident.diagnosis.split.observability import MAX_RARE_SHARE, rarer_direction_share
+from ident.diagnosis.split.split_data import SplitData, rms
 
 _MIN_ROWS_PER_PARAMETER = 20
 """With fewer independent rows per parameter, small effects are not significant."""
+_MIN_STANDSTILL = 0.01
+"""Below this share of all rows, those near standstill are not reported."""
 _MAX_ERROR_RATIO = 1.5
 """Largest plausible ratio between the errors on different test recordings."""
 
 
-def data_warnings(split: SplitData, model: FittedModel, floor: NoiseFloor, offset: Effect | None) -> Iterator[str]:
-    """Warnings about `model` and its noise `floor`; `offset`: the effect that is confounded with Coulomb friction."""
-    yield from confounding_warnings(split, model.solution, offset)
+def data_warnings(split: SplitData, model: FittedModel, floor: NoiseFloor) -> Iterator[str]:
+    """Warnings about the recordings of a `model` with its noise `floor`."""
+    yield from _rare_direction(split)
     yield from _insufficient_data(split, model)
     yield from _disagreement(split, model, floor)
     yield from extrapolation_warnings(split, model, floor)
@@ -34,6 +35,16 @@ def file_names(split: SplitData, selected: Sequence[int]) -> list[str]:
     all_names = [path.name for path in paths]
     files = (split.recordings[i].recording.path for i in selected)
     return list(dict.fromkeys(path.name if all_names.count(path.name) == 1 else str(path) for path in files))
+
+
+def _rare_direction(split: SplitData) -> Iterator[str]:
+    """Whether a joint moves mainly in one direction."""
+    for joint, share in enumerate(rarer_direction_share(split), start=1):
+        if share < MAX_RARE_SHARE:
+            yield (
+                f"Joint {joint} moves in one of its directions only {share:.0%} of the time, so its Coulomb friction "
+                "and a constant offset are hardly distinct; record both directions equally."
+            )
 
 
 def _insufficient_data(split: SplitData, model: FittedModel) -> Iterator[str]:
@@ -69,23 +80,20 @@ def _disagreement(split: SplitData, model: FittedModel, floor: NoiseFloor) -> It
 
 def _excluded_rows(split: SplitData) -> Iterator[str]:
     """Rows that are not scored."""
-    if split.standstill_share > MIN_REPORTED_SHARE:
+    if split.standstill_share > _MIN_STANDSTILL:
         yield (
             f"{split.standstill_share:.0%} of the rows are left out of fits and errors because a joint is at or near "
             "standstill, where its dry friction is not determined."
         )
-    if split.insensitive_share > MIN_REPORTED_SHARE:
-        yield (
-            f"{split.insensitive_share:.1%} of the rows are not scored: the amplifiers are so near their limit, or "
-            "in their dead band, that the voltage hardly depends on the torque. A slower motion avoids this."
-        )
-    if split.extrapolated_shares:
+    if split.unjudged_shares:
         shares = " and ".join(
-            f"{share:.1%} (joint {joint})" for joint, share in enumerate(split.extrapolated_shares, start=1) if share
+            f"{share:.1%} (joint {joint})" for joint, share in enumerate(split.unjudged_shares, start=1) if share
         )
         yield (
-            f"Of the held-out rows, {shares} are not scored: the joint is outside of the travel of the training "
-            "data, where friction that changes along the travel is not known. Train on a motion that goes there, too."
+            f"Of the held-out rows, {shares} are not scored, where the model says nothing: outside of the travel of "
+            "the training data, for friction that changes along the travel; and where the amplifiers are so near "
+            "their limit, or in their dead band, that the voltage hardly depends on the torque. Train on a motion "
+            "that goes there, too, and a slower one."
         )
 
 

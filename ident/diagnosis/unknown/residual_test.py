@@ -70,7 +70,8 @@ def score(
     split = _split(predictions) if test and reports and short else None
     if split and test:
         floor = np.array([value or 0.0 for value in test.noise_rms])
-        rows = list(split.without_saturated_rows(_solution(split, predictions, structure, x), floor).train)
+        held_out = replace(split, test=split.train)  # nothing is fitted
+        rows = list(held_out.judged(_solution(split, predictions, structure, x), floor).test)
     return tuple(replace(each, scored=moving) for each, moving in zip(predictions, rows, strict=True))
 
 

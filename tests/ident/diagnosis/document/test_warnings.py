@@ -13,8 +13,7 @@ from recordings.rig import simulated_rig
 
 def _warnings(
     standstill_share: float = 0.0,
-    insensitive_share: float = 0.0,
-    extrapolated_shares: tuple[float, ...] = (),
+    unjudged_shares: tuple[float, ...] = (),
     gain_source: str = "calibrated",
     rows: float = 1000.0,
     complete: bool = True,
@@ -28,8 +27,7 @@ def _warnings(
     split: Any = SimpleNamespace(
         independent_rows=rows,
         standstill_share=standstill_share,
-        insensitive_share=insensitive_share,
-        extrapolated_shares=extrapolated_shares,
+        unjudged_shares=unjudged_shares,
         other_motion=False,
         recordings=(data,),
         predictors=(SimpleNamespace(prepared=data),),
@@ -37,7 +35,7 @@ def _warnings(
         test=(np.zeros((10, 3), bool),),
     )
     model: Any = SimpleNamespace(solution=SimpleNamespace(x=np.zeros(10)), residuals=(np.zeros((10, 3)),))
-    return " ".join(data_warnings(split, model, SimpleNamespace(rms=np.ones(3), known=True), None))  # type: ignore[arg-type]
+    return " ".join(data_warnings(split, model, SimpleNamespace(rms=np.ones(3), known=True)))  # type: ignore[arg-type]
 
 
 def test_good_recordings_have_no_warnings() -> None:
@@ -48,8 +46,7 @@ def test_good_recordings_have_no_warnings() -> None:
     ("given", "expected"),
     [
         ({"standstill_share": 0.08}, "8% of the rows are left out"),
-        ({"insensitive_share": 0.041}, "4.1% of the rows are not scored"),
-        ({"extrapolated_shares": (0.0, 0.44, 0.113)}, "44.0% (joint 2) and 11.3% (joint 3) are not scored"),
+        ({"unjudged_shares": (0.0, 0.44, 0.113)}, "44.0% (joint 2) and 11.3% (joint 3) are not scored"),
         ({"gain_source": "assumed"}, "assumed, with an uncertainty of 10%"),
         ({"rows": 150.0}, "Too short: 150 independent rows for 10 parameters"),
         ({"complete": False}, "Truncated: run.mcap"),
