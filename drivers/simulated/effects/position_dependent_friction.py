@@ -17,4 +17,4 @@ class PositionDependentFriction(HiddenEffect):
     p: float = parameter(1.0, "1", "1 for a wave; greater for a spot", ge=1, le=30, drawn=(1.0, 8.0))
 
     def friction(self, i: int, state: JointState) -> float:
-        return 2 * self.a * ((1 + math.sin(self.k * state.q[i] + self.phase)) / 2) ** self.p
+        return float(2 * self.a * ((1 + math.sin(self.k * state.q[i] + self.phase)) / 2) ** self.p)

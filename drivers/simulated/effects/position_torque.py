@@ -14,4 +14,4 @@ class PositionTorque(HiddenEffect):
     p: float = parameter(2.0, "1", "2 for rubber; a cable tightens more steeply", ge=1, le=8, drawn=(2.0, 5.0))
 
     def torque(self, i: int, state: JointState) -> float:
-        return self.a * max(state.q[i] - self.q_0, 0.0) ** self.p
+        return float(self.a * max(state.q[i] - self.q_0, 0.0) ** self.p)

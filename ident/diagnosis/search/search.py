@@ -48,9 +48,10 @@ class Search:
         best_first = BestFirst(self.candidates, self._progress)
         answer = best_first.search(model)
         while (with_curve := self._with_curve(answer)) is not None:
-            before, answer = answer, best_first.search(with_curve)
-            if score(answer) >= score(before):  # beside what else was found, the judge refuses the curve
+            further = best_first.search(with_curve)
+            if score(further) >= score(answer):  # beside what else was found, the judge refuses the curve
                 break
+            answer = further
         return review(self.candidates, [*steps, *self._way(model, answer)])
 
     def select_forced(self, structure: ModelStructure, x: Floats, names: Sequence[str]) -> Selection:
