@@ -1,7 +1,7 @@
 """`python -m benchmarks.evidence FOLDER [--cases N]`: whether rejected effects have the evidence that `--only` gives.
 
 FOLDER: recordings of `benchmarks.hidden_effects`. For every effect that is refuted or not confirmed, the last model
-of a diagnosis is diagnosed again with `--model LAST --only EFFECT`: the record has to be that of `rejected`, or, where
+of a diagnosis is diagnosed again with `--model LAST --only EFFECT`: the record has to be that of `rejected`; where
 screening decided, its gain must not exceed the bound.
 """
 

@@ -74,7 +74,7 @@ class Screener:
         """`known`: columns of signal effects beside other models of the same data, which hardly differ from them."""
         self._solution, self._known = solution, {} if known is None else known
         self._regressor, self.residual = solution.rows()
-        self._basis = _basis(self._regressor)
+        self._basis = column_basis(self._regressor)
         self.loss = solution.loss
         self._residuals = solution.residuals
         self._predictors = [split.predictors[i] for i in split.train_indices]
@@ -172,7 +172,7 @@ class Screener:
         basis, target, names = self._basis, self.residual, [e.name for e in self._solution.structure.parameters]
         replaced = [names.index(f"{term.effect.replaces}{j + 1}") for j in term.joints if term.effect.replaces]
         if replaced:
-            basis = _basis(np.delete(self._regressor, replaced, axis=1))
+            basis = column_basis(np.delete(self._regressor, replaced, axis=1))
             target = target + self._regressor[:, replaced] @ self._solution.x[replaced]
             target = _outside(basis, target[:, None])[:, 0]
         both = _outside(basis, np.concatenate([columns, self._regressor[:, replaced]], axis=1))
@@ -185,7 +185,7 @@ class Screener:
         )
 
 
-def _basis(regressor: Floats) -> Floats:
+def column_basis(regressor: Floats) -> Floats:
     """(r, k) orthonormal basis of the column space of `regressor` (r, K)."""
     size = np.sqrt((regressor**2).sum(axis=0))
     basis: Floats = np.linalg.qr(regressor[:, size > 0] / size[size > 0])[0]
