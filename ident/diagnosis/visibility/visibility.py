@@ -26,7 +26,7 @@ from recordings.recording import Bools, Floats, Ints
 MIN_FLOOR_RATIO = 0.3
 """The visible part of a torque must exceed this share of the noise floor, which is known to some ten percent."""
 MAX_IMITATIONS = 4
-"""Number of imitations that are named, as in a diagnosis."""
+"""Number of imitations that are named."""
 _TINY = 1e-12
 
 
