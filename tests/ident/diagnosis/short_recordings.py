@@ -1,6 +1,6 @@
 """Recordings of a few seconds with a known cause, made when the tests run, and the verdict that each must get."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,8 @@ NOISE = 0.05
 """Standard deviation of the torque's noise [N m]; the RMS of the torque is 3 to 4 N m."""
 CYCLES = 2
 """Of four seconds."""
+Torque = Callable[[Motion], Floats]
+"""(n, joints) torque of a motion [N m]."""
 Change = Callable[[Recording], Recording]
 """What happens to a recording after the motion: a delay, spikes, a limit."""
 
@@ -30,20 +32,19 @@ class Case:
 
     guards: str
     """The idea of search or judge that this case needs."""
-    torque: Callable[[Motion], Floats] | None = None
-    """(n, joints) hidden torque [N m]."""
+    torque: Torque | None = None
+    """Hidden from the mechanism."""
     named: tuple[str, ...] = ()
-    """The effects that are found, whatever their order."""
+    """The effects that are found, sorted; none may be confusable with another."""
     verdict: str = ""
     """Empty: `missing-effect` where effects are named, else `adequate`."""
-    joints: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
-    """From 1, of some of the effects that are named."""
+    joints: tuple[int, ...] = (1,)
+    """From 1, on which the effects that are named act."""
     likely: tuple[str, ...] = ()
     refused: Mapping[str, str] = field(default_factory=dict)
-    """By the name of a rejected effect: the rule that decided, or the status."""
-    depends_on: tuple[str, ...] = ()
-    """Variables of what nothing explains, all of which are listed."""
+    """By the name of a rejected effect: the rule that decided."""
     problems: tuple[str, ...] = ()
+    """Kinds of data problems."""
     dof: int = 1
     noise: float = NOISE
     held_out: bool = True
@@ -52,6 +53,7 @@ class Case:
     """Options of `building.record`."""
     change: Change = lambda recording: recording
     only: tuple[str, ...] = ()
+    """Effects that the user asks for; the others are not tried."""
 
     @property
     def expected(self) -> str:
@@ -108,6 +110,6 @@ def of_noise(recording: Recording) -> Recording:
     return replace(recording, effort=4.0 * np.random.default_rng(9).normal(size=recording.effort.shape))
 
 
-def on_joint(number: int, torque: Callable[[Motion], Floats]) -> Callable[[Motion], Floats]:
+def on_joint(number: int, torque: Torque) -> Torque:
     """`torque` (n, joints) on joint `number` (from 1) alone."""
     return lambda motion: torque(motion) * (np.arange(motion.position.shape[1]) == number - 1)
