@@ -10,6 +10,7 @@ import pytest
 
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats
+from tests.ident import building
 from tests.ident.diagnosis.short_recordings import (
     Case,
     Torque,
@@ -52,7 +53,53 @@ def wave(order: float, size: float = 0.5) -> Torque:
     return lambda motion: size * np.sin(order * motion.position)
 
 
+def vibration(motion: Motion) -> Floats:
+    """(n, joints) torque [N m] that no effect explains."""
+    time = np.arange(len(motion.position)) / building.RATE
+    return np.broadcast_to(0.3 * np.sin(2 * np.pi * 17.25 * time)[:, None], motion.position.shape)
+
+
 CASES = {
+    "weak offset": Case(
+        "what held-out rows do not confirm is not named",
+        lambda motion: np.full_like(motion.position, 0.03),
+        noise=0.2,
+        verdict="undetermined",
+        refused={"torque_offset": "held-out"},
+    ),
+    "trifle beside a vibration": Case(
+        "a trifle beside what else is missing is not named",
+        lambda motion: 0.08 * motion.position + vibration(motion),
+        verdict="unknown-structure",
+        refused={"joint_spring": "size", "axis_weight": "size"},
+    ),
+    "weak Stribeck": Case(
+        "what just exceeds the price of its parameters is named",
+        lambda motion: 0.12 * stribeck(motion),
+        ("stribeck",),
+    ),
+    "weaker Stribeck": Case(
+        "each parameter has its price",
+        lambda motion: 0.08 * stribeck(motion),
+        refused={"stribeck": "training"},
+    ),
+    "two waves": Case("one effect has several lines", lambda m: wave(9)(m) + wave(14, 0.3)(m), ("cogging",)),
+    "Stribeck and delay": Case(
+        "a delay shifts what is searched beside it", stribeck, ("actuation_delay", "stribeck"), change=delayed(0.004)
+    ),
+    "Stribeck, asymmetry and spring": Case(
+        "three effects",
+        lambda m: 0.4 / 0.6 * stribeck(m) + 0.2 * np.abs(m.velocity) + spring(m),
+        ("asymmetric_viscous", "joint_spring", "stribeck"),
+    ),
+    "power law and wave": Case(
+        "a shape is searched again beside what was found later",
+        lambda m: power_law(m) + wave(9, 0.4)(m),
+        ("cogging", "power_law_friction"),
+    ),
+    "one turn after another": Case(
+        "a weight turns with the joint", wave(1), ("axis_weight",), motion={"drift": 2 * np.pi}
+    ),
     "nothing": Case("nothing is found where nothing is missing"),
     "wave": Case("lines of any order are found", wave(9), ("cogging",)),
     "Stribeck": Case("the shape of an effect is searched", stribeck, ("stribeck",)),
