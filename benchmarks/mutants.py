@@ -1,0 +1,267 @@
+"""`python -m benchmarks.mutants [--seed 1] [--count 60] [-- PYTEST ARGUMENTS]`: whether fast tests notice wrong code.
+
+Mutants are single changes of the code of a folder: a comparison negated, an operator swapped, a constant halved or
+doubled, a branch always or never taken, an argument dropped, a statement deleted. Texts, annotations, progress and
+guards against zero are left alone: no test needs to see them. A mutant dies where a test fails, or does not end. The
+tests run in a copy of the tree, and finished mutants are not repeated: the same command continues.
+"""
+
+import ast
+import json
+import os
+import random
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import click
+
+from benchmarks.hidden_effects.sources import ROOT, digest
+
+RESULTS = Path("runs/mutants.jsonl")
+FAST = ("-q", "-x", "-p", "no:cacheprovider", "-m", "not slow and not realtime")
+PATIENCE = 4.0
+"""Tests that take this many times as long as without a mutant do not end."""
+_NOT_COPIED = shutil.ignore_patterns(".git", ".venv", "runs", "build", "mutants.jsonl")
+_PAIRS: tuple[tuple[type[ast.AST], type[ast.AST]], ...] = (
+    (ast.Lt, ast.GtE),
+    (ast.LtE, ast.Gt),
+    (ast.Eq, ast.NotEq),
+    (ast.Is, ast.IsNot),
+    (ast.In, ast.NotIn),
+    (ast.And, ast.Or),
+    (ast.Add, ast.Sub),
+    (ast.Mult, ast.Div),
+    (ast.BitAnd, ast.BitOr),
+)
+_OPERATORS = {old: new for pair in _PAIRS for old, new in (pair, pair[::-1])}
+_FUNCTIONS = {
+    old: new
+    for pair in (("min", "max"), ("minimum", "maximum"), ("any", "all"), ("argmin", "argmax"))
+    for old, new in (pair, pair[::-1])
+}
+_NO_CODE = ("annotation", "returns", "decorator_list", "bases")
+"""Fields of nodes."""
+_GUARDS = ("_TINY", "_SEED")
+_COSMETIC = ("strict", "rcond")
+"""Arguments that change nothing while the code is right."""
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One change of one module."""
+
+    path: str
+    line: int
+    before: str
+    after: str
+    source: str
+    """Of the changed module."""
+
+    @property
+    def text(self) -> str:
+        """The change in one line."""
+        return f"{self.path}:{self.line}: {_short(self.before)}  ->  {_short(self.after)}"
+
+
+def mutants_of(path: str, text: str) -> Iterator[Mutant]:
+    """Yield each mutant of the module `path` with the source `text`."""
+    tree = ast.parse(text)
+    for parent, field, index, node in _places(tree):
+        for changed in _changes(node):
+            _put(parent, field, index, changed)
+            line = getattr(node, "lineno", 0) or getattr(parent, "lineno", 0)
+            yield Mutant(
+                path, line, ast.unparse(node), ast.unparse(changed), ast.unparse(ast.fix_missing_locations(tree))
+            )
+            _put(parent, field, index, node)
+
+
+def draw(folder: str, seed: int, count: int, root: Path = ROOT) -> list[Mutant]:
+    """`count` mutants of the modules in `folder`, drawn with `seed`; all of them, in random order, if there are fewer."""
+    paths = sorted(path for path in (root / folder).rglob("*.py"))
+    every = [
+        mutant
+        for path in paths
+        for mutant in mutants_of(str(path.relative_to(root)), path.read_text(encoding="utf-8"))
+    ]
+    return random.Random(seed).sample(every, min(count, len(every)))
+
+
+def _places(parent: ast.AST) -> Iterator[tuple[ast.AST, str, int | None, ast.AST]]:
+    """Yield where code stands below `parent`: the node that holds it, field, index in a list, and the node."""
+    for field, value in ast.iter_fields(parent):
+        if field in _NO_CODE:
+            continue
+        for index, node in enumerate(value if isinstance(value, list) else [value]):
+            if isinstance(node, ast.AST) and not _is_text(node):
+                yield parent, field, index if isinstance(value, list) else None, node
+                yield from _places(node)
+
+
+def _put(parent: ast.AST, field: str, index: int | None, node: ast.AST) -> None:
+    if index is None:
+        setattr(parent, field, node)
+    else:
+        getattr(parent, field)[index] = node
+
+
+def _is_text(node: ast.AST) -> bool:
+    """Whether a change below `node` changes only what is shown, or nothing."""
+    match node:
+        case ast.Raise() | ast.JoinedStr() | ast.Import() | ast.ImportFrom():
+            return True
+        case ast.FunctionDef(name=name):
+            return name in ("__repr__", "__str__")
+        case ast.Expr(value=ast.Constant()):
+            return True
+        case ast.Expr(value=ast.Call(func=called)):
+            return "progress" in ast.unparse(called)
+        case ast.Assign(targets=[ast.Name(id=name)], value=value):
+            is_type = isinstance(value, ast.Subscript) and name[:1].isupper() and not name.isupper()
+            return name in _GUARDS or is_type
+        case ast.keyword(arg=name):
+            return name in _COSMETIC
+    return False
+
+
+def _changes(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield what may stand in the place of `node`."""
+    match node:
+        case ast.Compare(left=left, ops=[operator], comparators=right) if type(operator) in _OPERATORS:
+            yield ast.Compare(left, [_OPERATORS[type(operator)]()], right)  # type: ignore[list-item]
+        case ast.BoolOp(op=operator, values=values):
+            yield ast.BoolOp(_OPERATORS[type(operator)](), values)  # type: ignore[arg-type]
+        case ast.BinOp(left=left, op=operator, right=right) if type(operator) in _OPERATORS:
+            if not any(isinstance(each, ast.JoinedStr) for each in (left, right)):
+                yield ast.BinOp(left, _OPERATORS[type(operator)](), right)  # type: ignore[arg-type]
+        case ast.UnaryOp(op=ast.Not() | ast.Invert() | ast.USub(), operand=operand):
+            yield operand
+        case ast.Constant(value=bool(value)):
+            yield ast.Constant(not value)
+        case ast.Constant(value=int(value)):
+            yield from map(ast.Constant, {2 * value or 1, value // 2} - {value})
+        case ast.Constant(value=float(value)):
+            yield from map(ast.Constant, {2 * value, value / 2} - {value})
+        case ast.If() | ast.IfExp():
+            tests = ast.UnaryOp(ast.Not(), node.test), ast.Constant(True), ast.Constant(False)
+            yield from (_with(node, test=test) for test in tests)
+        case ast.comprehension(ifs=[_, *_]):
+            yield _with(node, ifs=[])
+        case ast.Call():
+            yield from _calls(node)
+        case ast.AugAssign() | ast.Continue() | ast.Break() | ast.Expr(value=ast.Call()):
+            yield ast.Pass()
+
+
+def _calls(node: ast.Call) -> Iterator[ast.AST]:
+    """Yield the call with the opposite function, and without each of its arguments by name."""
+    name = ast.unparse(node.func)
+    *first, last = name.rsplit(".", 1)
+    if last in _FUNCTIONS:
+        yield _with(node, func=ast.parse(".".join([*first, _FUNCTIONS[last]]), mode="eval").body)
+    for keyword in node.keywords:
+        if keyword.arg not in (*_COSMETIC, None) and name != "dict":
+            yield _with(node, keywords=[each for each in node.keywords if each is not keyword])
+
+
+def _with(node: ast.AST, **fields: object) -> ast.AST:
+    """A shallow copy of `node` with other `fields`."""
+    return type(node)(**{**dict(ast.iter_fields(node)), **fields})
+
+
+def _short(text: str) -> str:
+    line = " ".join(text.split())
+    return line if len(line) <= 70 else f"{line[:67]}..."
+
+
+class Tests:
+    """The fast tests, in a copy of the tree."""
+
+    def __init__(self, copy: Path, arguments: tuple[str, ...]) -> None:
+        self._copy, self._arguments = copy, arguments
+        self.limit: float | None = None
+        """Longest time that they may take [s]."""
+
+    def kill(self, mutant: Mutant) -> bool:
+        """Whether any test fails, or does not end, with the `mutant` in place of its module."""
+        path = self._copy / mutant.path
+        original, stat = path.read_bytes(), path.stat()
+        path.write_text(mutant.source, encoding="utf-8")
+        try:
+            return not self.pass_()
+        finally:
+            path.write_bytes(original)
+            os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))  # compiled functions stay valid
+
+    def pass_(self) -> bool:
+        """Whether all pass in time."""
+        command = [sys.executable, "-m", "pytest", *FAST, *self._arguments]
+        environment = {**os.environ, "PYTHONPATH": str(self._copy), "OPENBLAS_NUM_THREADS": "1"}
+        try:
+            done = subprocess.run(command, cwd=self._copy, env=environment, capture_output=True, timeout=self.limit)
+        except subprocess.TimeoutExpired:
+            return False
+        if done.returncode not in (0, 1, 2):  # 2: a module cannot be imported
+            raise SystemExit(done.stdout.decode() + done.stderr.decode())
+        return done.returncode == 0
+
+
+@click.command()
+@click.option("--seed", default=1, show_default=True)
+@click.option("--count", default=60, show_default=True, help="Number of mutants.")
+@click.option("--folder", default="ident/diagnosis", show_default=True, help="Whose modules are changed.")
+@click.option("--list", "only_list", is_flag=True, help="Print the mutants and run nothing.")
+@click.option("--results", type=click.Path(path_type=Path), default=RESULTS, show_default=True)
+@click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
+def main(seed: int, count: int, folder: str, only_list: bool, results: Path, arguments: tuple[str, ...]) -> None:
+    """Draw mutants and run the fast tests on each; ARGUMENTS: of pytest, by default the folder's own tests."""
+    drawn = draw(folder, seed, count)
+    print(f"seed {seed}: {len(drawn)} mutants of {folder}", flush=True)
+    if only_list:
+        print("\n".join(mutant.text for mutant in drawn))
+        return
+    tree = digest((folder, "tests"))
+    known = _known(results, tree)
+    with TemporaryDirectory() as name:
+        copy = Path(name) / "tree"
+        shutil.copytree(ROOT, copy, ignore=_NOT_COPIED)
+        tests = Tests(copy, arguments or (f"tests/{folder}",))
+        _measure(tests)
+        for number, mutant in enumerate(drawn, start=1):
+            if mutant.text not in known:
+                known[mutant.text] = tests.kill(mutant)
+                _append(results, {"tree": tree, "mutant": mutant.text, "killed": known[mutant.text]})
+            print(f"{number:3} {'dies ' if known[mutant.text] else 'LIVES'} {mutant.text}", flush=True)
+    print(f"{sum(known[mutant.text] for mutant in drawn)} of {len(drawn)} die")
+
+
+def _measure(tests: Tests) -> None:
+    """Set the time limit of the `tests`, which must pass without a mutant."""
+    start = time.monotonic()
+    if not tests.pass_():
+        raise SystemExit("the tests fail without any mutant")
+    tests.limit = PATIENCE * (time.monotonic() - start)
+    print(f"the tests pass without a mutant in {tests.limit / PATIENCE:.0f} s", flush=True)
+
+
+def _known(results: Path, tree: str) -> dict[str, bool]:
+    """Whether mutants of the sources with the digest `tree` die, as far as known."""
+    lines = results.read_text(encoding="utf-8").splitlines() if results.exists() else []
+    entries = [entry for entry in map(json.loads, lines) if entry["tree"] == tree]
+    return {entry["mutant"]: entry["killed"] for entry in entries}
+
+
+def _append(results: Path, entry: dict[str, object]) -> None:
+    results.parent.mkdir(parents=True, exist_ok=True)
+    with results.open("a", encoding="utf-8") as file:
+        file.write(json.dumps(entry) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,187 @@
+"""Short recordings with a known cause, and what a diagnosis must say of them: each guards an idea of search or judge.
+
+A fast stand-in for the benchmark: whoever changes search or judge learns here, within a minute, what it costs.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ident.dynamics.motion import Motion
+from recordings.recording import Floats
+from tests.ident import building
+from tests.ident.diagnosis.short_recordings import (
+    Case,
+    Torque,
+    delayed,
+    document_of,
+    of_noise,
+    on_joint,
+    unrepeated,
+    with_spikes,
+)
+
+
+def spring(motion: Motion) -> Floats:
+    """(n, joints) torque [N m]."""
+    return 0.5 * (motion.position - 0.2)
+
+
+def stribeck(motion: Motion) -> Floats:
+    """(n, joints) torque [N m]."""
+    return 0.6 * np.exp(-((motion.velocity / 0.3) ** 2)) * motion.direction
+
+
+def quadratic(motion: Motion) -> Floats:
+    """(n, joints) torque [N m]."""
+    return 0.15 * motion.velocity * np.abs(motion.velocity)
+
+
+def power_law(motion: Motion) -> Floats:
+    """(n, joints) torque [N m], in place of most of the viscous friction."""
+    return np.abs(motion.velocity) ** 0.4 * motion.direction - 0.6 * motion.velocity
+
+
+def friction_over_angle(motion: Motion) -> Floats:
+    """(n, joints) torque [N m]."""
+    return 0.5 * np.sin(2.2 * motion.position + 0.5) * motion.direction
+
+
+def wave(order: float, size: float = 0.5) -> Torque:
+    """Return a torque of `size` [N m] that repeats `order` times per turn."""
+    return lambda motion: size * np.sin(order * motion.position)
+
+
+def vibration(motion: Motion) -> Floats:
+    """(n, joints) torque [N m] that no effect explains."""
+    time = np.arange(len(motion.position)) / building.RATE
+    return np.broadcast_to(0.3 * np.sin(2 * np.pi * 17.25 * time)[:, None], motion.position.shape)
+
+
+CASES = {
+    "weak offset": Case(
+        "what held-out rows do not confirm is not named",
+        lambda motion: np.full_like(motion.position, 0.03),
+        noise=0.2,
+        verdict="undetermined",
+        refused={"torque_offset": "held-out"},
+    ),
+    "trifle beside a vibration": Case(
+        "a trifle beside what else is missing is not named",
+        lambda motion: 0.08 * motion.position + vibration(motion),
+        verdict="unknown-structure",
+        refused={"joint_spring": "size", "axis_weight": "size"},
+    ),
+    "weak Stribeck": Case(
+        "what just exceeds the price of its parameters is named",
+        lambda motion: 0.12 * stribeck(motion),
+        ("stribeck",),
+    ),
+    "weaker Stribeck": Case(
+        "each parameter has its price",
+        lambda motion: 0.08 * stribeck(motion),
+        refused={"stribeck": "training"},
+    ),
+    "two waves": Case("one effect has several lines", lambda m: wave(9)(m) + wave(14, 0.3)(m), ("cogging",)),
+    "Stribeck and delay": Case(
+        "a delay shifts what is searched beside it", stribeck, ("actuation_delay", "stribeck"), change=delayed(0.004)
+    ),
+    "Stribeck, asymmetry and spring": Case(
+        "three effects",
+        lambda m: 0.4 / 0.6 * stribeck(m) + 0.2 * np.abs(m.velocity) + spring(m),
+        ("asymmetric_viscous", "joint_spring", "stribeck"),
+    ),
+    "power law and wave": Case(
+        "a shape is searched again beside what was found later",
+        lambda m: power_law(m) + wave(9, 0.4)(m),
+        ("cogging", "power_law_friction"),
+    ),
+    "one turn after another": Case(
+        "a weight turns with the joint", wave(1), ("axis_weight",), motion={"drift": 2 * np.pi}
+    ),
+    "nothing": Case("nothing is found where nothing is missing"),
+    "wave": Case("lines of any order are found", wave(9), ("cogging",)),
+    "Stribeck": Case("the shape of an effect is searched", stribeck, ("stribeck",)),
+    "power law": Case("an effect replaces one of the mechanism", power_law, ("power_law_friction",)),
+    "quadratic": Case("screening finds what is linear in its size", quadratic, ("quadratic_friction",)),
+    "load": Case(
+        "friction under inertial load is no inertia",
+        lambda motion: 0.06 * np.abs(motion.acceleration) * motion.direction,
+        ("load_dependent_friction",),
+    ),
+    "spring": Case("what holds less is named, not what contains it", spring, ("joint_spring",)),
+    "offset": Case(
+        "a constant is no asymmetry of friction",
+        lambda motion: np.full_like(motion.position, 0.3),
+        ("torque_offset",),
+    ),
+    "asymmetry": Case(
+        "the same, the other way round", lambda motion: 0.3 * np.abs(motion.velocity), ("asymmetric_viscous",)
+    ),
+    "weight": Case(
+        "a wave of one turn is a weight", lambda motion: 0.8 * np.sin(motion.position + 0.7), ("axis_weight",)
+    ),
+    "delay": Case("an effect that shifts all others is found", change=delayed(0.004), named=("actuation_delay",)),
+    "spring and wave": Case(
+        "a line beside a curve is not taken for a part of it",
+        lambda motion: spring(motion) + wave(12, 0.3)(motion),
+        ("cogging", "joint_spring"),
+    ),
+    "spring and friction over the angle": Case(
+        "two curves over the same angle",
+        lambda motion: spring(motion) + friction_over_angle(motion),
+        ("joint_spring", "position_dependent_friction"),
+    ),
+    "Stribeck and quadratic": Case(
+        "a first step that imitates both is taken back",
+        lambda motion: stribeck(motion) + quadratic(motion),
+        ("quadratic_friction", "stribeck"),
+    ),
+    "spring without weight": Case(
+        "two effects that nearly cancel",
+        lambda motion: 3.0 * (motion.position - np.sin(motion.position)),
+        ("axis_weight", "joint_spring"),
+    ),
+    "noise": Case(
+        "recordings that show no motion in the torque get no verdict",
+        change=of_noise,
+        verdict="implausible-data",
+        problems=("uninformative",),
+    ),
+    "spikes": Case(
+        "outliers are reported, not fitted",
+        spring,
+        ("joint_spring",),
+        change=with_spikes(6, 1e3),
+        problems=("spikes",),
+    ),
+    "one direction": Case("what cannot be seen is not claimed", motion={"drift": 6.0}),
+    "no repetition": Case("a noise floor from the spectrum", change=unrepeated),
+    "spring without repetition": Case("the same, with a cause", spring, ("joint_spring",), change=unrepeated),
+    "phases": Case("phase segments of one recording are held out", held_out=False),
+    "spring in phases": Case("the same, with a cause", spring, ("joint_spring",), held_out=False),
+    "much noise": Case("noise that would hide an effect allows no all-clear", noise=0.8, verdict="undetermined"),
+    "two of three joints": Case(
+        "only the joints that need an effect get it",
+        lambda motion: spring(motion) * np.array([1.0, 0.0, 0.8]),
+        ("joint_spring",),
+        joints=(1, 3),
+        dof=3,
+    ),
+    "second joint": Case(
+        "the same, where the shape is searched", on_joint(2, stribeck), ("stribeck",), joints=(2,), dof=2
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES.values(), ids=CASES)
+def test_short_recording(case: Case, tmp_path: Path) -> None:
+    document = document_of(case, tmp_path)
+    found = sorted((finding.effect, *finding.confusable_with) for finding in document.findings)
+    assert (document.verdict, found) == (case.expected, [(name,) for name in case.named]), case.guards
+    assert {finding.joints for finding in document.findings} <= {case.joints}, case.guards
+    assert [finding.effect for finding in document.likely] == list(case.likely), case.guards
+    assert tuple(problem.kind for problem in document.data_problems) == case.problems, case.guards
+    rules = {entry.effect: entry.evidence.decided_by for entry in document.rejected if entry.evidence}
+    assert case.refused.items() <= rules.items(), case.guards
