@@ -7,8 +7,10 @@ those that leave nothing visible of it are its imitations on this motion.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
+from pydantic import Field
 
 from ident.diagnosis.judge.equivalence import MIN_DECISIVE_REDUCTION, slack
 from ident.diagnosis.judge.fitted_model import FittedModel
@@ -25,6 +27,8 @@ from recordings.recording import Bools, Floats, Ints
 
 _TINY = 1e-12
 
+Status = Literal["visible", "confusable", "not-visible"]
+
 
 class SmallestSize(ConfigSection):
     """The size from which an effect shows."""
@@ -36,21 +40,20 @@ class SmallestSize(ConfigSection):
     unit: str
 
 
-@dataclass(frozen=True)
-class Visibility:
-    """What recordings can show of one effect."""
+class Visibility(ConfigSection):
+    """What the recordings can show of one effect."""
 
-    term: Term
-    """The effect on all joints that can have it."""
-    joints: tuple[int, ...]
-    """Those that show it at the size for which it is judged, from 0; of the whole robot: all."""
-    imitations: tuple[str, ...]
+    effect: str
+    status: Status
+    joints: tuple[int, ...] = ()
+    """Joints that show it, from 1; of the whole robot: all."""
+    confusable_with: tuple[str, ...] = ()
     """Effects that would explain it as well, the closest first."""
-    joint: int
-    """The one that shows it best."""
-    smallest: SmallestSize
-    """On that joint; of an infinite share if no size that hardware has shows on this motion."""
-    outside: float
+    smallest: SmallestSize | None = None
+    """On the joint that shows it best; None if no size that hardware has shows on this motion."""
+    best_joint: int = Field(0, exclude=True)
+    """That joint, from 0."""
+    outside: float = Field(0.0, exclude=True)
     """RMS part of its torque there that the base model cannot reproduce, 0 to 1."""
 
 
@@ -61,7 +64,7 @@ class _Planted:
     numbers: Ints
     """(instances,) of that parameter among the local ones."""
     share: Floats
-    """(instances,) RMS of the smallest visible torque, relative to that of the joint; infinite if none is possible."""
+    """(instances,) RMS of the smallest visible torque, relative to that of the joint; infinite: none is possible."""
     size: Floats
     """(instances,) value of the parameter at that torque."""
     outside: Floats
@@ -91,21 +94,28 @@ class VisibilityCheck:
 
     def _effect(self, term: Term) -> Visibility:
         guesses = initial_guesses(term, self._screener.suggestions(term.effect))
+        if not guesses:
+            return Visibility(effect=term.name, status="not-visible")
         planted = min((self._plant(term, *guess) for guess in guesses), key=lambda each: float(each.share.min()))
         best, visible = int(planted.share.argmin()), planted.share <= self._share
         quantity, joint = term.local_parameters[planted.numbers[best]], term.joints[best]
+        torque = self._share * planted.torque[:, visible].sum(axis=1)
+        imitations = self._imitations(term, torque) if visible.any() else ()
         return Visibility(
-            term,
-            tuple(np.nonzero(self._owned(term)[visible].any(axis=0))[0].tolist()),
-            self._imitations(term, self._share * planted.torque[:, visible].sum(axis=1)) if visible.any() else (),
-            joint,
-            SmallestSize(
+            effect=term.name,
+            status="not-visible" if not visible.any() else "confusable" if imitations else "visible",
+            joints=tuple((np.nonzero(self._owned(term)[visible].any(axis=0))[0] + 1).tolist()),
+            confusable_with=imitations,
+            smallest=SmallestSize(
                 share=float(planted.share[best]),
                 parameter=quantity.name,
                 value=float(planted.size[best]),
                 unit=quantity.unit_on(self._rig, joint),
-            ),
-            float(planted.outside[best]),
+            )
+            if np.isfinite(planted.share[best])
+            else None,
+            best_joint=joint,
+            outside=float(planted.outside[best]),
         )
 
     def _owned(self, term: Term) -> Bools:
@@ -119,31 +129,30 @@ class VisibilityCheck:
         outside = self._screener.orthogonal(columns)
         quantities, owned = term.local_parameters, np.repeat(self._owned(term), guess.shape[1], axis=0)
         mine = owned[:, self._joint].T
-        whole, left = _rms(columns / self._weight[:, None], mine), _rms(outside / self._weight[:, None], mine)
-        torque = np.maximum(np.sqrt(owned @ self._split.torque_rms**2 / owned.sum(axis=1)), _TINY)
-        in_floors = np.maximum(_rms(outside / self._noise[:, None], mine), _TINY)
-        factor = np.maximum(
-            np.sqrt(self._detectable(owned)) / in_floors,
-            MIN_TORQUE_SHARE * torque / np.maximum(left, _TINY),
+        weight, noise = self._weight[:, None], self._noise[:, None]
+        whole, left, in_floors = (
+            np.maximum(_rms(rows, mine), _TINY) for rows in (columns / weight, outside / weight, outside / noise)
         )
+        torque = np.maximum(np.sqrt(owned @ self._split.torque_rms**2 / owned.sum(axis=1)), _TINY)
+        factor = np.maximum(np.sqrt(self._detectable(owned)) / in_floors, MIN_TORQUE_SHARE * torque / left)
         # A parameter without which another effect is left does not make this one what it is.
         proper = np.array([quantity.reduces_to is not None for quantity in quantities])
-        limits = [min(quantity.upper, term.effect.max_amplitude or np.inf) for quantity in quantities]
-        limits = np.tile(np.where(proper | ~proper.any(), limits, 0.0), len(guess))
+        limits = np.array([min(quantity.upper, term.effect.max_amplitude or np.inf) for quantity in quantities])
         size = factor * np.abs(guess.ravel())
-        share = np.where((left > MIN_EXCITATION * whole) & (size <= limits), factor * whole / torque, np.inf)
+        possible = (size.reshape(guess.shape) <= limits) & (proper | ~proper.any())
+        share = np.where(possible.ravel() & (left > MIN_EXCITATION * whole + _TINY), factor * whole / torque, np.inf)
         numbers = share.reshape(guess.shape).argmin(axis=1)
         best = np.arange(len(guess)) * guess.shape[1] + numbers
         return _Planted(
             numbers,
             share[best],
             size[best],
-            (left / np.maximum(whole, _TINY))[best],
-            outside[:, best] * (torque / np.maximum(whole, _TINY))[best],
+            (left / whole)[best],
+            outside[:, best] * (torque / whole)[best],
         )
 
     def _detectable(self, owned: Bools) -> Floats:
-        """(k,) mean square of a torque, in squared noise floors, that held-out rows of `owned` (k, dof) would confirm.
+        """(k,) mean square of a torque, in squared noise floors, that held-out rows of `owned` (k, dof) confirm.
 
         Per row of noise 1, a torque r changes the squared residual by r^2 +- 2 r: Student's t is r sqrt(n) / 2.
         """
@@ -156,22 +165,21 @@ class VisibilityCheck:
         residual[self._kept] = torque / self._weight
         screener = self._screener.with_residuals(np.split(residual, np.cumsum(self._lengths)[:-1]))
         noise = float(self._noise @ self._noise)
-        everywhere = np.ones((1, self._rig.dof), bool)
         allowed = min(
             slack(screener.loss + noise, noise, self._split.independent_rows),
-            noise * float(self._detectable(everywhere)[0]),
+            noise * float(self._detectable(np.ones((1, self._rig.dof), bool))[0]),
         )
         others = {
             name: effect
             for name, effect in self._library.items()
             if name != term.name and term.name not in effect.contains
         }
-        names = [
+        names = dict.fromkeys(
             candidate.term.name
             for candidate in screener.screen(others)[0]
             if candidate.loss <= allowed and all(plausible_instances(candidate.term, candidate.local_values))
-        ]
-        return tuple(dict.fromkeys(names))[:MAX_ALTERNATIVES]
+        )
+        return tuple(names)[:MAX_ALTERNATIVES]
 
 
 def _rms(values: Floats, rows: Bools) -> Floats:

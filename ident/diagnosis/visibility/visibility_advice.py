@@ -56,9 +56,7 @@ class Adviser:
     def __init__(
         self, facts: RecordingFacts, recordings: Sequence[Recording], library: Mapping[str, Effect], share: float
     ) -> None:
-        self._facts, self._library, self._share = facts, library, share
-        self._files = dict.fromkeys(recording.path for recording in recordings)
-        self._first = recordings[0]
+        self._facts, self._recordings, self._library, self._share = facts, recordings, library, share
 
     def advice(self, visibility: Visibility) -> Advice:
         """Advice for an effect that recordings of this kind can show."""
@@ -66,48 +64,65 @@ class Adviser:
 
     def _visible(self, visibility: Visibility) -> Advice:
         """Advice for an effect that shows, alone or as one of several."""
-        seen, others = f"It shows from {_smallest(visibility)} on", visibility.imitations
+        seen, others = f"It shows from {self._smallest(visibility)} on", visibility.confusable_with
         if not others:
             return Advice(why=f"{seen}.")
         why = f"{seen}, but {', '.join(others)} would explain as much of {_percent(self._share)}."
-        told = [name for name in others if self._can_design(name) and self._can_design(visibility.term.name)]
+        told = [name for name in others if self._can_design(name) and self._can_design(visibility.effect)]
         if not told:
             return Advice(why=why, record="Rule the others out at the machine: a motion does not tell them apart.")
-        pairs = [word for name in told for word in ("--discriminate", visibility.term.name, name)]
-        record = f"Record a motion that tells it from {', '.join(told)}."
-        return Advice(why=why, record=record, command=self._design(*pairs))
+        pairs = [word for name in told for word in ("--discriminate", visibility.effect, name)]
+        return Advice(
+            why=why, record=f"Record a motion that tells it from {', '.join(told)}.", command=self._design(*pairs)
+        )
 
     def _invisible(self, visibility: Visibility) -> Advice:
         """Advice for an effect that this motion, or the noise, hides."""
-        hidden = "It would not be seen at any size that hardware has"
-        if visibility.smallest.share < float("inf"):
-            hidden = f"To be seen, it would have to be {_smallest(visibility)}"
-        others = f"other parameters of the model reproduce all but {_percent(visibility.outside)} of it"
-        hidden = f"{hidden}: {others}, and noise hides what is small."
-        axis, joint = visibility.term.effect.axis, self._facts.joints[visibility.joint]
-        if axis == "time":
-            why = f"The recording lasts {self._facts.duration:.3g} s only. {hidden}"
-            return Advice(why=why, record="Record for longer, from a cold start.", command=self._longer())
-        lacks = [(f"{why} ", record) for fact, why, record in _LACKS.get(axis, ()) if getattr(joint, fact) < LITTLE]
-        why, record = lacks[0] if lacks else ("", "Record a motion that shows it better.")
-        excited = isinstance(visibility.term.effect, Additive) and self._can_design(visibility.term.name)
-        command = self._design("--with", visibility.term.name) if excited else self._design()
-        return Advice(why=why + hidden, record=record, command=command)
+        hidden = (
+            f"To be seen, it would have to be {self._smallest(visibility)}: other parameters of the model reproduce "
+            f"all but {_percent(visibility.outside)} of it, and noise hides what is small."
+        )
+        effect, joint = self._library[visibility.effect], self._facts.joints[visibility.best_joint]
+        if effect.axis == "time":
+            return Advice(
+                why=f"The recording lasts {self._facts.duration:.3g} s only. {hidden}",
+                record="Record for longer, from a cold start.",
+                command=self._longer(),
+            )
+        lacks = (lack for lack in _LACKS.get(effect.axis, ()) if getattr(joint, lack[0]) < LITTLE)
+        _, why, record = next(lacks, ("", "", "Record a motion that shows it better."))
+        excites = isinstance(effect, Additive) and self._can_design(visibility.effect)
+        return Advice(
+            why=f"{why} {hidden}".strip(),
+            record=record,
+            command=self._design("--with", visibility.effect) if excites else self._design(),
+        )
 
     def not_recorded(self, name: str, why: str) -> Advice:
         """Advice for an effect that recordings of this kind do not show, whatever its size, for the reason `why`."""
         effect = self._library[name]
         records = [_NEEDED[need] for need in effect.needs]
         if isinstance(effect, Signal) and effect.report:
-            records.append(_AMPLIFIER[holds_torque(self._first)])
-        command = self._design() if "both directions" in effect.needs else None
-        return Advice(why=why, record=" ".join(records) or None, command=command)
+            records.append(_AMPLIFIER[holds_torque(self._recordings[0])])
+        return Advice(
+            why=why,
+            record=" ".join(records) or None,
+            command=self._design() if "both directions" in effect.needs else None,
+        )
 
     def _longer(self) -> str | None:
         """The command that records more cycles of the same trajectory."""
-        run = self._first.run
+        run = self._recordings[0].run
         command = f"daq record --traj {run.trajectory} --cycles {_MORE_CYCLES * max(run.cycles, 1)}"
         return command if run.trajectory in trajectory_names() else None
+
+    def _smallest(self, visibility: Visibility) -> str:
+        """The size from which an effect shows."""
+        size = visibility.smallest
+        where = "" if self._library[visibility.effect].whole_robot else f", joint {visibility.best_joint + 1}"
+        if size is None:
+            return "larger than hardware has it"
+        return f"{_percent(size.share)} of the torque ({size.parameter} = {size.value:.2g} {size.unit}{where})"
 
     def _can_design(self, name: str) -> bool:
         """Whether `ident design` knows the effect, and a motion can show it."""
@@ -115,16 +130,9 @@ class Adviser:
 
     def _design(self, *options: str) -> str:
         """The command that designs a motion for the rig of the recordings."""
-        files = repeated("--recording", self._files)
+        files = repeated("--recording", dict.fromkeys(recording.path for recording in self._recordings))
         return shlex.join(["ident", "design", *options, *files, "-o", str(free_name(NEXT_MOTION))])
 
 
 def _percent(share: float) -> str:
     return f"{100 * share:.2g} %"
-
-
-def _smallest(visibility: Visibility) -> str:
-    """The size from which an effect shows."""
-    size = visibility.smallest
-    where = "" if visibility.term.effect.whole_robot else f", joint {visibility.joint + 1}"
-    return f"{_percent(size.share)} of the torque ({size.parameter} = {size.value:.2g} {size.unit}{where})"

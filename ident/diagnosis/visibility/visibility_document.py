@@ -12,12 +12,10 @@ from ident.data.recording_facts import JointFacts, recording_facts
 from ident.diagnosis.diagnosis import DiagnosisOptions, prepare_inputs
 from ident.diagnosis.search.search import Search
 from ident.diagnosis.visibility.visibility import SmallestSize as SmallestSize
-from ident.diagnosis.visibility.visibility import Visibility, VisibilityCheck
+from ident.diagnosis.visibility.visibility import Status, Visibility, VisibilityCheck
 from ident.diagnosis.visibility.visibility_advice import Advice, Adviser
 from ident.dynamics.effects.base import Effect
 from recordings.config import ConfigSection
-
-Status = Literal["visible", "confusable", "not-visible"]
 
 
 class CheckedRecording(ConfigSection):
@@ -50,16 +48,8 @@ class CheckedJoint(ConfigSection):
     """Noise floor; None if nothing repeats."""
 
 
-class CheckedEffect(Advice):
-    """What the recordings can show of one effect."""
-
-    effect: str
-    status: Status
-    joints: tuple[int, ...]
-    """Joints that show it, from 1; of the whole robot: all."""
-    confusable_with: tuple[str, ...]
-    smallest: SmallestSize | None
-    """On the joint that shows it best; None if this motion shows none."""
+class CheckedEffect(Advice, Visibility):
+    """What the recordings can show of one effect, why, and what to record to change that."""
 
 
 class CheckDocument(ConfigSection):
@@ -97,7 +87,7 @@ def check(
     facts = recording_facts(prepared)
     adviser = Adviser(facts, [data.recording for data in prepared], library, share)
     shown = [
-        _entry(visibility.term.name, adviser.advice(visibility), visibility)
+        CheckedEffect(**dict(visibility), **dict(adviser.advice(visibility)))
         for visibility in VisibilityCheck(model, effects.observable, share).effects()
     ]
     # Of a long recording, several excerpts are prepared.
@@ -111,7 +101,7 @@ def check(
         effects=(
             *sorted(shown, key=lambda entry: get_args(Status).index(entry.status)),
             *(
-                _entry(name, adviser.not_recorded(name, why))
+                CheckedEffect(effect=name, status="not-visible", **dict(adviser.not_recorded(name, why)))
                 for name, why in (*effects.untested.items(), *effects.unobservable.items())
             ),
         ),
@@ -143,18 +133,4 @@ def _joint(facts: JointFacts, noise_rms: float | None) -> CheckedJoint:
         drive_step=facts.drive_step or None,
         torque_rms=facts.torque_rms,
         noise_rms=noise_rms,
-    )
-
-
-def _entry(name: str, advice: Advice, visibility: Visibility | None = None) -> CheckedEffect:
-    """The entry of an effect; `visibility`: None if recordings of this kind do not show it."""
-    joints, imitations = (visibility.joints, visibility.imitations) if visibility else ((), ())
-    shows = visibility is not None and visibility.smallest.share < float("inf")
-    return CheckedEffect(
-        effect=name,
-        status="not-visible" if not joints else "confusable" if imitations else "visible",
-        joints=tuple(joint + 1 for joint in joints),
-        confusable_with=imitations,
-        smallest=visibility.smallest if visibility and shows else None,
-        **dict(advice),
     )
