@@ -1,4 +1,4 @@
-"""`python -m benchmarks.mutants [--seed 1] [--count 60] [-- PYTEST ARGUMENTS]`: whether fast tests notice wrong code.
+"""`python -m benchmarks.mutants [--seed 1] [--count 20] [-- PYTEST ARGUMENTS]`: whether fast tests notice wrong code.
 
 Mutants are single changes of the code of a folder: a comparison negated, an operator swapped, a constant halved or
 doubled, a branch always or never taken, an argument dropped, a statement deleted. Texts, annotations, progress and
@@ -16,6 +16,7 @@ import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -56,35 +57,53 @@ _COSMETIC = ("strict", "rcond")
 class Mutant:
     """One change of one module."""
 
-    path: str
-    line: int
+    number: str
+    """Path, line, column, and the index among all mutants of the module: no two mutants have the same."""
     before: str
     after: str
-    source: str
-    """Of the changed module."""
+
+    @property
+    def path(self) -> str:
+        """Of the module."""
+        return self.number.split(":")[0]
+
+    @property
+    def index(self) -> int:
+        """Among all mutants of the module."""
+        return int(self.number.rsplit(":", 1)[1])
 
     @property
     def text(self) -> str:
         """The change in one line."""
-        return f"{self.path}:{self.line}: {_short(self.before)}  ->  {_short(self.after)}"
+        return f"{self.number}: {_short(self.before)}  ->  {_short(self.after)}"
 
 
 def mutants_of(path: str, text: str) -> Iterator[Mutant]:
     """Yield each mutant of the module `path` with the source `text`."""
+    for index, (place, before, after) in enumerate(_mutations(ast.parse(text))):
+        number = f"{path}:{getattr(place, 'lineno', 0)}:{getattr(place, 'col_offset', 0)}:{index}"
+        yield Mutant(number, ast.unparse(before), ast.unparse(after))
+
+
+def source_of(mutant: Mutant, text: str) -> str:
+    """Source of the changed module, whose unchanged one is `text`."""
     tree = ast.parse(text)
+    next(islice(_mutations(tree), mutant.index, None))
+    return ast.unparse(ast.fix_missing_locations(tree))
+
+
+def _mutations(tree: ast.Module) -> Iterator[tuple[ast.AST, ast.AST, ast.AST]]:
+    """Change the `tree` in one place after another, as long as the caller looks: a node with that place, old, new."""
     for parent, field, index, node in _places(tree):
         for changed in _changes(node):
             _put(parent, field, index, changed)
-            line = getattr(node, "lineno", 0) or getattr(parent, "lineno", 0)
-            yield Mutant(
-                path, line, ast.unparse(node), ast.unparse(changed), ast.unparse(ast.fix_missing_locations(tree))
-            )
+            yield node if hasattr(node, "lineno") else parent, node, changed
             _put(parent, field, index, node)
 
 
 def draw(folder: str, seed: int, count: int, root: Path = ROOT) -> list[Mutant]:
-    """`count` mutants of the modules in `folder`, drawn with `seed`; all of them, in random order, if there are fewer."""
-    paths = sorted(path for path in (root / folder).rglob("*.py"))
+    """`count` mutants of the modules in `folder`, drawn with `seed`; all, in random order, if there are fewer."""
+    paths = sorted((root / folder).rglob("*.py"))
     every = [
         mutant
         for path in paths
@@ -133,21 +152,8 @@ def _is_text(node: ast.AST) -> bool:
 def _changes(node: ast.AST) -> Iterator[ast.AST]:
     """Yield what may stand in the place of `node`."""
     match node:
-        case ast.Compare(left=left, ops=[operator], comparators=right) if type(operator) in _OPERATORS:
-            yield ast.Compare(left, [_OPERATORS[type(operator)]()], right)  # type: ignore[list-item]
-        case ast.BoolOp(op=operator, values=values):
-            yield ast.BoolOp(_OPERATORS[type(operator)](), values)  # type: ignore[arg-type]
-        case ast.BinOp(left=left, op=operator, right=right) if type(operator) in _OPERATORS:
-            if not any(isinstance(each, ast.JoinedStr) for each in (left, right)):
-                yield ast.BinOp(left, _OPERATORS[type(operator)](), right)  # type: ignore[arg-type]
-        case ast.UnaryOp(op=ast.Not() | ast.Invert() | ast.USub(), operand=operand):
-            yield operand
-        case ast.Constant(value=bool(value)):
-            yield ast.Constant(not value)
-        case ast.Constant(value=int(value)):
-            yield from map(ast.Constant, {2 * value or 1, value // 2} - {value})
-        case ast.Constant(value=float(value)):
-            yield from map(ast.Constant, {2 * value, value / 2} - {value})
+        case ast.Constant():
+            yield from map(ast.Constant, _values(node.value))
         case ast.If() | ast.IfExp():
             tests = ast.UnaryOp(ast.Not(), node.test), ast.Constant(True), ast.Constant(False)
             yield from (_with(node, test=test) for test in tests)
@@ -157,6 +163,42 @@ def _changes(node: ast.AST) -> Iterator[ast.AST]:
             yield from _calls(node)
         case ast.AugAssign() | ast.Continue() | ast.Break() | ast.Expr(value=ast.Call()):
             yield ast.Pass()
+        case _:
+            yield from _operations(node)
+
+
+def _values(value: object) -> set[bool] | set[int] | set[float]:
+    """Values in the place of the constant `value`; none in the place of a text."""
+    match value:
+        case bool():
+            return {not value}
+        case int():
+            return {2 * value or 1, value // 2} - {value}
+        case float():
+            return {2 * value, value / 2} - {value}
+    return set()
+
+
+def _operations(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield the comparison or operation `node` with the opposite operator, or without its sign."""
+    match node:
+        case ast.Compare(ops=[operator]) if type(operator) in _OPERATORS:
+            yield _with(node, ops=[_OPERATORS[type(operator)]()])
+        case ast.BoolOp(op=operator):
+            yield _with(node, op=_OPERATORS[type(operator)]())
+        case ast.BinOp(op=operator) if type(operator) in _OPERATORS and not _joins_texts(node):
+            yield _with(node, op=_OPERATORS[type(operator)]())
+        case ast.UnaryOp(op=ast.Not() | ast.Invert() | ast.USub(), operand=operand):
+            yield operand
+
+
+def _joins_texts(node: ast.BinOp) -> bool:
+    """Whether one side is a text."""
+    sides = node.left, node.right
+    return any(
+        isinstance(side, ast.JoinedStr) or (isinstance(side, ast.Constant) and isinstance(side.value, str))
+        for side in sides
+    )
 
 
 def _calls(node: ast.Call) -> Iterator[ast.AST]:
@@ -192,7 +234,7 @@ class Tests:
         """Whether any test fails, or does not end, with the `mutant` in place of its module."""
         path = self._copy / mutant.path
         original, stat = path.read_bytes(), path.stat()
-        path.write_text(mutant.source, encoding="utf-8")
+        path.write_text(source_of(mutant, original.decode()), encoding="utf-8")
         try:
             return not self.pass_()
         finally:
@@ -214,7 +256,7 @@ class Tests:
 
 @click.command()
 @click.option("--seed", default=1, show_default=True)
-@click.option("--count", default=60, show_default=True, help="Number of mutants.")
+@click.option("--count", default=20, show_default=True, help="Number of mutants.")
 @click.option("--folder", default="ident/diagnosis", show_default=True, help="Whose modules are changed.")
 @click.option("--list", "only_list", is_flag=True, help="Print the mutants and run nothing.")
 @click.option("--results", type=click.Path(path_type=Path), default=RESULTS, show_default=True)
@@ -234,11 +276,14 @@ def main(seed: int, count: int, folder: str, only_list: bool, results: Path, arg
         tests = Tests(copy, arguments or (f"tests/{folder}",))
         _measure(tests)
         for number, mutant in enumerate(drawn, start=1):
-            if mutant.text not in known:
-                known[mutant.text] = tests.kill(mutant)
-                _append(results, {"tree": tree, "mutant": mutant.text, "killed": known[mutant.text]})
-            print(f"{number:3} {'dies ' if known[mutant.text] else 'LIVES'} {mutant.text}", flush=True)
-    print(f"{sum(known[mutant.text] for mutant in drawn)} of {len(drawn)} die")
+            if mutant.number not in known:
+                known[mutant.number] = tests.kill(mutant)
+                _append(
+                    results,
+                    {"tree": tree, "number": mutant.number, "change": mutant.text, "killed": known[mutant.number]},
+                )
+            print(f"{number:3} {'dies ' if known[mutant.number] else 'LIVES'} {mutant.text}", flush=True)
+    print(f"{sum(known[mutant.number] for mutant in drawn)} of {len(drawn)} die")
 
 
 def _measure(tests: Tests) -> None:
@@ -251,10 +296,10 @@ def _measure(tests: Tests) -> None:
 
 
 def _known(results: Path, tree: str) -> dict[str, bool]:
-    """Whether mutants of the sources with the digest `tree` die, as far as known."""
+    """Whether mutants of the sources with the digest `tree` die, by their number, as far as known."""
     lines = results.read_text(encoding="utf-8").splitlines() if results.exists() else []
     entries = [entry for entry in map(json.loads, lines) if entry["tree"] == tree]
-    return {entry["mutant"]: entry["killed"] for entry in entries}
+    return {entry["number"]: entry["killed"] for entry in entries}
 
 
 def _append(results: Path, entry: dict[str, object]) -> None:
