@@ -110,7 +110,7 @@ def of_diagnosis(folder: Path, truth: Truth, hidden: list[dict[str, Any]]) -> In
         )
     start = np.array([truth[entry.name] for entry in structure.parameters])
     solution = split.fit(structure, start)
-    intervals: Floats = confidence_intervals(split, solution, 0.0)
+    intervals: Floats = confidence_intervals(split, solution)
     return {
         entry.name: (low, high)
         for entry, (low, high) in zip(structure.parameters, intervals.tolist(), strict=True)

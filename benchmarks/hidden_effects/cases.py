@@ -14,9 +14,13 @@ COMMAND_ONLY = ("amplifier_deadband", "amplifier_saturation")
 """Effects that are not visible in motor voltages."""
 VOLTAGE_ONLY = (*COMMAND_ONLY, "back_emf", "torque_gain_mismatch", "torque_map_exponent")
 """Effects that are not visible in efforts."""
+_OF_POSITION = ("torque_offset", "joint_spring", "arm_com_offset", "arm_mass_mismatch", "base_tilt")
+"""Effects of the position alone."""
 NEVER_TOGETHER = {
     frozenset(("backlash", "joint_elasticity")),  # both between motor and arm, in an undefined order
     frozenset(("torque_offset", "joint_spring")),  # a spring includes an offset
+    # a curve over the position includes these
+    *(frozenset((each, "position_torque")) for each in _OF_POSITION),
 }
 NOISE = (0.005, 0.01, 0.02)
 """Standard deviations of the noise of the voltage [V]."""

@@ -32,12 +32,28 @@ _STRENGTH_PARAMETERS: dict[str, str] = {
     "encoder_zero_offset": "c",
 }
 """Strength parameter of each effect whose parameter has the same name in the plant and in `ident`."""
+
+
+def _peak_to_peak(estimate: Parameters, knots: str) -> float:
+    """Of a curve: its values are the parameters whose names begin with `knots`."""
+    return float(np.ptp([value for name, value in estimate.items() if name.startswith(knots)]))
+
+
+def _end_of_travel(true: Parameters, end: str) -> float:
+    """Torque of a hidden `position_torque` at an end of the travel, "low" or "high", that the estimate tells."""
+    return float(true["a"] * max(true[end] - true["q_0"], 0.0) ** true["p"])
+
+
 _STRENGTH_FUNCTIONS: dict[str, tuple[Callable[[Parameters], float], Callable[[Parameters], float]]] = {
     "cogging": (lambda true: true["a"], lambda estimate: math.hypot(estimate["a"], estimate["b"])),
     "encoder_eccentricity": (lambda true: true["a"], lambda estimate: math.hypot(estimate["a"], estimate["b"])),
     "position_dependent_friction": (
         lambda true: true["a"],
-        lambda estimate: float(np.ptp([value for name, value in estimate.items() if name.startswith("f_")])) / 2,
+        lambda estimate: _peak_to_peak(estimate, "f_") / 2,
+    ),
+    "position_torque": (
+        lambda true: _end_of_travel(true, "high") - _end_of_travel(true, "low"),
+        lambda estimate: _peak_to_peak(estimate, "g_"),
     ),
     "base_tilt": (
         lambda true: _GRAVITY * math.sin(true["angle"]),
@@ -47,7 +63,8 @@ _STRENGTH_FUNCTIONS: dict[str, tuple[Callable[[Parameters], float], Callable[[Pa
     "torque_gain_mismatch": (lambda true: true["mismatch"], lambda estimate: estimate["e"]),
     "geometry_error": (lambda true: true["error"] * (-1 if true["r"] else 1), lambda estimate: estimate["e"]),
 }
-"""Strength from the parameters of the plant, and from those of `ident`, of effects whose parameters differ."""
+"""Strength from the parameters of the plant (and the travel), and from those of `ident`, of effects whose parameters
+differ. The strength of a curve is its peak-to-peak value over the travel."""
 
 
 def errors(truth: Iterable[Mapping[str, Any]], values: Parameters) -> dict[str, float]:
@@ -59,11 +76,16 @@ def errors(truth: Iterable[Mapping[str, Any]], values: Parameters) -> dict[str, 
     relative_errors = {}
     for effect in truth:
         estimates = [_estimated_parameters(effect["name"], joint, values) for joint in effect["joints"]]
-        strengths = [_estimated_strength(effect["name"], parameters) for parameters in estimates if parameters]
-        if strengths:
-            true = _true_strength(effect["name"], effect["parameters"])
-            relative_errors[effect["name"]] = sum(abs(strength / true - 1) for strength in strengths) / len(strengths)
+        of_joints = [_error(effect, estimate) for estimate in estimates if estimate]
+        if of_joints:
+            relative_errors[effect["name"]] = sum(of_joints) / len(of_joints)
     return relative_errors
+
+
+def _error(effect: Mapping[str, Any], estimate: Parameters) -> float:
+    """Relative error of the strength of a hidden `effect` on one joint."""
+    true = _true_strength(effect["name"], {**estimate, **effect["parameters"]})
+    return abs(_estimated_strength(effect["name"], estimate) / true - 1)
 
 
 def interval_coverage(

@@ -18,7 +18,7 @@ from tests.foreign.pairs import TRAIN, VALIDATE
 
 FALSE = ("amplifier_saturation", "encoder_eccentricity", "thermal_drift")
 """Effects that such recordings were blamed on."""
-TRUE = ("axis_weight", "position_dependent_friction", "power_law_friction")
+TRUE = ("axis_weight", "position_dependent_friction", "position_torque", "power_law_friction")
 """Effects that would be right, or nearly so: they are left out of the library where it has them."""
 
 

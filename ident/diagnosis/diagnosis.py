@@ -154,8 +154,7 @@ def diagnose(
 def _on_judged_rows(search: Search, selection: Selection) -> tuple[Search, Selection]:
     """Score all steps on the rows that the last model can judge, so that their errors can be compared."""
     model = selection.model
-    split = model.split.without_saturated_rows(model.solution, model.noise_floor.rms)
-    split = split.without_extrapolated_rows(model.extrapolated)
+    split = model.split.judged(model.solution, model.noise_floor.rms)
     return (search, selection) if split is model.split else (search.on(split), selection.on(split))
 
 

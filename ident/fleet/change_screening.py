@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.diagnosis.search.screening import Candidate, Screener
+from ident.diagnosis.search.screening import Candidate, Screener, column_basis
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Additive, Effect, Quantity
 from ident.dynamics.structure import Term
@@ -50,7 +50,8 @@ class ChangeScreener(Screener):
         self._own_regressor = self._regressor
         nights = np.column_stack(columns) if columns else np.zeros((len(recording), 0))
         penalties = np.zeros((len(columns), self._regressor.shape[1])), np.eye(len(columns))
-        self._set_regressor(np.block([[self._regressor, nights], [*penalties]]))
+        self._regressor = np.block([[self._regressor, nights], [*penalties]])
+        self._basis = column_basis(self._regressor)
         self.residual = np.concatenate([self.residual, np.zeros(len(columns))])
         rest = self.residual - self._basis @ (self._basis.T @ self.residual)
         self.loss = float(rest @ rest)
@@ -67,8 +68,8 @@ class ChangeScreener(Screener):
     def loss_before(self) -> tuple[float, int]:
         """Weighted sum of squares of the earlier recordings with parameters of their own, and the number of rows."""
         rows = np.concatenate([~self._changed, np.ones(len(self.residual) - len(self._changed), bool)])
-        regressor, residual = self._regressor[rows] / self._size, self.residual[rows]
-        rest = residual - regressor @ np.linalg.lstsq(regressor, residual, rcond=1e-10)[0]
+        basis, residual = column_basis(self._regressor[rows]), self.residual[rows]
+        rest = residual - basis @ (basis.T @ residual)
         return float(rest @ rest), int((~self._changed).sum())
 
     def fading_reduction(self, candidate: Candidate) -> float:

@@ -17,7 +17,6 @@ from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose, prepare_inputs
 from ident.diagnosis.document import verdict
 from ident.diagnosis.document.document import labels
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.search.effect_contribution import EffectContribution
 from ident.diagnosis.search.screening import Candidate
 from ident.diagnosis.search.search import Search
 from ident.diagnosis.search.selection import SelectionStep
@@ -27,6 +26,7 @@ from ident.dynamics.structure import Term
 from ident.output.figures.finding import before_after, effect_contribution
 from ident.residuals import phases
 from ident.workbench import plots, pso_task, views
+from ident.workbench.effect_contribution import EffectContribution
 from ident.workbench.recording_view import mismatch, recording_views
 from ident.workbench.residual_task import residual_view
 from ident.workbench.selection_state import LabelledStep, SelectionState

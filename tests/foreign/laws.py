@@ -76,7 +76,9 @@ MOTOR: dict[str, Law] = {
     "power_law_friction": lambda s, p: (
         p["c"] * s.direction * np.exp(p["alpha"] * np.log(np.abs(s.v) + _TINY)) - s.viscous * s.v
     ),
-    "position_dependent_friction": lambda s, p: p["a"] * (1 + np.sin(p["k"] * s.q + p["phase"])) * s.direction,
+    "position_dependent_friction": lambda s, p: (
+        2 * p["a"] * ((1 + np.sin(p["k"] * s.q + p["phase"])) / 2) ** p["p"] * s.direction
+    ),
     "load_dependent_friction": lambda s, p: p["a"] * np.abs(s.load) * s.direction,
     "cogging": lambda s, p: p["a"] * np.sin(p["N"] * s.q + p["phase"]),
     "joint_spring": lambda s, p: p["k"] * (s.q - p["q_0"]),
@@ -86,7 +88,7 @@ MOTOR: dict[str, Law] = {
     "creeping_zero": lambda s, p: p["a"] * (1 - np.exp(-s.t / p["T"])) * np.ones(3),
     "fan": lambda s, p: p["a"] * np.sin(2 * np.pi * p["f"] * s.t + p["phase"]) * np.ones(3),
     "bearing_load": lambda s, p: p["a"] * np.abs(s.a) * s.direction,
-    "rubber_stop": lambda s, p: p["a"] * np.maximum(s.q - p["q_0"], 0.0) ** 2,
+    "position_torque": lambda s, p: p["a"] * np.maximum(s.q - p["q_0"], 0.0) ** p["p"],
 }
 """Additional motor torque (n, 3) of effects on the motor side of the coupling."""
 

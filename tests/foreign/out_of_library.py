@@ -50,20 +50,10 @@ class BearingLoad(HiddenEffect):
     a: float = parameter(0.02, "N m s^2/rad", "dry friction per acceleration", ge=0, le=2)
 
 
-class RubberStop(HiddenEffect):
-    """Rubber buffer inside the travel of the arm: a max(q - q_0, 0)^2."""
-
-    variables = ("position",)
-
-    a: float = parameter(5.0, "N m/rad^2", "how hard it is", ge=0, le=1e4)
-    q_0: float = parameter(0.0, "rad", "where the arm touches it", ge=-1.5, le=1.5, drawn=(-0.3, 0.0))
-
-
 KINDS: dict[str, type[HiddenEffect]] = {
     "uneven_grease": UnevenGrease,
     "creeping_zero": CreepingZero,
     "fan": Fan,
     "tangled_cables": TangledCables,
     "bearing_load": BearingLoad,
-    "rubber_stop": RubberStop,
 }

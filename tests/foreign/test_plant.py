@@ -71,8 +71,8 @@ FORMULAS: dict[str, tuple[dict[str, float], Callable[[Reported], Floats | float]
         lambda r: 0.9 * np.exp(-((r.velocity / 0.5) ** 2)) * np.sign(r.velocity),
     ),
     "position_dependent_friction": (
-        {"a": 0.3, "k": 3.0, "phase": 0.4},
-        lambda r: 0.3 * (1 + np.sin(3.0 * r.position + 0.4)) * np.sign(r.velocity),
+        {"a": 0.3, "k": 3.0, "phase": 0.4, "p": 2.0},
+        lambda r: 0.15 * (1 + np.sin(3.0 * r.position + 0.4)) ** 2 * np.sign(r.velocity),
     ),
     "cogging": ({"a": 0.4, "N": 24, "phase": 0.5}, lambda r: 0.4 * np.sin(24 * r.position + 0.5)),
     "joint_spring": ({"k": 2.0, "q_0": 0.3}, lambda r: 2.0 * (r.position - 0.3)),
@@ -80,7 +80,10 @@ FORMULAS: dict[str, tuple[dict[str, float], Callable[[Reported], Floats | float]
     "arm_mass_mismatch": ({"a": 0.6}, lambda r: 0.6 * np.cos(r.position)),
     "uneven_grease": ({"a": 0.3, "phase": 1.0}, lambda r: 0.3 * np.sin(2 * r.position + 1) * r.velocity),
     "bearing_load": ({"a": 0.05}, lambda r: 0.05 * np.abs(r.acceleration) * np.sign(r.velocity)),
-    "rubber_stop": ({"a": 9.0, "q_0": -0.1}, lambda r: 9.0 * np.maximum(r.position + 0.1, 0) ** 2),
+    "position_torque": (
+        {"a": 9.0, "q_0": -0.1, "p": 2.5},
+        lambda r: 9.0 * np.maximum(r.position + 0.1, 0) ** 2.5,
+    ),
     "fan": ({"a": 0.5, "f": 7.0, "phase": 0.2}, lambda r: 0.5 * np.sin(2 * np.pi * 7 * time(r) + 0.2)),
     "creeping_zero": ({"a": 0.5, "T": 4.0}, lambda r: 0.5 * (1 - np.exp(-time(r) / 4))),
     "thermal_drift": (

@@ -9,11 +9,13 @@ from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.extrapolation import extrapolation_warnings
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.indistinguishable import indistinguishable
-from ident.diagnosis.split.friction_offset_confounding import confounding_warnings
-from ident.diagnosis.split.split_data import MIN_REPORTED_SHARE, SplitData, rms
+from ident.diagnosis.split.observability import MAX_RARE_SHARE, rarer_direction_share
+from ident.diagnosis.split.split_data import SplitData, rms
 
 _MIN_ROWS_PER_PARAMETER = 20
 """With fewer independent rows per parameter, small effects are not significant."""
+_MIN_STANDSTILL = 0.01
+"""Below this share of all rows, those near standstill are not reported."""
 _MAX_ERROR_RATIO = 1.5
 """Largest plausible ratio between the errors on different recordings."""
 
@@ -24,7 +26,7 @@ def data_warnings(diagnosis: Diagnosis) -> Iterator[str]:
     if diagnosis.unexplained.significant and diagnosis.selection.findings:
         yield "An effect is still missing: until it is found, the errors of parameters may exceed their intervals."
     yield from _known_together(model)
-    yield from confounding_warnings(split, model.solution, diagnosis.library.get("torque_offset"))
+    yield from _rare_direction(split)
     yield from _insufficient_data(split, model)
     yield from _disagreement(split, model)
     yield from extrapolation_warnings(split, model)
@@ -55,6 +57,16 @@ def _known_together(model: FittedModel) -> Iterator[str]:
             f"distinguishes them (their errors correlate by {correlation:+.2f}), so one of the two effects may be "
             "all there is."
         )
+
+
+def _rare_direction(split: SplitData) -> Iterator[str]:
+    """Whether a joint moves mainly in one direction."""
+    for joint, share in enumerate(rarer_direction_share(split), start=1):
+        if share < MAX_RARE_SHARE:
+            yield (
+                f"Joint {joint} moves in one of its directions only {share:.0%} of the time, so its Coulomb friction "
+                "and a constant offset are hardly distinct; record both directions equally."
+            )
 
 
 def _insufficient_data(split: SplitData, model: FittedModel) -> Iterator[str]:
@@ -93,21 +105,18 @@ def _disagreement(split: SplitData, model: FittedModel) -> Iterator[str]:
 
 def _unscored_rows(split: SplitData) -> Iterator[str]:
     """Rows that neither fits nor errors use, or no errors."""
-    if split.standstill_share > MIN_REPORTED_SHARE:
+    if split.standstill_share > _MIN_STANDSTILL:
         yield (
             f"{split.standstill_share:.0%} of the rows are left out of fits and errors: a joint is at or near "
             "standstill there, where dry friction may take any value up to its limit."
         )
-    if split.insensitive_share > MIN_REPORTED_SHARE:
-        yield (
-            f"{split.insensitive_share:.1%} of the rows are not scored: the amplifiers are so near their limit, or "
-            "in their dead band, that the voltage hardly depends on the torque. A slower motion avoids this."
-        )
-    if split.extrapolated_shares:
+    if split.unjudged_shares:
         shares = " and ".join(
-            f"{share:.1%} (joint {joint})" for joint, share in enumerate(split.extrapolated_shares, start=1) if share
+            f"{share:.1%} (joint {joint})" for joint, share in enumerate(split.unjudged_shares, start=1) if share
         )
         yield (
-            f"Of the held-out rows, {shares} are not scored: the joint is outside of the travel of the training "
-            "data, where friction that changes along the travel is not known. Train on a motion that goes there, too."
+            f"Of the held-out rows, {shares} are not scored, where the model says nothing: outside of the travel of "
+            "the training data, for friction that changes along the travel; and where the amplifiers are so near "
+            "their limit, or in their dead band, that the voltage hardly depends on the torque. Train on a motion "
+            "that goes there, too, and a slower one."
         )

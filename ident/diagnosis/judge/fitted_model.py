@@ -9,7 +9,7 @@ import numpy as np
 from ident.diagnosis.judge.improvement import Blocks, Improvement
 from ident.diagnosis.split.noise_floor import NoiseFloor, estimate_noise_floor
 from ident.diagnosis.split.parameter_intervals import confidence_intervals, parameter_uncertainty, propagated_errors
-from ident.diagnosis.split.split_data import SplitData, row_count
+from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
 from ident.identification.prediction import Prediction
@@ -50,32 +50,12 @@ class FittedModel:
         """(m, dof) measured minus computed torque of each recording [N m]."""
         return self.split.residuals(self.solution)
 
-    @property
-    def curve_joints(self) -> frozenset[int]:
-        """Joints (from 0) on which one of its effects is a curve."""
-        return frozenset(joint for term in self.terms if term.effect.curve for joint in term.joints)
-
-    @property
-    def extrapolated(self) -> tuple[Bools, ...]:
-        """(m, dof) rows of each recording at which one of its curves is not known: outside of the training travel."""
-        with_curve = np.isin(np.arange(self.solution.structure.rig.dof), list(self.curve_joints))
-        return tuple(rows & with_curve for rows in self.split.outside_of_travel)
-
-    @cached_property
-    def unjudged(self) -> tuple[Bools, ...]:
-        """(m, dof) rows of each recording that say nothing for or against it: in saturation, or extrapolated."""
-        saturated = self.split.saturated_rows(self.solution, self.noise_floor.rms)
-        rows = [a | b for a, b in zip(saturated, self.extrapolated, strict=True)]
-        kept = row_count([test & ~unknown for test, unknown in zip(self.split.test, rows, strict=True)])
-        enough = kept >= self.split.recordings[0].regressor.shape[2]
-        return tuple(unknown & enough for unknown in rows)
-
     @cached_property
     def judged_residuals(self) -> tuple[Floats, ...]:
-        """(m, dof) residuals [N m]; NaN at the rows that are `unjudged`."""
-        pairs = zip(self.unjudged, self.residuals, strict=True)
+        """(m, dof) residuals [N m]; NaN at the rows that say nothing for or against it."""
+        unjudged = self.split.unjudged(self.solution, self.noise_floor.rms)
         return tuple(
-            np.where(unknown, np.nan, residual) if unknown.any() else residual for unknown, residual in pairs
+            np.where(unknown, np.nan, residual) for unknown, residual in zip(unjudged, self.residuals, strict=True)
         )
 
     @cached_property
@@ -102,7 +82,7 @@ class FittedModel:
     @cached_property
     def shape_intervals(self) -> Floats:
         """(K, 2) 95 % intervals of its parameters for an exactly known torque gain; NaN where not identifiable."""
-        return confidence_intervals(self.split, self.solution, 0.0)
+        return confidence_intervals(self.split, self.solution)
 
     @cached_property
     def turned(self) -> "FittedModel":
@@ -123,7 +103,8 @@ class FittedModel:
         """Improvement over the model `before` with each row held out once; None unless it improves both times."""
         held_out = self._blocks_over(before, self.split.test)
         judged = [
-            rows & ~(a | b) for rows, a, b in zip(self.split.train, self.unjudged, before.unjudged, strict=True)
+            rows & np.isfinite(new + old)
+            for rows, new, old in zip(self.split.train, self.judged_residuals, before.judged_residuals, strict=True)
         ]
         residuals = before.turned.residuals, self.turned.residuals
         other_way = Blocks.of(self.split, *residuals, self.noise_floor.rms, judged)

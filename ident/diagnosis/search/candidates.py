@@ -122,15 +122,14 @@ class Candidates:
         return is_significant(*losses, candidate.parameter_count, self.split.independent_rows)
 
     def _best_fit(self, model: FittedModel, candidate: Candidate) -> FittedModel:
-        """Fit `model` with the `candidate` from its best initial guess, or from all if its shapes need it."""
+        """Fit `model` with the `candidate` from its best initial guess, or from several if its shapes need it."""
         structure = model.solution.structure.with_term(candidate.term)
         starts = in_threads(
             lambda guess: self.split.fit_linear(structure, np.concatenate([model.solution.x, guess])),
             candidate.initial_guesses,
         )
-        if candidate.term.effect.multistart == 1:
-            starts = [min(starts, key=lambda start: start.loss)]
-        best = min(map(self.split.fit_nonlinear, starts), key=lambda solution: solution.loss)
+        promising = sorted(starts, key=lambda start: start.loss)[: candidate.term.effect.multistart]
+        best = min(map(self.split.fit_nonlinear, promising), key=lambda solution: solution.loss)
         if best.loss < model.solution.loss:
             return FittedModel(self.split, self.split.escape_local_minima(best))
         return self.zero(model, candidate.term, candidate.shapes)

@@ -16,8 +16,8 @@ class LargestGain:
 
     def __init__(self, model: FittedModel) -> None:
         split, floor = model.split.turned, np.maximum(model.noise_floor.rms, _TINY)
-        judged = zip(split.train, model.unjudged, model.residuals, strict=True)
-        rows = tuple(held_out & ~unknown & np.isfinite(residual) for held_out, unknown, residual in judged)
+        judged = zip(split.train, model.judged_residuals, strict=True)
+        rows = tuple(held_out & np.isfinite(residual) for held_out, residual in judged)
         counts = block_counts(split, rows)
         self._blocks = sum(int((count > 0).sum()) for _, count in counts)
         weights = tuple(

@@ -5,15 +5,14 @@ regressor, including the effects already in it. The projected columns then give 
 orthogonal forward selection. Correlation with the residual alone is not used.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
 from ident.diagnosis.search.initial_guesses import initial_guesses
-from ident.diagnosis.search.joint_subsets import Products, Replaced, choose_joints
+from ident.diagnosis.search.joint_subsets import Products, choose_joints
 from ident.diagnosis.search.selection import Exclusion
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Additive, Effect, Signal, Suggestion
@@ -44,8 +43,6 @@ class Candidate:
     differs."""
     loss: float
     """Expected weighted sum of squares with the candidate."""
-    parameter_count: int
-    """Number of its local parameters, including optimized shapes."""
     coefficients: Floats
     """(instances * c,) of its columns, by linear extrapolation."""
     scale: Floats
@@ -54,21 +51,14 @@ class Candidate:
     """(s,) shape parameters of its columns."""
 
     @property
+    def parameter_count(self) -> int:
+        """Number of its local parameters, including optimized shapes."""
+        return self.scale.size + sum(shape.searched for shape in self.term.shapes)
+
+    @property
     def local_values(self) -> Floats:
         """(instances, c) local parameters, by linear extrapolation."""
-        return self.coefficients.reshape(self.term.instances, -1) * self.scale
-
-
-@dataclass(frozen=True, eq=False)
-class _Block:
-    """Weighted columns (r, instances * c) of an effect at one initial guess."""
-
-    columns: Floats
-    scale: Floats
-    """(instances, c) local parameter per unit of column coefficient."""
-    shapes: Floats
-    one_signed: Floats
-    """(c,) 1 where only a positive coefficient is possible, -1 where only a negative one is, else 0."""
+        return self.coefficients.reshape(self.scale.shape) * self.scale
 
 
 ColumnsKey = tuple[str, bytes, bytes]
@@ -82,29 +72,21 @@ class Screener:
         self, split: SplitData, solution: Solution, known: dict[ColumnsKey, tuple[Floats, ...]] | None = None
     ) -> None:
         """`known`: columns of signal effects beside other models of the same data, which hardly differ from them."""
-        self._split, self._solution, self._known = split, solution, {} if known is None else known
-        regressor, self.residual = solution.rows()
-        self._set_regressor(regressor)
+        self._solution, self._known = solution, {} if known is None else known
+        self._regressor, self.residual = solution.rows()
+        self._basis = column_basis(self._regressor)
         self.loss = solution.loss
         self._residuals = solution.residuals
         self._predictors = [split.predictors[i] for i in split.train_indices]
-        self._known_columns: dict[tuple[str, bytes, bytes], Floats] | None = None
+        self._keeps_all = False
         """Columns are kept only if several residuals are screened: those of a long recording take much memory."""
-
-    def _set_regressor(self, regressor: Floats) -> None:
-        """Evaluate candidates beside the columns of this `regressor` (r, K)."""
-        size = np.sqrt((regressor**2).sum(axis=0))
-        self._used = size > 0
-        self._regressor, self._size = regressor, np.where(self._used, size, 1.0)
-        self._basis, self._triangle = np.linalg.qr(regressor[:, self._used] / size[self._used])
 
     def with_residuals(self, residuals: Sequence[Floats]) -> "Screener":
         """Screener of the same model for other `residuals` (m, dof) of each training recording [N m].
 
         The torque of the model stays what it is, so that columns are computed once for all of them.
         """
-        if self._known_columns is None:
-            self._known_columns = {}
+        self._keeps_all = True
         other = copy(self)
         weights = self._solution.weights
         other._residuals = tuple(residuals)
@@ -135,100 +117,86 @@ class Screener:
 
     def _results(self, name: str, effect: Effect) -> list[Candidate | Exclusion]:
         """A candidate for each initial guess of the shapes of `effect`, or the reason why there is none."""
-        return [self._evaluate(name, effect, block) for block in self._blocks(name, effect)]
-
-    def _blocks(self, name: str, effect: Effect) -> Iterator[_Block]:
         term = Term.on_all_joints(name, effect, self._solution.structure.rig)
-        signs = one_signed(term)
-        for guess, shapes in initial_guesses(term, self.suggestions(effect)):
-            yield _Block(self.columns(term, guess, shapes), guess, shapes, signs)
+        guesses = initial_guesses(term, self.suggestions(effect))
+        return [self._evaluate(term, scale, shapes) for scale, shapes in guesses]
 
     def columns(self, term: Term, guess: Floats, shapes: Floats) -> Floats:
         """(r, instances * c) weighted rows of `effect_columns`."""
-        key, known = (term.name, guess.tobytes(), shapes.tobytes()), self._known_columns
-        if known is None:
-            return self._computed_columns(term, guess, shapes)
-        if key not in known:
-            known[key] = self._computed_columns(term, guess, shapes)
-        return known[key]
-
-    def orthogonal(self, columns: Floats) -> Floats:
-        """The part of `columns` (r, k) outside of the column space of the model."""
-        outside: Floats = columns - self._basis @ (self._basis.T @ columns)
-        outside -= self._basis @ (self._basis.T @ outside)
-        return outside
-
-    def _computed_columns(self, term: Term, guess: Floats, shapes: Floats) -> Floats:
-        key = (term.name, guess.tobytes(), shapes.tobytes())
-        columns = self._known.get(key) or self._columns_of_recordings(term, guess, shapes)
-        if isinstance(term.effect, Signal):
-            self._known[key] = columns
-        pairs = zip(columns, self._solution.weights, strict=True)
-        return np.concatenate([np.nan_to_num(each[w > 0]) * w[w > 0][:, None] for each, w in pairs])
-
-    def _columns_of_recordings(self, term: Term, guess: Floats, shapes: Floats) -> tuple[Floats, ...]:
-        """(m, dof, instances * c) `effect_columns` of each training recording."""
-        solution = self._solution
-        return tuple(
+        key, solution = (term.name, guess.tobytes(), shapes.tobytes()), self._solution
+        columns = self._known.get(key) or tuple(
             effect_columns(predictor, solution, term, guess, shapes, predictor.prepared.torque - residual)
             for predictor, residual in zip(self._predictors, solution.residuals, strict=True)
         )
+        if self._keeps_all or isinstance(term.effect, Signal):
+            self._known[key] = columns
+        pairs = zip(columns, solution.weights, strict=True)
+        return np.concatenate([np.nan_to_num(each[w > 0]) * w[w > 0][:, None] for each, w in pairs])
+
+    def orthogonal(self, columns: Floats) -> Floats:
+        """The part of `columns` (r, k) outside of the column space of the model."""
+        return _outside(self._basis, columns)
 
     def suggestions(self, effect: Effect) -> list[Suggestion]:
         """Initial guesses that the effect suggests from the residual of each recording."""
         return suggestions(effect, self._predictors, self._solution, self._residuals)
 
-    def _evaluate(self, name: str, effect: Effect, block: _Block) -> Candidate | Exclusion:
-        """The best joints for `block`, or the reason why there are none."""
-        c = block.scale.shape[1]
-        size = np.sqrt((block.columns**2).sum(axis=0))
-        orthogonal = self.orthogonal(block.columns)
-        excited = np.sqrt((orthogonal**2).sum(axis=0)) > MIN_EXCITATION * size
-        everywhere = Term.on_all_joints(name, effect, self._solution.structure.rig)
-        instances = [
-            instance
-            for instance in range(len(size) // c)
-            if excited[instance * c : instance * c + c].any() and size.any()
-        ]
-        products = Products(
-            orthogonal.T @ orthogonal,
-            orthogonal.T @ self.residual,
-            block.one_signed,
-            self._replaced(everywhere, block),
-        )
-        chosen = choose_joints(products, instances)
+    def _evaluate(self, everywhere: Term, scale: Floats, shapes: Floats) -> Candidate | Exclusion:
+        """The effect on the best of its joints, or the reason why there are none.
+
+        scale: (instances, c) local parameters at which its columns are made.
+        """
+        columns, effect, c = self.columns(everywhere, scale, shapes), everywhere.effect, scale.shape[1]
+        size = np.sqrt((columns**2).sum(axis=0))
+        excited = np.sqrt((self.orthogonal(columns) ** 2).sum(axis=0)) > MIN_EXCITATION * size
+        instances = np.flatnonzero(excited.reshape(-1, c).any(axis=1)).tolist() if size.any() else []
+        chosen = choose_joints(self._products(everywhere, columns), instances)
         if chosen is None:
             return "sign" if instances else "collinear"
-        term, shapes = everywhere, block.shapes
+        subset, reduction, coefficients = list(chosen[0]), chosen[1], chosen[2]
+        term = everywhere
         if not effect.whole_robot:
-            term = replace(everywhere, joints=tuple(everywhere.joints[i] for i in chosen.subset))
+            term = replace(everywhere, joints=tuple(everywhere.joints[i] for i in subset))
         if effect.local_shapes:
-            shapes = shapes.reshape(everywhere.instances, -1)[list(chosen.subset)].ravel()
-        scale, coefficients = block.scale[list(chosen.subset)], chosen.coefficients
+            shapes = shapes.reshape(everywhere.instances, -1)[subset].ravel()
+        scale = scale[subset]
         guesses = [np.concatenate([(coefficients.reshape(-1, c) * scale).ravel(), shapes])]
         if isinstance(effect, Signal) and not (np.abs(np.log(np.abs(coefficients) + _TINY)) < _LINEAR_RANGE).all():
             linearized_at = (np.sign(coefficients).reshape(-1, c) * scale).ravel()
             guesses.append(np.concatenate([linearized_at, shapes]))
-        parameter_count = len(chosen.subset) * c + sum(shape.searched for shape in term.shapes)
-        loss = max(self.loss - chosen.reduction, 0.0)
-        return Candidate(term, tuple(guesses), loss, parameter_count, coefficients, scale, shapes)
+        loss = max(self.loss - reduction, 0.0)
+        return Candidate(term, tuple(guesses), loss, coefficients, scale, shapes)
 
-    def _replaced(self, term: Term, block: _Block) -> Replaced | None:
-        """What it costs to remove the friction of the mechanism that the effect replaces, on each of its joints."""
-        if term.effect.replaces is None:
-            return None
-        names = [entry.name for entry in self._solution.structure.parameters]
-        entries = [names.index(f"{term.effect.replaces}{joint + 1}") for joint in term.joints]
-        # Of a matrix A, column j of pinv(A)' is orthogonal to all columns of A but the column j.
-        dual = self._basis @ self._dual[:, entries]
-        return Replaced(dual.T @ dual, dual.T @ block.columns, self._solution.x[entries] + dual.T @ self.residual)
+    def _products(self, term: Term, columns: Floats) -> Products:
+        """Products of the `columns` (r, instances * c) of the `term`, and of those in whose place it stands."""
+        basis, target, names = self._basis, self.residual, [e.name for e in self._solution.structure.parameters]
+        replaced = [names.index(f"{term.effect.replaces}{j + 1}") for j in term.joints if term.effect.replaces]
+        if replaced:
+            basis = column_basis(np.delete(self._regressor, replaced, axis=1))
+            target = target + self._regressor[:, replaced] @ self._solution.x[replaced]
+            target = _outside(basis, target[:, None])[:, 0]
+        both = _outside(basis, np.concatenate([columns, self._regressor[:, replaced]], axis=1))
+        return Products(
+            both.T @ both,
+            both.T @ target,
+            float(target @ target - self.residual @ self.residual),
+            one_signed(term),
+            np.arange(columns.shape[1], both.shape[1]),
+        )
 
-    @cached_property
-    def _dual(self) -> Floats:
-        """(k, K) transposed pseudoinverse of the model's regressor, in coordinates of the basis."""
-        dual: Floats = np.zeros((len(self._triangle), len(self._used)))
-        dual[:, self._used] = np.linalg.pinv(self._triangle).T / self._size[self._used]
-        return dual
+
+def column_basis(regressor: Floats) -> Floats:
+    """(r, k) orthonormal basis of the column space of `regressor` (r, K)."""
+    size = np.sqrt((regressor**2).sum(axis=0))
+    basis: Floats = np.linalg.qr(regressor[:, size > 0] / size[size > 0])[0]
+    return basis
+
+
+def _outside(basis: Floats, columns: Floats) -> Floats:
+    """The part of `columns` (r, k) outside of the space of an orthonormal `basis`."""
+    outside: Floats = columns - basis @ (basis.T @ columns)
+    outside -= basis @ (basis.T @ outside)
+    return outside
 
 
 def one_signed(term: Term) -> Floats:

@@ -1,6 +1,7 @@
 """The search of a diagnosis: named effects first, curves for what they leave, and the steps that led there."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from itertools import chain
 
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.judge import judge
@@ -47,7 +48,10 @@ class Search:
         best_first = BestFirst(self.candidates, self._progress)
         answer = best_first.search(model)
         while (with_curve := self._with_curve(answer)) is not None:
-            answer = best_first.search(with_curve)
+            further = best_first.search(with_curve)
+            if score(further) >= score(answer):  # beside what else was found, the judge refuses the curve
+                break
+            answer = further
         return review(self.candidates, [*steps, *self._way(model, answer)])
 
     def select_forced(self, structure: ModelStructure, x: Floats, names: Sequence[str]) -> Selection:
@@ -92,20 +96,25 @@ class Search:
     def _with_curve(self, model: FittedModel) -> FittedModel | None:
         """`model` with a curve in addition, or in place of the effects that it contains, if the judge accepts it."""
         accepted = []
-        for curved in self.candidates.curves(model):
-            name = curved.terms[added_term(model, curved)].name
-            for after in (curved, self._without_contained(curved, name)):
-                index = next(i for i, term in enumerate(after.terms) if term.name == name)
-                if judge(self.fits.without_effect(after, index), after, index).accepted and score(after) < score(
-                    model
-                ):
-                    accepted.append(after)
+        for before, curved in chain(
+            ((model, each) for each in self.candidates.curves(model)), self._exchanged(model)
+        ):
+            if score(curved) < score(model) and judge(before, curved, added_term(model, curved)).accepted:
+                accepted.append(curved)
         return min(accepted, key=score, default=None)
 
-    def _without_contained(self, model: FittedModel, name: str) -> FittedModel:
-        """`model` without what its effect `name` contains."""
-        contained = self.candidates.library[name].contains
-        while (index := next((i for i, term in enumerate(model.terms) if term.name in contained), None)) is not None:
+    def _exchanged(self, model: FittedModel) -> Iterator[tuple[FittedModel, FittedModel]]:
+        """`model` with a curve in place of the effects that it contains; before it, with the best of these alone."""
+        for name, effect in self.candidates.library.items():
+            contained = model.names & set(effect.contains)
+            if effect.curve and contained:
+                bare = self._without(model, contained)
+                if (candidate := self.candidates.named(bare, name)) is not None:
+                    alone = (self._without(model, contained - {each}) for each in contained)
+                    yield min(alone, key=score), self.candidates.add(bare, candidate)
+
+    def _without(self, model: FittedModel, names: Collection[str]) -> FittedModel:
+        while (index := next((i for i, term in enumerate(model.terms) if term.name in names), None)) is not None:
             model = self.fits.without_effect(model, index)
         return model
 

@@ -6,10 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.data.samples import holds_torque
-from ident.diagnosis.split.friction_offset_confounding import MAX_RARE_SHARE, rarer_direction_share
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Effect
+from recordings.recording import Floats
 
+MAX_RARE_SHARE = 0.25
+"""A direction is rare below this share of the moving time: its friction is hardly known."""
 MIN_TEMPERATURE_CHANGE = 2.0
 """A smaller change of the temperature says nothing about friction [K]: grease loses some percent of it per degree."""
 
@@ -56,7 +58,7 @@ def observability(split: SplitData, library: Mapping[str, Effect], without: Sequ
     return Observability(observable, unobservable, untested)
 
 
-def _lacking(split: SplitData, effect: Effect, joint: int, warming: np.ndarray) -> Iterator[str]:
+def _lacking(split: SplitData, effect: Effect, joint: int, warming: Floats) -> Iterator[str]:
     """Yield what the recordings lack to test `effect` on `joint` (from 0)."""
     if "both directions" in effect.needs and (share := rarer_direction_share(split)[joint]) < MAX_RARE_SHARE:
         yield f"Joint {joint + 1} moves in one of its directions only {share:.0%} of the time; record both equally."
@@ -65,11 +67,17 @@ def _lacking(split: SplitData, effect: Effect, joint: int, warming: np.ndarray) 
         yield f"The temperature of joint {joint + 1} {known}; record while the machine warms up."
 
 
-def _temperature_change(split: SplitData) -> np.ndarray:
+def rarer_direction_share(split: SplitData) -> Floats:
+    """(dof,) share of the moving training rows that move in the rarer direction."""
+    pairs = zip(split.recordings, split.train, strict=True)
+    directions = np.concatenate([np.sign(np.where(train, data.motion.velocity, 0.0)) for data, train in pairs])
+    forwards, backwards = (directions > 0).sum(axis=0), (directions < 0).sum(axis=0)
+    share: Floats = np.minimum(forwards, backwards) / np.maximum(forwards + backwards, 1)
+    return share
+
+
+def _temperature_change(split: SplitData) -> Floats:
     """(dof,) range of the temperature of each joint over all training recordings [K]; NaN where it is unknown."""
     known = np.concatenate([split.recordings[i].temperature for i in split.train_indices])
-    lowest, highest = (
-        bound(np.where(np.isfinite(known), known, sign * np.inf), axis=0)
-        for bound, sign in ((np.min, 1), (np.max, -1))
-    )
-    return np.where(np.isfinite(lowest), highest - lowest, np.nan)
+    change: Floats = np.fmax.reduce(known) - np.fmin.reduce(known)
+    return change

@@ -5,32 +5,31 @@ import numpy as np
 from ident.diagnosis.split.split_data import SplitData
 from ident.estimation.nonlinear_fit import Solution
 from ident.uncertainty import covariance
-from ident.uncertainty.covariance import Uncertainty
+from ident.uncertainty.covariance import LEVEL, Uncertainty
 from ident.uncertainty.propagated_errors import PropagatedErrors, identifiable, repetition_factor
 from recordings.recording import Floats
 
-_NORMAL = 1.96
-"""Half the width of a 95 % interval, in standard errors."""
 
+def confidence_intervals(split: SplitData, solution: Solution) -> Floats:
+    """(K, 2) 95 % intervals for an exactly known torque gain, including noise and propagated errors.
 
-def confidence_intervals(split: SplitData, solution: Solution, gain_uncertainty: float) -> Floats:
-    """(K, 2) 95 % intervals, including noise and propagated errors; NaN for parameters that are not identifiable.
-
-    gain_uncertainty: relative uncertainty of the torque gain; it applies to parameters that are proportional to the
-    torque.
+    NaN for parameters that are not identifiable.
     """
-    linear = solution.structure.linear
-    gain = np.where(linear, gain_uncertainty * np.abs(solution.x), 0.0)
-    noise, propagated = parameter_uncertainty(split, solution), propagated_errors(split, solution)
-    width = np.sqrt(noise.half_width() ** 2 + _NORMAL**2 * (propagated.variance() + gain**2))
-    return np.stack([solution.x - width, solution.x + width], axis=1)
+    propagated = propagated_errors(split, solution).variance()
+    return parameter_uncertainty(split, solution).interval(solution.x, propagated=propagated)
 
 
 def with_gain(intervals: Floats, solution: Solution, gain_uncertainty: float) -> Floats:
-    """The `intervals` (K, 2) for an exactly known gain, widened by its relative standard uncertainty."""
+    """The `intervals` (K, 2) for an exactly known gain, widened by its relative standard uncertainty.
+
+    It applies to the parameters that are proportional to the torque.
+    """
+    from scipy.special import ndtri
+
     if not gain_uncertainty:
         return intervals  # not those that rounding makes of them
-    gain = np.where(solution.structure.linear, _NORMAL * gain_uncertainty * np.abs(solution.x), 0.0)
+    proportional = np.where(solution.structure.linear, np.abs(solution.x), 0.0)
+    gain = ndtri((1 + LEVEL) / 2) * gain_uncertainty * proportional
     width = np.hypot((intervals[:, 1] - intervals[:, 0]) / 2, gain)
     return np.stack([solution.x - width, solution.x + width], axis=1)
 

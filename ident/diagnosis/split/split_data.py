@@ -1,7 +1,7 @@
 """Training rows and test rows of recordings, and what is computed from them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -28,8 +28,6 @@ MAX_STANDSTILL = 0.25
 """Rows with a larger share of standstill are left out."""
 MAX_AMPLIFICATION = 2.0
 """Rows that amplify torque errors more than this are not scored."""
-MIN_REPORTED_SHARE = 0.01
-"""Below this share of all rows, excluded rows are not reported, and rows near saturation are scored as well."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,21 +45,14 @@ class SplitData:
     """Whether the test rows are of other recordings; else they are phase segments of the same ones."""
     standstill_share: float = 0.0
     """Share of the rows that are not used because a joint stands still."""
-    insensitive_share: float = 0.0
-    """Share of the rows that are not scored because the reported signal hardly depends on the torque."""
-    extrapolated_shares: tuple[float, ...] = ()
-    """Share of the test rows of each joint that are not scored because a curve of the model is not known there; empty
-    if all are."""
+    unjudged_shares: tuple[float, ...] = ()
+    """Share of the test rows of each joint that are not scored as they do not judge the model; empty if all are."""
     train_all: tuple[Bools, ...] = ()
     """(m, dof) training rows of each recording, with those that are not used because a joint stands still, or not
     scored."""
     test_all: tuple[Bools, ...] = ()
     row_weights: tuple[Floats, ...] = ()
     """(m, dof) of each recording [1 / (N m)], whatever the subset of a row."""
-    _perturbed_cache: dict[tuple[str, ...], tuple[list[tuple[Floats, Floats]], Floats]] = field(
-        default_factory=dict, repr=False
-    )
-    """Results of `perturbed_regressors`, by the names of effects."""
 
     @property
     def recordings(self) -> tuple[PreparedRecording, ...]:
@@ -77,7 +68,7 @@ class SplitData:
     def turned(self) -> "SplitData":
         """The same recordings, where training rows and test rows change places."""
         weights = tuple(np.where(rows, weight, 0.0) for rows, weight in zip(self.test, self.row_weights, strict=True))
-        return replace(self, train=self.test, test=self.train, weights=weights, _perturbed_cache={})
+        return replace(self, train=self.test, test=self.train, weights=weights)
 
     @cached_property
     def outside_of_travel(self) -> tuple[Bools, ...]:
@@ -99,39 +90,6 @@ class SplitData:
     def repeating_share(self) -> tuple[Floats, ...]:
         """(dof,) of each recording: share of the finest part of its motion that is the same in all repetitions."""
         return tuple(repeating_share(predictor.prepared) for predictor in self.predictors)
-
-    def perturbed_regressors(self, bare: ModelStructure) -> tuple[list[tuple[Floats, Floats]], Floats]:
-        """Regressors with measured and with perturbed encoder readings, and the attenuation bias between them.
-
-        Returns for each recording both regressors (m, dof, K) of the `bare` structure, and the matrix (K, K) by which
-        a fit to the second changes the parameters. Errors in a regressor attenuate the parameters: with coarse
-        encoder steps, inertias are underestimated.
-        """
-        names = tuple(term.name for term in bare.terms)
-        if names not in self._perturbed_cache:
-            x = np.zeros(len(bare.parameters))
-
-            def derivatives(predictor: TorquePredictor) -> Floats:
-                return predictor.linearized(bare, x)[1]
-
-            pairs = list(
-                zip(in_threads(derivatives, self.predictors), in_threads(derivatives, self.perturbed), strict=True)
-            )
-            self._perturbed_cache[names] = pairs, self._attenuation_bias(pairs)
-        return self._perturbed_cache[names]
-
-    def _attenuation_bias(self, pairs: Sequence[tuple[Floats, Floats]]) -> Floats:
-        """(K, K) bias in `perturbed_regressors`, by weighted least squares over the training rows."""
-        rows, errors = [], []
-        for weight, (measured, perturbed) in zip(self.weights, pairs, strict=True):
-            known = (weight > 0) & np.isfinite(measured).all(axis=2) & np.isfinite(perturbed).all(axis=2)
-            rows.append((perturbed * weight[:, :, None])[known])
-            errors.append(((measured - perturbed) * weight[:, :, None])[known])
-        size = np.sqrt((np.concatenate(rows) ** 2).sum(axis=0))
-        size[size == 0] = 1.0
-        coefficients = np.linalg.lstsq(np.concatenate(rows) / size, np.concatenate(errors), rcond=1e-10)[0]
-        bias: Floats = coefficients / size[:, None]
-        return bias
 
     @cached_property
     def train_indices(self) -> tuple[int, ...]:
@@ -187,51 +145,47 @@ class SplitData:
     def _train_weights(self) -> list[Floats]:
         return [self.weights[i] for i in self.train_indices]
 
-    def saturated_rows(self, solution: Solution, error: Floats) -> tuple[Bools, ...]:
-        """(m, dof) rows of each recording in which the reported signal hardly depends on the torque.
+    def unjudged(self, solution: Solution, error: Floats) -> tuple[Bools, ...]:
+        """(m, dof) rows of each recording that say nothing for or against a model: in saturation, or extrapolated.
 
-        In saturation, any error of the torque is amplified. Fits still use these rows (the weights are unchanged):
-        only they show where saturation begins.
+        None of a joint of which hardly any test rows would be left. Fits still use these rows (the weights are
+        unchanged): only they show where saturation begins.
 
         error: (dof,) smallest detectable torque error [N m].
         """
-        if not any(isinstance(term.effect, Signal) and term.effect.report for term in solution.structure.terms):
-            return tuple(np.zeros_like(rows) for rows in self.train)
-        amplification = [
-            predictor.error_amplification(solution.structure, solution.x, error) for predictor in self.predictors
+        curves = [joint for term in solution.structure.terms if term.effect.curve for joint in term.joints]
+        with_curve = np.isin(np.arange(len(error)), curves)
+        unknown = [
+            saturated | outside & with_curve
+            for saturated, outside in zip(self._saturated(solution, error), self.outside_of_travel, strict=True)
         ]
+        kept = row_count([test & ~rows for test, rows in zip(self.test, unknown, strict=True)])
+        enough = kept >= self.recordings[0].regressor.shape[2]
+        return tuple(rows & enough for rows in unknown)
+
+    def _saturated(self, solution: Solution, error: Floats) -> tuple[Bools, ...]:
+        """(m, dof) rows of each recording in which the reported signal hardly depends on the torque."""
+        structure, x = solution.structure, solution.x
+        if not any(isinstance(term.effect, Signal) and term.effect.report for term in structure.terms):
+            return tuple(np.zeros_like(rows) for rows in self.train)
+        amplification = [predictor.error_amplification(structure, x, error) for predictor in self.predictors]
         return tuple(
-            predictor.prepared.condition(np.where(np.isfinite(size), size > MAX_AMPLIFICATION, np.nan).astype(float))
+            data.condition(np.where(np.isfinite(size), size > MAX_AMPLIFICATION, np.nan).astype(float))
             > MAX_STANDSTILL
-            for predictor, size in zip(self.predictors, amplification, strict=True)
+            for data, size in zip(self.recordings, amplification, strict=True)
         )
 
-    def without_saturated_rows(self, solution: Solution, error: Floats) -> "SplitData":
-        """Exclude the `saturated_rows` from scoring, unless they are few or hardly any others are left."""
-        saturated = self.saturated_rows(solution, error)
+    def judged(self, solution: Solution, error: Floats) -> "SplitData":
+        """Score only the rows that a model can be judged by; `error` as in `unjudged`."""
+        unjudged = self.unjudged(solution, error)
+        if not any((rows & scored).any() for rows, scored in zip(unjudged, self.scored, strict=True)):
+            return self
         train, test = (
-            tuple(rows & ~excluded for rows, excluded in zip(subset, saturated, strict=True))
+            tuple(rows & ~unknown for rows, unknown in zip(subset, unjudged, strict=True))
             for subset in (self.train, self.test)
         )
-        before, after = (
-            sum(int(rows.sum()) for rows in (*a, *b)) for a, b in ((self.train, self.test), (train, test))
-        )
-        share = 1 - after / before
-        expected = self.recordings[0].regressor.shape[2]
-        if share <= MIN_REPORTED_SHARE or min(row_count(train).min(), row_count(test).min()) < expected:
-            return self
-        return replace(self, train=train, test=test, insensitive_share=share)
-
-    def without_extrapolated_rows(self, extrapolated: Sequence[Bools]) -> "SplitData":
-        """Exclude test rows at which a model is `extrapolated` (m, dof) from scoring, unless hardly any are left."""
-        test = tuple(rows & ~unknown for rows, unknown in zip(self.test, extrapolated, strict=True))
-        before, after = row_count(self.test), row_count(test)
-        fewer = after < before
-        if not fewer.any() or after[fewer].min() < self.recordings[0].regressor.shape[2]:
-            return self
-        return replace(
-            self, test=test, extrapolated_shares=tuple(((before - after) / np.maximum(before, 1)).tolist())
-        )
+        shares = 1 - row_count(test) / np.maximum(row_count(self.test), 1)
+        return replace(self, train=train, test=test, unjudged_shares=tuple(shares.tolist()))
 
     def residuals(self, solution: Solution) -> tuple[Floats, ...]:
         """(m, dof) measured minus computed torque of every recording [N m]."""

@@ -67,7 +67,8 @@ def score(
     long = any(len(excerpts(prediction.prepared.recording)) > 1 for prediction in predictions)
     if test and not long and (model := _as_fitted(predictions, structure, x)):
         floor = np.array([value or 0.0 for value in test.noise_rms])
-        rows = model.split.without_saturated_rows(model.solution, floor).train
+        held_out = replace(model.split, test=model.split.train)  # nothing is fitted
+        rows = held_out.judged(model.solution, floor).test
     return tuple(replace(each, scored=moving) for each, moving in zip(predictions, rows, strict=True))
 
 

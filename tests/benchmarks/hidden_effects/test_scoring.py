@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 
+from benchmarks.hidden_effects import strengths
 from benchmarks.hidden_effects.cases import Case, Kind
 from benchmarks.hidden_effects.scoring import Judgement, judge
 
@@ -152,6 +153,21 @@ def test_error_of_a_strength_is_the_mean_over_its_joints() -> None:
     amplitude = {"cogging.a1": 0.3, "cogging.b1": 0.4, "cogging.N": 21.0}
     judged = judgement_of("single", ("cogging",), "missing-effect", {"cogging": []}, parameters=amplitude)
     assert judged.errors == {"cogging": pytest.approx(0.0)}
+
+
+def test_strength_of_a_curve_is_its_peak_to_peak_value_over_the_travel() -> None:
+    law = {"a": 5.0, "q_0": 0.1, "p": 2.0}
+    truth = {"name": "position_torque", "joints": [1, 2], "parameters": law}
+    travel = {
+        f"position_torque.{end}{joint}": value for joint in (1, 2) for end, value in (("low", -0.4), ("high", 0.5))
+    }
+    knots = {
+        "position_torque.g_11": -0.5,
+        "position_torque.g_91": 0.3,
+        "position_torque.g_12": 0.0,
+        "position_torque.g_92": 0.6,
+    }
+    assert strengths.errors([truth], {**travel, **knots}) == {"position_torque": pytest.approx(0.125)}
 
 
 def test_interval_coverage_is_counted_for_each_joint() -> None:

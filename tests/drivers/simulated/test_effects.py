@@ -36,7 +36,10 @@ TORQUES: dict[str, tuple[dict[str, float], Callable[[Run], Floats]]] = {
     "asymmetric_viscous": ({"a": 0.4}, lambda r: 0.4 * np.abs(r.v[:, 1])),
     "quadratic_friction": ({"a": 0.3}, lambda r: 0.3 * r.v[:, 1] * np.abs(r.v[:, 1])),
     "pulsation": ({"a": 0.5, "f": 7.3, "phase": 0.6}, lambda r: 0.5 * np.sin(2 * np.pi * 7.3 * r.t + 0.6)),
-    "cable_pull": ({"a": 0.5, "q_0": 0.1, "w": 0.2}, lambda r: 0.5 * np.exp((r.q[:, 1] - 0.1) / 0.2)),
+    "position_torque": (
+        {"a": 20.0, "q_0": -0.3, "p": 2.5},
+        lambda r: 20.0 * np.maximum(r.q[:, 1] + 0.3, 0) ** 2.5,
+    ),
     "hose_drag": ({"c": 0.3}, lambda r: 0.3 * (r.v[:, 1] - r.v[:, 0])),
     "rotor_coupling": ({"J": 0.02}, lambda r: 0.02 * r.a[:, 0]),
 }
@@ -65,10 +68,9 @@ FRICTIONS: dict[str, tuple[dict[str, float], Callable[[Run], Floats]]] = {
     "": ({}, lambda r: 0.0 * r.v),
     "stribeck": ({"a": 0.6, "v_s": 0.4}, lambda r: 0.6 * np.exp(-((r.v / 0.4) ** 2))),
     "load_dependent_friction": ({"a": 0.1}, lambda r: 0.1 * np.abs(r.load)),
-    "worn_spot": ({"a": 0.9, "q_0": -0.3, "w": 0.1}, lambda r: 0.9 * np.exp(-(((r.q + 0.3) / 0.1) ** 2))),
     "position_dependent_friction": (
-        {"a": 0.4, "k": 3.0, "phase": 0.4},
-        lambda r: 0.4 * (1 + np.sin(3.0 * r.q + 0.4)),
+        {"a": 0.4, "k": 3.0, "phase": 0.4, "p": 2.0},
+        lambda r: 0.2 * (1 + np.sin(3.0 * r.q + 0.4)) ** 2,
     ),
     "thermal_drift": (
         {"b": 0.8, "viscous": 0.5, "T": 0.3},

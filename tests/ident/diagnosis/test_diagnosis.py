@@ -116,6 +116,9 @@ def test_held_out_rows_outside_of_the_travel_of_a_curve_are_not_scored(
     document = verdict.to_document(diagnosis)
     assert document.verdict == "missing-effect"
     (warning,) = [warning for warning in document.warnings if "not scored" in warning]
-    assert "(joint 1) are not scored: the joint is outside of the travel of the training data" in warning
+    assert (
+        "(joint 1) are not scored, where the model says nothing: outside of the travel of the training data"
+        in warning
+    )
     last = document.steps[-1]
     assert last.held_out_rms[0] < 1.1 * document.noise_rms[0] < 2 * last.held_out_rms_all[0]

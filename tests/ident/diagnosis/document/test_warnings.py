@@ -37,8 +37,7 @@ def test_good_recordings_have_no_warnings() -> None:
     ("changes", "expected"),
     [
         ({"standstill_share": 0.08}, "8% of the rows are left out"),
-        ({"insensitive_share": 0.041}, "4.1% of the rows are not scored"),
-        ({"extrapolated_shares": (0.0, 0.44, 0.113)}, "44.0% (joint 2) and 11.3% (joint 3) are not scored"),
+        ({"unjudged_shares": (0.0, 0.44, 0.113)}, "44.0% (joint 2) and 11.3% (joint 3) are not scored"),
     ],
 )
 def test_excluded_rows_are_reported(changes: dict[str, Any], expected: str) -> None:

@@ -62,7 +62,7 @@ def test_best_start_is_optimized_or_all_of_a_multistart(
     )
     term = Term(effect, library()[effect], (0,))
     start = np.zeros(len(bare.with_term(term).parameters) - len(bare.parameters))
-    candidate = Candidate(term, (start, start), 10.0, 2, np.ones(1), np.ones((1, 1)), np.ones(0))
+    candidate = Candidate(term, (start, start), 10.0, np.ones(1), np.ones((1, 1)), np.ones(0))
     split: Any = _Search(initial, final)
     best = Candidates(Fits(split), library()).add(before, candidate)
     assert (split.optimized, best.solution.loss) == (optimized, loss)

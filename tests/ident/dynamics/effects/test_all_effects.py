@@ -48,6 +48,7 @@ def test_the_library_is_complete() -> None:
         "actuation_delay", "back_emf", "torque_gain_mismatch", "torque_map_exponent", "amplifier_deadband",
         "amplifier_saturation", "encoder_zero_offset", "encoder_eccentricity", "geometry_error",
         "power_law_friction", "position_dependent_friction", "axis_weight", "temperature_friction",
+        "position_torque",
     } <= set(LIBRARY)  # fmt: skip
 
 

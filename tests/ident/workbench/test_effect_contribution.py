@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ident.diagnosis.search.effect_contribution import EffectContribution
 from ident.diagnosis.search.screening import Screener
 from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
+from ident.workbench.effect_contribution import EffectContribution
 from recordings.recording import Floats
 from tests.ident import building
 
