@@ -82,7 +82,7 @@ def record(
     encoder_step: float = 1e-6,
     name: str = "bench",
     temperature: Floats | None = None,
-    **motion_options: float,
+    **motion_options: Any,
 ) -> Recording:
     """A recording of measured torque: that of the true parameters plus `extra` plus white `noise` [N m].
 
@@ -151,7 +151,7 @@ def split(train: Sequence[Recording], validate: Sequence[Recording] = ()) -> Spl
     return split_recordings([prepared(x) for x in train], [prepared(x) for x in validate])
 
 
-def of_size(torque: Torque, share: float, **motion_options: float) -> Torque:
+def of_size(torque: Torque, share: float, **motion_options: Any) -> Torque:
     """`torque` of one joint, so large that the mechanism cannot absorb a `share` of its own torque (RMS) of it."""
     motion = motion_of(**motion_options)
     regressor = mechanisms.create(bench()).regressor(motion)[:, 0]
