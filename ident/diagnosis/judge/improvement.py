@@ -133,7 +133,8 @@ def _standard_score(values: Floats, weights: Floats) -> float:
         return 0.0
     errors = values - values.sum() / total * weights
     spread = float(np.sqrt((errors**2).sum() * blocks / (blocks - 1)))
-    t = float(values.sum()) / max(spread, float(np.finfo(float).tiny))
+    together = float(values.sum())
+    t = together / max(spread, _TINY * abs(together), float(np.finfo(float).tiny))
     probability = max(float(stdtr(blocks - 1, -abs(t))), float(np.finfo(float).tiny))
     return float(np.copysign(ndtri(probability), t))
 

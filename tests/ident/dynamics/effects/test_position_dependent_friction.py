@@ -91,9 +91,9 @@ def test_every_joint_has_its_knots_over_its_travel_in_all_training_rows(two_join
 
 def test_joint_that_is_added_or_dropped_takes_its_knots_along(two_joints: SplitData) -> None:
     both = Candidates(Fits(two_joints), {NAME: load(NAME)}).curves(building.fitted(two_joints))[0]
-    second = Fits(two_joints).without_instances(both, 0, [False, True])
+    second = Fits(two_joints).on_joints(both, 0, [1])
     np.testing.assert_allclose(second.solution.structure.shape_values(0, second.solution.x), travels(two_joints)[2:])
-    again = Fits(two_joints).on_more_joints(second, 0, [0])
+    again = Fits(two_joints).on_joints(second, 0, [0, 1])
     np.testing.assert_allclose(again.solution.x, both.solution.x, rtol=1e-6, atol=1e-9)
 
 
