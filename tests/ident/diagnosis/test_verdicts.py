@@ -79,23 +79,14 @@ CASES = {
         ("stribeck",),
     ),
     "weaker Stribeck": Case(
-        "each parameter has its price",
+        "what is too small beside the torque is no effect",
         lambda motion: 0.08 * stribeck(motion),
         refused={"stribeck": "training"},
-    ),
-    "two waves": Case("one effect has several lines", lambda m: wave(9)(m) + wave(14, 0.3)(m), ("cogging",)),
-    "Stribeck and delay": Case(
-        "a delay shifts what is searched beside it", stribeck, ("actuation_delay", "stribeck"), change=delayed(0.004)
     ),
     "Stribeck, asymmetry and spring": Case(
         "three effects",
         lambda m: 0.4 / 0.6 * stribeck(m) + 0.2 * np.abs(m.velocity) + spring(m),
         ("asymmetric_viscous", "joint_spring", "stribeck"),
-    ),
-    "power law and wave": Case(
-        "a shape is searched again beside what was found later",
-        lambda m: power_law(m) + wave(9, 0.4)(m),
-        ("cogging", "power_law_friction"),
     ),
     "one turn after another": Case(
         "a weight turns with the joint", wave(1), ("axis_weight",), motion={"drift": 2 * np.pi}
@@ -104,20 +95,13 @@ CASES = {
     "wave": Case("lines of any order are found", wave(9), ("cogging",)),
     "Stribeck": Case("the shape of an effect is searched", stribeck, ("stribeck",)),
     "power law": Case("an effect replaces one of the mechanism", power_law, ("power_law_friction",)),
-    "quadratic": Case("screening finds what is linear in its size", quadratic, ("quadratic_friction",)),
     "load": Case(
         "friction under inertial load is no inertia",
         lambda motion: 0.06 * np.abs(motion.acceleration) * motion.direction,
         ("load_dependent_friction",),
     ),
-    "spring": Case("what holds less is named, not what contains it", spring, ("joint_spring",)),
-    "offset": Case(
-        "a constant is no asymmetry of friction",
-        lambda motion: np.full_like(motion.position, 0.3),
-        ("torque_offset",),
-    ),
     "asymmetry": Case(
-        "the same, the other way round", lambda motion: 0.3 * np.abs(motion.velocity), ("asymmetric_viscous",)
+        "asymmetry of friction is no constant", lambda motion: 0.3 * np.abs(motion.velocity), ("asymmetric_viscous",)
     ),
     "weight": Case(
         "a wave of one turn is a weight", lambda motion: 0.8 * np.sin(motion.position + 0.7), ("axis_weight",)
@@ -134,7 +118,7 @@ CASES = {
         ("joint_spring", "position_dependent_friction"),
     ),
     "Stribeck and quadratic": Case(
-        "a first step that imitates both is taken back",
+        "two kinds of friction are told from each other",
         lambda motion: stribeck(motion) + quadratic(motion),
         ("quadratic_friction", "stribeck"),
     ),
