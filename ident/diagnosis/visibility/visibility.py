@@ -141,7 +141,7 @@ class VisibilityCheck:
         size = factor * np.abs(guess.ravel())
         possible = (size.reshape(guess.shape) <= limits) & (proper | ~proper.any())
         share = np.where(possible.ravel() & (left > MIN_EXCITATION * whole + _TINY), factor * whole / torque, np.inf)
-        numbers = share.reshape(guess.shape).argmin(axis=1)
+        numbers = np.where(np.isfinite(share), factor, np.inf).reshape(guess.shape).argmin(axis=1)
         best = np.arange(len(guess)) * guess.shape[1] + numbers
         return _Planted(
             numbers,
