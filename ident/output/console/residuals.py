@@ -62,14 +62,13 @@ def _phase_table(analysis: ResidualAnalysis) -> Table:
         table.add_column(name, justify="right")
     for joint in analysis.joints:
         phases = [joint.summary.phases.get(name) for name in PHASES]
-        unit = joint.unit
-        cells = [f"{phase.rms:.3g} {unit} ({100 * phase.error_share:.0f} %)" if phase else "" for phase in phases]
-        table.add_row(str(joint.summary.number), *cells)
+        cells = [f"{phase.rms:.3g} ({100 * phase.error_share:.0f} %)" if phase else "" for phase in phases]
+        table.add_row(f"{joint.summary.number} [{joint.unit}]", *cells)
     return table
 
 
 def _dependence_table(analysis: ResidualAnalysis) -> Table:
-    table = Table(title="Share of the squared residual that its mean explains over", title_justify="left")
+    table = Table(title="Share of squared residual explained by its mean over", title_justify="left")
     table.add_column("joint", justify="right")
     axes = [curve.axis for curve in analysis.joints[0].curves]
     for axis in axes:
