@@ -37,7 +37,7 @@ SUGGESTS_MORE = (
     "ident diagnose finds",
     "ident diagnose found",
     "a curve over",
-    "a wave over",
+    "a wave over its position",
     "check for drift",
 )
 """What must not be said where nothing is missing."""
