@@ -1,7 +1,8 @@
 """Complete analysis of a model's residual, and its JSON document."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from ident.identification.model_file import ModelFile, ResidualTest
 from ident.identification.prediction import Prediction
 from ident.residuals import phases
 from ident.residuals.curves import BinnedCurve, binned_curves
+from ident.residuals.influences import MIN_EXPLAINED, Influence, strongest_influence
 from ident.residuals.spectrum import Spectrum, spectrum
 from ident.residuals.windows import Window, worst_windows
 from recordings.recording import Floats
@@ -61,10 +63,39 @@ class ResidualAnalysis:
         """Whether nothing structured is left above the noise floor."""
         return self.test is not None and self.test.verdict == "within-noise"
 
+    @cached_property
+    def influences(self) -> tuple[Influence, ...]:
+        """What explains most of each joint's residual. Computed when asked for: most pages do without."""
+        return tuple(strongest_influence(self.predictions, joint) for joint in range(len(self.joints)))
+
     @property
     def sentences(self) -> tuple[str, ...]:
-        """The verdict in words, and sentences on notable residuals if they are not noise."""
-        return phases.sentences([joint.summary for joint in self.joints], self.test)
+        """What explains most of the residual; the verdict in words; what else is notable if it is not noise."""
+        shares = ", ".join(f"joint {each.summary.number} {100 * each.summary.share:.1f} %" for each in self.joints)
+        test = (self.test.sentence,) if self.test else ()
+        size = f"RMS residual, in percent of the joint's RMS torque: {shares}."
+        if self.within_noise:
+            return (*test, size)
+        leading, *others = self._influence_sentences()
+        by_phase = (line for joint in self.joints for line in joint.summary.sentences)
+        return (leading, size, *test, *others, *by_phase)
+
+    def _influence_sentences(self) -> Iterator[str]:
+        """One for each joint, that of the largest torque first, relative to the joint's own."""
+        rig = self.predictions[0].prepared.recording.rig
+        explained = sorted(
+            zip(self.influences, self.joints, strict=True),
+            key=lambda each: -each[0].explained * each[1].summary.share ** 2,
+        )
+        units = ["metre" if unit == "m" else "turn" for unit in rig.position_units]
+        named = [
+            influence.sentence(joint.summary.number, units[joint.summary.number - 1])
+            for influence, joint in explained
+            if influence.explained >= MIN_EXPLAINED
+        ]
+        yield from named or [
+            f"No quantity explains {100 * MIN_EXPLAINED:.0f} % of the squared residual of any joint."
+        ]
 
     def as_json(self) -> dict[str, Any]:
         """Return the document of `ident compare --json`, whose keys are stable: docs/reference/compare-json.md."""
@@ -78,7 +109,10 @@ class ResidualAnalysis:
             "effects": list(self.model.effects),
             "bandwidth_hz": recordings[0].bandwidth,
             "verdict": self.test.verdict if self.test else "unknown",
-            "joints": [_joint(joint) for joint in self.joints],
+            "joints": [
+                _joint(joint) | {"influence": vars(influence)}
+                for joint, influence in zip(self.joints, self.influences, strict=True)
+            ],
             "windows": [vars(window) for window in self.windows],
             "where": list(self.sentences),
         }

@@ -12,7 +12,7 @@ from recordings.recording import Floats, Ints
 from recordings.rig import Rig
 
 CurveAxis = Literal["velocity", "position", "load", "time", "cycle"]
-Axis = CurveAxis | SignatureAxis
+Axis = CurveAxis | SignatureAxis | Literal["load rate"]
 AXES: tuple[CurveAxis, ...] = ("velocity", "position", "load", "time", "cycle")
 
 BINS = 24
@@ -90,6 +90,8 @@ def axis_values(axis: Axis, predictions: Sequence[Prediction], joint: int) -> Fl
     """
     if axis == "load":
         return np.concatenate([prediction.computed[:, joint] for prediction in predictions])
+    if axis == "load rate":
+        return np.concatenate([np.gradient(each.computed[:, joint], 1 / each.prepared.rate) for each in predictions])
     recordings = [prediction.prepared for prediction in predictions]
     if axis == "time":
         return np.concatenate([prepared.time for prepared in recordings])

@@ -1,25 +1,18 @@
-"""Residual by joint and by phase of the motion, described in sentences."""
+"""Residual by joint and by phase of the motion."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ident.data.prepared_recording import PreparedRecording
-from ident.identification.model_file import ResidualTest
 from ident.identification.prediction import Prediction
 from recordings.recording import Floats
 
 Bools = NDArray[np.bool_]
 
 PHASES = ("standstill", "reversal", "acceleration", "cruise")
-HINTS = {
-    "standstill": "look at friction at rest and at constant torques (gravity, offset)",
-    "reversal": "look at friction near standstill, and at play",
-    "acceleration": "look at inertia, elasticity, and a delay between torque and position",
-    "cruise": "look at friction over speed, and at what depends on position",
-}
 
 SLOW_SHARE = 0.05
 """A joint is slow below this share of its RMS speed."""
@@ -27,8 +20,6 @@ REVERSAL_PERIODS = 1.5
 """Samples within so many periods of the analysis bandwidth are near a reversal: the low-pass smears it so far."""
 NOTABLE_FACTOR = 1.5
 """A residual larger than elsewhere by this factor is reported."""
-MIN_TIME_SHARE = 0.02
-"""A phase with a smaller share of the time is not evaluated."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +49,17 @@ class JointResidual:
     """RMS residual over RMS torque."""
     phases: Mapping[str, Phase]
     """Occurring phases by name."""
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """Name the phase with most of the squared residual, if the residual is larger there than elsewhere."""
+        name, phase = max(self.phases.items(), key=lambda item: item[1].error_share)
+        if phase.times_elsewhere < NOTABLE_FACTOR:
+            return ()
+        return (
+            f"Joint {self.number}: phase '{name}' has {100 * phase.error_share:.0f} % of the squared residual, in "
+            f"{100 * phase.time_share:.0f} % of the time.",
+        )
 
 
 def joint_residuals(predictions: Sequence[Prediction]) -> tuple[JointResidual, ...]:
@@ -93,38 +95,6 @@ def phases(prepared: PreparedRecording) -> NDArray[np.str_]:
         "cruise",
     )
     return names
-
-
-def sentences(evaluated: Sequence[JointResidual], test: ResidualTest | None = None) -> tuple[str, ...]:
-    """Describe the residuals `evaluated`: the verdict of their `test`, and what is notable if it is not noise.
-
-    The suggested causes are hints, not findings.
-    """
-    shares = ", ".join(f"joint {joint.number} {100 * joint.share:.1f}" for joint in evaluated)
-    verdict = (f"Residual, in percent of the torque: {shares}.", *([test.sentence] if test else []))
-    if test and test.verdict == "within-noise":
-        return verdict
-    notable = [*_worst_joint(evaluated), *_worst_phases(evaluated)]
-    return (*verdict, *(notable or ["No joint and no phase of the motion stands out."]))
-
-
-def _worst_joint(joints: Sequence[JointResidual]) -> Iterator[str]:
-    worst = max(joints, key=lambda joint: joint.share)
-    other_shares = [joint.share for joint in joints if joint is not worst]
-    if other_shares and worst.share > NOTABLE_FACTOR * float(np.median(other_shares)):
-        yield f"Joint {worst.number} has the largest residual: look at its differences from the other joints."
-
-
-def _worst_phases(joints: Sequence[JointResidual]) -> Iterator[str]:
-    for joint in joints:
-        evaluated = {name: phase for name, phase in joint.phases.items() if phase.time_share >= MIN_TIME_SHARE}
-        name, phase = max(evaluated.items(), key=lambda item: item[1].times_elsewhere, default=("", None))
-        if phase and phase.times_elsewhere > NOTABLE_FACTOR:
-            yield (
-                f"Joint {joint.number}: {phase.times_elsewhere:.1f} times larger in phase '{name}' than elsewhere "
-                f"({100 * phase.time_share:.0f} % of the time, {100 * phase.error_share:.0f} % of the squared "
-                f"error): {HINTS[name]}."
-            )
 
 
 def _joint(number: int, residual: Floats, whole: Floats, torque: Floats, phase: NDArray[np.str_]) -> JointResidual:

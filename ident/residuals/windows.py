@@ -33,7 +33,7 @@ class Window:
     times_overall: float
     """RMS in the window over the RMS of the joint in all recordings."""
     phase: str
-    """A reversal, if there is one in the window; else the phase of the motion with most of the squared residual."""
+    """Phase of the motion with most of the squared residual in the window."""
     cycle: int | None
     """Repetition of the motion, numbered from 1."""
 
@@ -75,7 +75,7 @@ def _joint_windows(prediction: Prediction, joint: int, overall: float, count: in
                 rms=float(rms[first]),
                 mean=float(residual[inside][known].mean()),
                 times_overall=float(rms[first]) / overall,
-                phase=_phase(phase[inside], residual[inside]),
+                phase=_phase(phase[inside][known], residual[inside][known]),
                 cycle=repeat + 1 if repeat >= 0 else None,
             )
         )
@@ -85,25 +85,16 @@ def _joint_windows(prediction: Prediction, joint: int, overall: float, count: in
 
 
 def _phase(phase: NDArray[np.str_], residual: Floats) -> str:
-    """Phase of a window, from those (m,) of its rows and their `residual` (m,).
-
-    The rows next to a reversal are often not scored, because friction is not determined there.
-    """
-    if (phase == "reversal").any():
-        return "reversal"
-    known = np.isfinite(residual)
-    names, place = np.unique(phase[known], return_inverse=True)
-    return str(names[np.bincount(place, residual[known] ** 2).argmax()])
+    """The phase with most of the squared `residual` (m,), from those (m,) of its known rows."""
+    names, place = np.unique(phase, return_inverse=True)
+    return str(names[np.bincount(place, residual**2).argmax()])
 
 
 def _moving_rms(residual: Floats, length: int) -> Floats:
     """(m - length + 1,) RMS of the known samples in the window from each sample on; NaN if too few are known."""
     known = np.isfinite(residual)
-    square = np.where(known, residual, 0.0) ** 2
-    totals = np.cumsum(np.stack([known, square], axis=1), axis=0)
-    totals = np.concatenate([np.zeros((1, 2)), totals])
-    samples, square = (totals[length:] - totals[:-length]).T
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean_square = np.maximum(square, 0.0) / samples
-    rms: Floats = np.sqrt(np.where(samples >= MIN_KNOWN_SHARE * length, mean_square, np.nan))
+    samples, square = (
+        np.convolve(values, np.ones(length), "valid") for values in (known, np.where(known, residual, 0.0) ** 2)
+    )
+    rms: Floats = np.sqrt(square / np.where(samples >= MIN_KNOWN_SHARE * length, samples, np.nan))
     return rms

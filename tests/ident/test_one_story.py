@@ -36,7 +36,8 @@ SUGGESTS_MORE = (
     "An effect is missing",
     "ident diagnose finds",
     "ident diagnose found",
-    "stands out",
+    "a curve over",
+    "a wave over its position",
     "check for drift",
 )
 """What must not be said where nothing is missing."""

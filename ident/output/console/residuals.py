@@ -9,7 +9,7 @@ from ident.residuals.phases import PHASES
 
 
 def show(analysis: ResidualAnalysis, console: Console) -> None:
-    """Print the residual per joint and phase, its dependence, the worst windows, and a summary in sentences."""
+    """Print a summary in sentences, the residual per joint and phase, its dependence, and the worst windows."""
     recordings = [prediction.prepared for prediction in analysis.predictions]
     names = ", ".join(prepared.recording.path.name for prepared in recordings)
     if any(prepared.recording.run.simulated for prepared in recordings):
@@ -19,17 +19,17 @@ def show(analysis: ResidualAnalysis, console: Console) -> None:
             "The torque gain is assumed: torques are RELATIVE, known up to one factor.", style="bold yellow"
         )
     console.print(f"Model against {names}, {recordings[0].bandwidth:g} Hz bandwidth", highlight=False)
+    for sentence in analysis.sentences:
+        console.print(sentence, highlight=False)
     console.print(_joint_table(analysis))
     console.print(_phase_table(analysis))
     console.print(_dependence_table(analysis))
     console.print(_window_table(analysis))
-    for sentence in analysis.sentences:
-        console.print(sentence, highlight=False)
 
 
 def _joint_table(analysis: ResidualAnalysis) -> Table:
     table = Table(title="Residual", title_justify="left")
-    for heading in ("joint", "RMS", "of the torque", "noise floor", "above it", "all rows"):
+    for heading in ("joint", "RMS", "of RMS torque", "noise floor RMS", "of square above it", "RMS of all rows"):
         table.add_column(heading, justify="right")
     for joint in analysis.joints:
         summary, noise = joint.summary, joint.noise_rms
@@ -56,26 +56,29 @@ def above_noise(test: ResidualTest | None, joint: JointAnalysis) -> str:
 
 
 def _phase_table(analysis: ResidualAnalysis) -> Table:
-    table = Table(title="RMS by phase of the motion (share of time)", title_justify="left")
+    table = Table(title="RMS by phase of the motion (share of the joint's squared residual)", title_justify="left")
     table.add_column("joint", justify="right")
     for name in PHASES:
         table.add_column(name, justify="right")
     for joint in analysis.joints:
         phases = [joint.summary.phases.get(name) for name in PHASES]
-        cells = [f"{phase.rms:.3g} ({100 * phase.time_share:.0f} %)" if phase else "" for phase in phases]
-        table.add_row(str(joint.summary.number), *cells)
+        cells = [f"{phase.rms:.3g} ({100 * phase.error_share:.0f} %)" if phase else "" for phase in phases]
+        table.add_row(f"{joint.summary.number} [{joint.unit}]", *cells)
     return table
 
 
 def _dependence_table(analysis: ResidualAnalysis) -> Table:
-    table = Table(title="Share of the mean square that depends on", title_justify="left")
+    table = Table(title="Share of squared residual explained by its mean over", title_justify="left")
     table.add_column("joint", justify="right")
     axes = [curve.axis for curve in analysis.joints[0].curves]
     for axis in axes:
         table.add_column(axis, justify="right")
     for joint in analysis.joints:
         table.add_row(str(joint.summary.number), *_shares(joint))
-    table.caption = "Each quantity alone; the shares overlap. The pictures show the curves."
+    table.caption = (
+        "Each quantity alone, the model as it is; the shares overlap. In the sentences above, the mechanism's "
+        "parameters are refitted with the quantity. The pictures show the curves."
+    )
     return table
 
 
@@ -86,8 +89,9 @@ def _shares(joint: JointAnalysis) -> list[str]:
 def _window_table(analysis: ResidualAnalysis) -> Table:
     table = Table(title="Worst intervals", title_justify="left")
     several = len(analysis.predictions) > 1
-    for heading in ("joint", "from", "to", "RMS", "relative", "phase", "cycle", *(["in"] if several else [])):
-        table.add_column(heading, justify="left" if heading in ("in", "phase") else "right")
+    headings = ("joint", "from", "to", "RMS", "of the joint's RMS", "phase of most error", "cycle")
+    for heading in (*headings, *(["in"] if several else [])):
+        table.add_column(heading, justify="left" if heading in ("in", "phase of most error") else "right")
     for window in analysis.windows:
         table.add_row(
             str(window.joint),

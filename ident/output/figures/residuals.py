@@ -11,14 +11,14 @@ from ident.residuals.curves import BinnedCurve
 from ident.residuals.phases import PHASES
 from recordings.recording import Floats
 
-HEADROOM = 1.12
+HEADROOM = 1.2
 """Range of the axis over the highest bar, for the label above it."""
 AXIS_RANGE = 1.3
 """Range of the residual axis over the largest RMS of any bin."""
 
 
 def phases(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
-    """Draw the RMS residual of each joint in each phase with the noise floor; above each bar its share of time."""
+    """Draw the RMS residual of each joint in each phase with the noise floor; above each bar its share."""
     first, *_ = analyses.values()
     dof = len(first.joints)
     figure = theme.subplots(
@@ -32,7 +32,9 @@ def phases(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
             bars = go.Bar(
                 x=names,
                 y=[phase.rms for phase in phase_residuals],
-                text=[theme.percent(phase.time_share) for phase in phase_residuals] if number == 0 else None,
+                text=[f"{theme.percent(phase.error_share)}<br>of error" for phase in phase_residuals]
+                if number == 0
+                else None,
                 textposition="outside",
                 cliponaxis=False,
                 name=theme.escaped(name),
@@ -42,7 +44,7 @@ def phases(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
                 textfont_size=11,
                 constraintext="none",
                 marker={"color": colour, "pattern": theme.bar_pattern(number)},
-                hovertemplate="%{x}: %{y:.3g} " + joint_residual.unit,
+                hovertemplate="%{x}: RMS %{y:.3g} " + joint_residual.unit,
             )
             figure.add_trace(bars, row=1, col=joint + 1)
     for joint, joint_residual in enumerate(first.joints):

@@ -106,12 +106,9 @@ def _tiles(contents: ReportContents, document: Document) -> Iterator[Tile]:
 
 
 def _comparison_sentences(contents: ReportContents) -> Iterator[str]:
+    several = len(contents.primary_analyses) > 1
     for name, analysis in contents.primary_analyses.items():
-        shares = ", ".join(f"{percent(joint.summary.share)}" for joint in analysis.joints)
-        prefix = f"{name} leaves" if len(contents.primary_analyses) > 1 else "The model leaves"
-        yield f"{prefix} {shares} of the torque unexplained (joints 1 to {len(analysis.joints)})."
-    if len(contents.primary_analyses) == 1:
-        yield from next(iter(contents.primary_analyses.values())).sentences[1:3]
+        yield from (f"{name}: {line}" if several else line for line in analysis.sentences[:3])
     if not any(analysis.test and analysis.test.diagnosed for analysis in contents.primary_analyses.values()):
         yield "Missing effects were not searched for: ident diagnose finds them."
 

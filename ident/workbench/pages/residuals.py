@@ -22,7 +22,7 @@ def draw(page: Page) -> None:
         for index, sentence in enumerate(view.sentences):
             set_test_id(ui.label(sentence), f"residuals-{index}")
     heading("Worst intervals")
-    titles = ("joint", "time [s]", f"RMS [{view.unit}]", "relative to overall RMS", "phase", "cycle", "")
+    titles = ("joint", "time [s]", f"RMS [{view.unit}]", "of the joint's RMS", "phase of most error", "cycle", "")
     draw_table(titles, [_row(page, window) for window in view.windows])
     for title, figure in view.figures.items():
         heading(title, "q-mt-md")
@@ -34,7 +34,7 @@ def _row(page: Page, window: Window) -> tuple[Cell, ...]:
         f"joint {window.joint}",
         f"{window.start:.2f} – {window.end:.2f}",
         number(window.rms),
-        f"{window.times_overall:.1f}",
+        f"{window.times_overall:.1f} ×",
         window.phase,
         str(window.cycle or ""),
         lambda: ui.button("show", on_click=lambda: _show(page, window)).props("flat dense"),

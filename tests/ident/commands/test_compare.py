@@ -41,7 +41,7 @@ def test_tables_and_page(folder: Path) -> None:
         "noise floor",
         "reversal",
         "cruise",
-        "depends on",
+        "squared residual",
         "Worst intervals",
         "b.mcap",
     ):
@@ -61,12 +61,13 @@ def test_json_is_one_document_with_the_documented_keys(folder: Path) -> None:
     joint = document["joints"][0]
     assert set(joint) == {
         *("joint", "unit", "rms", "rms_all", "share_of_torque", "noise_rms", "repetition_rms", "above_noise"),
-        *("phases", "curves", "spectrum"),
+        *("phases", "curves", "influence", "spectrum"),
     }
     assert set(joint["curves"]) == {"velocity", "position", "load", "time", "cycle"}
     assert set(joint["curves"]["load"]) == {"unit", "explained", "centre", "mean", "half_width", "rms", "samples"}
     assert sum(phase["time_share"] for phase in joint["phases"].values()) == pytest.approx(1)
     assert {"joint", "start", "end", "rms", "phase", "cycle"} <= set(document["windows"][0])
+    assert set(joint["influence"]) == {"variable", "joint", "reverses", "periods", "explained"}
     assert document["where"]
 
 

@@ -1,16 +1,10 @@
 """Section with the residual by phase, window, quantity and frequency."""
 
-from collections.abc import Iterator
-
 from ident.output.figures import residuals, spectrum, torque
-from ident.output.figures.theme import number, percent
+from ident.output.figures.theme import number
 from ident.output.report.blocks import Fold, Notes, Plot, ReportBlock, ReportSection, ReportTable
 from ident.output.report.contents import ReportContents
 from ident.residuals.analysis import ResidualAnalysis
-
-MIN_SHARE = 0.1
-"""Share of the mean square that a quantity must explain to be named."""
-_QUANTITY = {"load": "computed load"}
 
 
 def section(contents: ReportContents) -> ReportSection:
@@ -20,20 +14,21 @@ def section(contents: ReportContents) -> ReportSection:
     sentences = [
         f"{f'{name}: ' if several else ''}{line}"
         for name, analysis in analyses.items()
-        for line in _sentences(analysis)
+        for line in analysis.sentences
     ]
     blocks: list[ReportBlock] = [
         Notes(tuple(sentences)),
         Plot(
             "phases",
             residuals.phases(analyses),
-            "Residual by phase of the motion; the percentages are the share of time in that phase.",
+            "Residual by phase of the motion; above each bar the phase's share of the joint's squared residual.",
         ),
         Plot(
             "curves",
             residuals.curves(analyses),
             "Mean residual over each quantity. A correct model leaves a straight line at zero; each title gives the "
-            "share of the mean square that the curve explains (with several models, for the first).",
+            "share of the joint's squared residual that the curve explains without refitting the model (with several "
+            "models, for the first). The sentences above have the mechanism's parameters refitted.",
         ),
         Plot(
             "spectrum",
@@ -49,21 +44,6 @@ def section(contents: ReportContents) -> ReportSection:
     return ReportSection("where", "What is left: noise" if within else "Where the model fails", tuple(blocks))
 
 
-def _sentences(analysis: ResidualAnalysis) -> Iterator[str]:
-    """Yield the summary sentences and the quantity that explains most of each joint's residual."""
-    yield from analysis.sentences
-    strongest = [
-        (joint.summary.number, max(joint.curves, key=lambda curve: curve.explained)) for joint in analysis.joints
-    ]
-    named = [
-        f"joint {n} {_QUANTITY.get(curve.axis, curve.axis)} ({percent(curve.explained)})"
-        for n, curve in strongest
-        if curve.explained > MIN_SHARE
-    ]
-    if named and not analysis.within_noise:
-        yield f"Quantity that explains most of the residual's mean square: {', '.join(named)}."
-
-
 def _worst_windows(index: int, name: str, analysis: ResidualAnalysis) -> Fold:
     rows = tuple(
         (
@@ -77,7 +57,7 @@ def _worst_windows(index: int, name: str, analysis: ResidualAnalysis) -> Fold:
         )
         for window in analysis.windows
     )
-    head = ("joint", "recording", "time", "cycle", "phase", "RMS", "of the joint's own")
+    head = ("joint", "recording", "time", "cycle", "phase of most error", "RMS", "of the joint's RMS")
     table = ReportTable(head, rows, words=(0, 1, 4))
     plot = Plot(
         f"worst-{index}", torque.worst_windows(analysis), "The worst intervals of a quarter of a second, shaded."
