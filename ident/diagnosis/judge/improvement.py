@@ -37,8 +37,9 @@ class Improvement:
 
     @property
     def is_small(self) -> bool:
-        """Whether it takes less than MIN_SHARE of what is left above the noise floor."""
-        return self.reduction < MIN_SHARE * (self.remaining + self.reduction)
+        """Whether it takes less than MIN_SHARE of what is left above the noise floor, or nothing was left there."""
+        excess = self.remaining + self.reduction
+        return excess <= 0 or self.reduction < MIN_SHARE * excess
 
     @property
     def is_supported(self) -> bool:

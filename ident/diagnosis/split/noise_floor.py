@@ -1,20 +1,21 @@
 """The noise floor: the error that a correct model reaches.
 
-It consists of noise and of quantization errors. Noise is what differs between repetitions of the motion; where
-nothing repeats, it is what the spectrum above the analysis band shows. Quantization errors may repeat with the motion
-and then look like a missing effect, so their size is estimated: a uniform error of at most half an encoder step is
-added to the measured motion and propagated to the torque. The repeating share is estimated from the finest part of
-the measured motion, which hardly contains anything but quantization errors. The steps of the drives' signal are
-simulated in the torque of the model.
+It consists of noise and of quantization errors. Noise is what differs between repetitions of the motion.
+Quantization errors may repeat with the motion and then look like a missing effect, so their size is estimated: a
+uniform error of at most half an encoder step is added to the measured motion and propagated to the torque, both
+directly and through the attenuation bias of the fitted parameters. The repeating share is estimated from the finest
+part of the measured motion, which hardly contains anything but quantization errors. The steps of the drives' signal
+are simulated in the torque of the model.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal
 
 import numpy as np
 
+from ident import filters
 from ident.data import cycle_statistics, noise
 from ident.data.quantization import drive_errors
 from ident.data.spectral_lines import SpectralLine, strongest_lines
@@ -23,8 +24,16 @@ from ident.diagnosis.split.split_data import SplitData, rms
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.predicted_torque import TorquePredictor
 from ident.threads import in_threads
-from recordings.recording import Floats
+from recordings.recording import Bools, Floats
 
+_MIN_NOISE_SHARE = 0.3
+"""At least this share of the noise RMS remains when a vibration is subtracted."""
+_QUANTIZATION_BAND = (1.3, 2.2)
+"""The frequency band that contains only quantization errors, in multiples of the bandwidth of the analysis."""
+_MAX_AMPLIFICATION = 4.0
+"""Upper limit of the ratio of observed to expected quantization errors."""
+_CLIPPING = 3.0
+"""Values are clipped at this multiple of the typical value."""
 NoiseSource = Literal["repetition", "spectrum"]
 _NOISE_UNCERTAINTY: dict[NoiseSource, float] = {"repetition": 0.03, "spectrum": 0.25}
 """Half the relative 95 % interval of the noise. The spectrum above the analysis band is continued as white: on 33
@@ -34,6 +43,7 @@ _QUANTIZATION_UNCERTAINTY = 0.36
 MIN_TORQUE_SHARE = 0.0035
 """Residuals below this share of the torque are not called structured: preprocessing may leave as much of a correct
 model."""
+_TINY = 1e-24
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,50 +93,143 @@ class NoiseFloor:
 def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequence[Floats]) -> NoiseFloor:
     """The noise floor under the `residuals` (m, dof) of a `solution`."""
     statistics = cycle_statistics.of_residuals(split.recordings, residuals)
+    dof = residuals[0].shape[1]
+    trends: tuple[Trend | None, ...] = (None,) * dof
     vibrations = strongest_lines(split.recordings, residuals)
-    least = MIN_TORQUE_SHARE * split.torque_rms
-    trends: tuple[Trend | None, ...] = (None,) * len(least)
     if statistics:
-        differing = np.array([statistic.noise_rms for statistic in statistics])
+        level = np.array([statistic.noise_rms for statistic in statistics])
         vibration = np.array([line.mean_square if line else 0.0 for line in vibrations])
-        level = np.sqrt(np.maximum(differing**2 - vibration, np.minimum(differing, least) ** 2))
+        level = np.sqrt(np.maximum(level**2 - vibration, (_MIN_NOISE_SHARE * level) ** 2))
         trends = tuple(
             statistic.trend if statistic.trend and statistic.trend.significant else None for statistic in statistics
         )
     else:
         level = _level_above_the_signal(split, residuals)
+    fixed, refitted = _perturbation_torque(split, solution)
     mean_squares = in_threads(
-        partial(_quantization_mean_square, solution),
+        partial(_encoder_mean_square, solution),
         split.predictors,
         split.perturbed,
+        split.scored,
         split.repeating_share,
+        fixed,
+        refitted,
     )
+    drives = in_threads(partial(_drive_mean_square, solution), split.predictors)
+    quantization = np.sqrt(np.mean(mean_squares, axis=0) + np.mean(drives, axis=0))
     source: NoiseSource = "repetition" if statistics else "spectrum"
-    return NoiseFloor(level, np.sqrt(np.mean(mean_squares, axis=0)), source, vibrations, trends, least)
+    return NoiseFloor(level, quantization, source, vibrations, trends, MIN_TORQUE_SHARE * split.torque_rms)
 
 
 def _level_above_the_signal(split: SplitData, residuals: Sequence[Floats]) -> Floats:
     """(dof,) RMS of the torque noise [N m] if the noise above the bandwidth of the analysis is white."""
     noise_models = noise.estimate(split.recordings, residuals)
     std = [
-        np.stack([model.torque_std(data.volt_sensitivity[:, j]) for j, model in enumerate(noise_models)], axis=1)
+        np.stack(
+            [noise_model.torque_std(data.volt_sensitivity[:, j]) for j, noise_model in enumerate(noise_models)],
+            axis=1,
+        )
         for data in split.recordings
     ]
-    return rms(std, [data.usable for data in split.recordings])
+    return rms(std, [predictor.prepared.usable for predictor in split.predictors])
 
 
-def _quantization_mean_square(
-    solution: Solution, predictor: TorquePredictor, perturbed: TorquePredictor, repeating: Floats
+def _perturbation_torque(split: SplitData, solution: Solution) -> tuple[list[Floats], list[Floats]]:
+    """(m, dof) torque change by perturbed encoder readings in each recording, for the mechanism alone [N m].
+
+    Returned twice: with the parameters of the `solution`, and with those of a fit to the perturbed readings.
+    """
+    structure = solution.structure
+    mandatory = tuple(term for term in structure.terms if term.effect.mandatory)
+    parameters = structure.rigid_parameters(solution.x)
+    regressors, bias = split.perturbed_regressors(replace(structure, terms=mandatory))
+    fixed = [(perturbed - measured) @ parameters for measured, perturbed in regressors]
+    return fixed, [
+        same + perturbed @ (bias @ parameters) for same, (_, perturbed) in zip(fixed, regressors, strict=True)
+    ]
+
+
+def _encoder_mean_square(
+    solution: Solution,
+    predictor: TorquePredictor,
+    perturbed: TorquePredictor,
+    scored: Bools,
+    repeating: Floats,
+    fixed: Floats,
+    refitted: Floats,
 ) -> Floats:
-    """(dof,) mean square [(N m)^2] of the torque errors due to the steps of the encoders and of the drives' signal.
+    """(dof,) mean square [(N m)^2] of the repeating torque error due to encoder quantization.
 
-    repeating: (dof,) share of the encoders' part that is the same in all repetitions.
+    Some effects amplify the error of the mechanism alone. The ratio is estimated from the `scored` rows (m, dof) with
+    clipped values, because an amplifier near its limit amplifies without bound.
+
+    perturbed: the same recording with perturbed encoder readings.
+
+    fixed, refitted: (m, dof) torque change for the mechanism alone.
     """
     prepared, structure, x = predictor.prepared, solution.structure, solution.x
-    torque = predictor.unfiltered(structure, x)
-    by_encoders = prepared.condition(perturbed.unfiltered(structure, x) - torque)
-    squares: Floats = np.nanmean(np.where(prepared.usable, by_encoders, np.nan) ** 2, axis=0) * repeating
+    difference = perturbed.unfiltered(structure, x) - predictor.unfiltered(structure, x)
+    scored = np.where(scored.any(axis=0), scored, prepared.usable)  # a joint may stand still in this recording
+    full, mechanism = (
+        _clipped_mean_square(np.where(scored, torque, np.nan)) for torque in (prepared.condition(difference), fixed)
+    )
+    amplification = np.maximum(full / np.maximum(mechanism, _TINY), 1.0)
+    expected: Floats = np.nanmean(np.where(prepared.usable, refitted, np.nan) ** 2, axis=0) * amplification
+    if len(difference) != len(prepared.samples.position):  # a mean cycle: the repeating share is unknown
+        return expected
+    repeated: Floats = expected * repeating * _loop_amplification(predictor, solution, difference, repeating)
+    return repeated
+
+
+def _drive_mean_square(solution: Solution, predictor: TorquePredictor) -> Floats:
+    """(dof,) mean square [(N m)^2] of the repeating torque error due to the steps of the drives' signal."""
+    prepared = predictor.prepared
+    torque = predictor.unfiltered(solution.structure, solution.x)
     products = [first * second for first, second in drive_errors(prepared, torque)]
-    if products:
-        squares += np.maximum(np.nanmean(np.where(prepared.usable, products, np.nan), axis=(0, 1)), 0.0)
-    return squares
+    if not products:
+        return np.zeros(prepared.torque.shape[1])
+    together: Floats = np.nanmean(np.where(prepared.usable, products, np.nan), axis=(0, 1))
+    return np.maximum(together, 0.0)
+
+
+def _loop_amplification(
+    predictor: TorquePredictor, solution: Solution, expected: Floats, repeating: Floats
+) -> Floats:
+    """(dof,) ratio of the observed mean square of quantization errors to that of the `expected` ones (n, dof).
+
+    The position loop reacts to quantization, so the real errors are not uniformly distributed. The ratio is estimated
+    in a band above the bandwidth of the analysis, where hardly anything else repeats; medians suppress other peaks.
+    """
+    prepared = predictor.prepared
+    residual = prepared.samples.torque - predictor.unfiltered(solution.structure, solution.x)
+    low, high = (min(factor * prepared.bandwidth, prepared.samples.rate / 5) for factor in _QUANTIZATION_BAND)
+    if high < 1.2 * low:
+        return np.ones(residual.shape[1])
+    measured, simulated = (
+        cycle_statistics.by_cycle(
+            prepared.samples,
+            filters.convolve(x, filters.low_pass(high, prepared.samples.rate))
+            - filters.convolve(x, filters.low_pass(low, prepared.samples.rate)),
+        )
+        for x in (residual, expected)
+    )
+    cycles = np.isfinite(measured).sum(axis=0)
+    complete = (cycles > 1).all(axis=1)
+    if len(measured) < 2 or not complete.any():
+        return np.ones(residual.shape[1])
+    mean = np.nanmean(measured[:, complete], axis=0)
+    variance = _robust_mean_square(measured[:, complete] - mean) / (len(measured) - 1)
+    ratio = (_robust_mean_square(mean) - variance) / np.maximum(_robust_mean_square(simulated) * repeating, _TINY)
+    return np.clip(ratio, 1.0, _MAX_AMPLIFICATION)
+
+
+def _clipped_mean_square(x: Floats) -> Floats:
+    """(dof,) mean square of `x` (m, dof) with values clipped at a multiple of the typical value."""
+    limit = _CLIPPING * np.sqrt(_robust_mean_square(x))
+    square: Floats = np.nanmean(np.minimum(np.abs(x), limit) ** 2, axis=0)
+    return square
+
+
+def _robust_mean_square(x: Floats) -> Floats:
+    """(dof,) mean square of `x` (..., dof), estimated from the median of its absolute value."""
+    return (np.nanmedian(np.abs(x.reshape(-1, x.shape[-1])), axis=0) / 0.6745) ** 2

@@ -1,7 +1,7 @@
 """Training rows and test rows of recordings, and what is computed from them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -53,6 +53,10 @@ class SplitData:
     test_all: tuple[Bools, ...] = ()
     row_weights: tuple[Floats, ...] = ()
     """(m, dof) of each recording [1 / (N m)], whatever the subset of a row."""
+    _perturbed_cache: dict[tuple[str, ...], tuple[list[tuple[Floats, Floats]], Floats]] = field(
+        default_factory=dict, repr=False
+    )
+    """Results of `perturbed_regressors`, by the names of effects."""
 
     @property
     def recordings(self) -> tuple[PreparedRecording, ...]:
@@ -68,7 +72,7 @@ class SplitData:
     def turned(self) -> "SplitData":
         """The same recordings, where training rows and test rows change places."""
         weights = tuple(np.where(rows, weight, 0.0) for rows, weight in zip(self.test, self.row_weights, strict=True))
-        return replace(self, train=self.test, test=self.train, weights=weights)
+        return replace(self, train=self.test, test=self.train, weights=weights, _perturbed_cache={})
 
     @cached_property
     def outside_of_travel(self) -> tuple[Bools, ...]:
@@ -90,6 +94,39 @@ class SplitData:
     def repeating_share(self) -> tuple[Floats, ...]:
         """(dof,) of each recording: share of the finest part of its motion that is the same in all repetitions."""
         return tuple(repeating_share(predictor.prepared) for predictor in self.predictors)
+
+    def perturbed_regressors(self, bare: ModelStructure) -> tuple[list[tuple[Floats, Floats]], Floats]:
+        """Regressors with measured and with perturbed encoder readings, and the attenuation bias between them.
+
+        Returns for each recording both regressors (m, dof, K) of the `bare` structure, and the matrix (K, K) by which
+        a fit to the second changes the parameters. Errors in a regressor attenuate the parameters: with coarse
+        encoder steps, inertias are underestimated.
+        """
+        names = tuple(term.name for term in bare.terms)
+        if names not in self._perturbed_cache:
+            x = np.zeros(len(bare.parameters))
+
+            def derivatives(predictor: TorquePredictor) -> Floats:
+                return predictor.linearized(bare, x)[1]
+
+            pairs = list(
+                zip(in_threads(derivatives, self.predictors), in_threads(derivatives, self.perturbed), strict=True)
+            )
+            self._perturbed_cache[names] = pairs, self._attenuation_bias(pairs)
+        return self._perturbed_cache[names]
+
+    def _attenuation_bias(self, pairs: Sequence[tuple[Floats, Floats]]) -> Floats:
+        """(K, K) bias in `perturbed_regressors`, by weighted least squares over the training rows."""
+        rows, errors = [], []
+        for weight, (measured, perturbed) in zip(self.weights, pairs, strict=True):
+            known = (weight > 0) & np.isfinite(measured).all(axis=2) & np.isfinite(perturbed).all(axis=2)
+            rows.append((perturbed * weight[:, :, None])[known])
+            errors.append(((measured - perturbed) * weight[:, :, None])[known])
+        size = np.sqrt((np.concatenate(rows) ** 2).sum(axis=0))
+        size[size == 0] = 1.0
+        coefficients = np.linalg.lstsq(np.concatenate(rows) / size, np.concatenate(errors), rcond=1e-10)[0]
+        bias: Floats = coefficients / size[:, None]
+        return bias
 
     @cached_property
     def train_indices(self) -> tuple[int, ...]:

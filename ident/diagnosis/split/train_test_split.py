@@ -7,7 +7,6 @@ import numpy as np
 from ident.data import noise
 from ident.data.prepared_recording import PreparedRecording
 from ident.data.quantization import with_encoder_errors
-from ident.data.recording_facts import MOVING
 from ident.diagnosis.split.split_data import MAX_STANDSTILL, SplitData, row_count
 from ident.estimation.predicted_torque import TorquePredictor, cache_size
 from ident.threads import in_threads
@@ -20,33 +19,35 @@ _MIN_SEGMENT = 5
 """Minimum length of a segment, in filter lengths."""
 _DEVIATIONS = 3.0
 """Speeds within this many standard deviations of the quantization error are standstill."""
+_CREEPING = 0.02
+"""Share of the largest speed: below it, dry friction is between its two levels in any machine."""
+_MIN_CREEPING_SHARE = 0.5
+"""Share of creeping instants behind a row from which it is a standstill rather than a reversal."""
 
 
 def split_recordings(train: Sequence[PreparedRecording], validate: Sequence[PreparedRecording]) -> SplitData:
     """Split recordings for training and recordings for validation; without the latter, split by phase segments."""
     recordings = [*train, *validate]
     standstill = in_threads(standstill_share, recordings)
-    usable = [recording.usable for recording in recordings]
-    moving = [rows & (share < MAX_STANDSTILL) for rows, share in zip(usable, standstill, strict=True)]
-    all_rows, none = np.array([True]), np.array([False])
-    parts = (
-        [(all_rows, none)] * len(train) + [(none, all_rows)] * len(validate)
-        if validate
-        else [_phase_segments(recording) for recording in recordings]
-    )
-    train_rows, test_rows = _selected(moving, parts)
-    train_all, test_all = _selected(usable, parts)
+    moving = [
+        recording.usable & (share < MAX_STANDSTILL) for recording, share in zip(recordings, standstill, strict=True)
+    ]
+    subsets = _subsets_with_validation if validate else _subsets_by_phase
+    train_rows, test_rows = subsets(recordings, moving, len(train))
+    train_all, test_all = subsets(recordings, [recording.usable for recording in recordings], len(train))
     _check_rows(recordings, train_rows, test_rows)
     weights = _weights(recordings, train_rows, standstill)
     size = cache_size(recordings)
     predictors = tuple(TorquePredictor(recording, size) for recording in recordings)
+    usable = sum(int(recording.usable.sum()) for recording in recordings)
+    excluded_share = 1 - sum(int(rows.sum()) for rows in moving) / max(usable, 1)
     return SplitData(
         predictors,
         train_rows,
         test_rows,
         tuple(np.where(rows, weight, 0.0) for rows, weight in zip(train_rows, weights, strict=True)),
         bool(validate),
-        1 - int(row_count(moving).sum()) / max(int(row_count(usable).sum()), 1),
+        excluded_share,
         train_all=train_all,
         test_all=test_all,
         row_weights=tuple(weights),
@@ -78,28 +79,37 @@ def _check_rows(recordings: Sequence[PreparedRecording], train: Sequence[Bools],
         )
 
 
-def _selected(
-    rows: Sequence[Bools], parts: Sequence[tuple[Bools, Bools]]
+def _subsets_with_validation(
+    recordings: Sequence[PreparedRecording], usable: Sequence[Bools], count: int
 ) -> tuple[tuple[Bools, ...], tuple[Bools, ...]]:
-    """Those of the `rows` (m, dof) that are in the training part of each recording, and those in the test part."""
-    train, test = zip(
-        *[(each & part[0], each & part[1]) for each, part in zip(rows, parts, strict=True)], strict=True
-    )
+    """Training and test rows (m, dof) of recordings, of which the first `count` are for training."""
+    unused = [np.zeros_like(rows) for rows in usable]
+    return (*usable[:count], *unused[count:]), (*unused[:count], *usable[count:])
+
+
+def _subsets_by_phase(
+    recordings: Sequence[PreparedRecording], usable: Sequence[Bools], count: int
+) -> tuple[tuple[Bools, ...], tuple[Bools, ...]]:
+    """Training and test rows (m, dof) of recordings that are all for training."""
+    train, test = zip(*map(_split_by_phase, recordings, usable), strict=True)
     return train, test
 
 
-def _phase_segments(recording: PreparedRecording) -> tuple[Bools, Bools]:
-    """(m, 1) training and test part: the same phase segments of all cycles, separated by the length of the filter.
+def _split_by_phase(recording: PreparedRecording, usable: Bools) -> tuple[Bools, Bools]:
+    """Training and test rows: the same phase segments of all cycles, separated by the length of the filter.
 
     Whole cycles would leak: any function of phase that fits one cycle of a repeated motion fits the next.
     """
     phase = recording.phase if np.isfinite(recording.phase).any() else recording.time
     longest, reach = max(float(np.nanmax(phase)), 1 / recording.rate), 1.5 / recording.bandwidth
     segments = 3 * max(1, min(SEGMENTS // 3, int(longest / (3 * _MIN_SEGMENT * reach))))
-    # Distance from the middle of the next test segment, in half segments; rows without a phase are in neither part.
-    distance = np.abs(2 * (phase[:, None] * segments / longest - 1) % 6 - 3)
-    guard = 2 * reach * segments / longest
-    return distance > 1 + guard, distance < 1 - guard
+    segment = phase * segments / longest
+    test = np.floor(segment) % 3 == 2  # rows without a phase are in neither set
+    guard = reach * segments / longest
+    offset = segment % 3
+    near = (np.abs(offset - 2) < guard) | (offset > 3 - guard) | (offset < guard)
+    known = np.isfinite(segment)
+    return usable & (known & ~test & ~near)[:, None], usable & (test & ~near)[:, None]
 
 
 def _weights(
@@ -121,14 +131,13 @@ def _weights(
 def standstill_share(recording: PreparedRecording) -> Floats:
     """(m, dof) share of the instants behind a row at which a joint is too slow for its direction to be known.
 
-    Dry friction may then be anywhere between its two levels. One threshold follows from the encoder steps; below the
-    other, that is so in any machine.
+    Dry friction may then be anywhere between its two levels. The threshold follows from the encoder steps.
     """
     motion, perturbed = recording.as_recorded.motion, with_encoder_errors(recording).as_recorded.motion
     threshold = _DEVIATIONS * np.nanstd(perturbed.velocity - motion.velocity, axis=0)
     speed = np.abs(motion.velocity)
     unsure, creeping = (
         np.clip(recording.condition(np.where(np.isfinite(speed), speed < limit, np.nan)), 0.0, 1.0)
-        for limit in (threshold, MOVING * np.nanmax(speed, axis=0))
+        for limit in (threshold, _CREEPING * np.nanmax(speed, axis=0))
     )
-    return np.maximum(unsure, np.rint(creeping))  # where it creeps most of the time; a reversal takes less
+    return np.maximum(unsure, np.where(creeping > _MIN_CREEPING_SHARE, creeping, 0.0))

@@ -77,7 +77,7 @@ def test_hidden_effect_is_named_first(hide: Hide, effect: str) -> None:
     first = next(finding for finding in document["findings"] if finding["effect"] != "rod_inertia")
     assert effect == first["effect"] or effect in first["confusable_with"]
     assert len(first["confusable_with"]) <= 4
-    assert first["gain_ci95"][0] <= first["gain"] <= first["gain_ci95"][1]
+    assert first["evidence"]["gain_ci95"][0] <= first["evidence"]["gain"] <= first["evidence"]["gain_ci95"][1]
     before, after = (np.array(document["steps"][i]["held_out_rms"]) for i in (0, -1))
     assert (after < before).all()
 

@@ -10,6 +10,23 @@ from ident.diagnosis.split.split_data import SplitData, rms
 from ident.dynamics.effects.library import library
 
 
+def test_errors_in_a_regressor_attenuate_the_parameters() -> None:
+    rng = np.random.default_rng(0)
+    measured = rng.normal(size=(20_000, 1, 1))
+    perturbed = measured + 0.5 * rng.normal(size=measured.shape)
+    train = np.ones((len(measured), 1), bool)
+    predictors = [
+        SimpleNamespace(linearized=lambda bare, x, columns=columns: (None, columns))
+        for columns in (measured, perturbed)
+    ]
+    split: Any = SplitData((predictors[0],), (train,), (~train,), (np.where(train, 3.0, 0.0),), True)  # type: ignore[arg-type]
+    split.__dict__["perturbed"] = (predictors[1],)
+    columns, bias = split.perturbed_regressors(SimpleNamespace(terms=(), parameters=(None,)))
+    assert columns == [(measured, perturbed)]
+    # -E[perturbed (perturbed - measured)] / E[perturbed^2]
+    assert bias == pytest.approx(-0.25 / 1.25, rel=0.05)
+
+
 def _with_saturation(amplified: float, share: float) -> tuple[Any, Any]:
     """Data of one joint, in which a `share` of the rows amplifies errors by a factor; and a solution."""
     size = np.where(np.arange(1000) < 1000 * share, amplified, 1.0)[:, None]
