@@ -184,7 +184,7 @@ def test_document_has_the_specified_fields(hide: Hide) -> None:
 
 def test_phase_segments_are_held_out_without_another_recording(hide: Hide) -> None:
     document = diagnose(hide(["cogging"]), validate=False)
-    assert "phase segments" in document["held_out"]
+    assert "parts of the same motion" in document["held_out"]
     assert new_effects(document) == ["cogging"]
     assert document["next_motion"]["command"].startswith("ident design")
 
