@@ -2,47 +2,32 @@
 
 import shlex
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
-from ident.data.recording_facts import RecordingFacts
-from ident.data.samples import holds_torque
-from ident.diagnosis.visibility.visibility import Visibility
-from ident.dynamics.effects.base import Additive, Effect, Need, Signal, SignatureAxis
+from ident.data.recording_facts import JointFacts, RecordingFacts
+from ident.diagnosis.visibility.visibility import EffectVisibility, JointVisibility
+from ident.dynamics.effects.base import Additive, Effect, Signal
 from ident.dynamics.effects.library import names as built_in
-from recordings.command_line import repeated
-from recordings.config import ConfigSection
 from recordings.next_command import NEXT_MOTION, free_name
 from recordings.recording import Recording
 from trajectories import names as trajectory_names
 
-LITTLE = 0.1
-"""Speed, torque or direction of a joint hardly vary below this share, nor its position below this travel [rad]."""
+ONE_SPEED = 0.05
+"""A joint has one speed if the speeds at which it moves vary by less than this share."""
+ONE_DIRECTION = 0.01
+"""A joint has one direction if it moves in the other one for less than this share of the time."""
+CONSTANT_LOAD = 0.1
+"""The load hardly changes if the torque varies by less than this share of its RMS."""
+SMALL_TRAVEL = 0.2
+"""A joint with less travel shows little of what depends on its angle [rad]."""
+MOSTLY_REPRODUCED = 0.3
+"""The rest of the model reproduces most of a torque if a smaller part of it is left (RMS)."""
 _MORE_CYCLES = 10
 """Factor by which a longer recording exceeds the present one."""
-_TRAVEL = ("travel", "The joint hardly moves.", "Record a motion over more of the joint's range.")
-_LACKS: Mapping[SignatureAxis, Sequence[tuple[str, str, str]]] = {
-    "velocity": [
-        ("rarer_direction", "Hardly a reversal.", "Record a motion with both directions."),
-        ("speed_spread", "Hardly more than one speed.", "Record several speeds, slow ones as well."),
-    ],
-    "load": [
-        ("torque_spread", "The load hardly changes.", "Record a motion with other accelerations, or with a payload.")
-    ],
-    "position": [_TRAVEL],
-    "motor angle": [_TRAVEL],
-}
-"""What a motion may lack that shows an effect over this axis: name in `JointFacts`, reason, what to record."""
-_NEEDED: Mapping[Need, str] = {
-    "temperature": "Record the temperatures of the drives (temperature_1 ...) while the machine warms up.",
-    "both directions": "Record a motion with both directions.",
-}
-_AMPLIFIER: Mapping[bool, str] = {
-    True: "Record the voltage that the amplifiers are given (voltage_1 ...), not the torque.",
-    False: "Record the command to the amplifiers, and say so in the rig file.",
-}
-"""What shows the amplifiers, by whether the torque was recorded."""
 
 
-class Advice(ConfigSection):
+@dataclass(frozen=True)
+class Advice:
     """A reason, and what to record."""
 
     why: str
@@ -56,83 +41,110 @@ class Adviser:
     def __init__(
         self, facts: RecordingFacts, recordings: Sequence[Recording], library: Mapping[str, Effect], share: float
     ) -> None:
-        self._facts, self._recordings, self._library, self._share = facts, recordings, library, share
+        self._facts, self._library, self._share = facts, library, share
+        self._files = [str(path) for path in dict.fromkeys(recording.path for recording in recordings)]
+        self._run = recordings[0].run
 
-    def advice(self, visibility: Visibility) -> Advice:
-        """Advice for an effect that recordings of this kind can show."""
-        return self._visible(visibility) if visibility.joints else self._invisible(visibility)
-
-    def _visible(self, visibility: Visibility) -> Advice:
+    def visible(self, visibility: EffectVisibility) -> Advice:
         """Advice for an effect that shows, alone or as one of several."""
-        seen, others = f"It shows from {self._smallest(visibility)} on", visibility.confusable_with
-        if not others:
-            return Advice(why=f"{seen}.")
-        why = f"{seen}, but {', '.join(others)} would explain as much of {_percent(self._share)}."
-        told = [name for name in others if self._can_design(name) and self._can_design(visibility.effect)]
-        if not told:
-            return Advice(why=why, record="Rule the others out at the machine: a motion does not tell them apart.")
-        pairs = [word for name in told for word in ("--discriminate", visibility.effect, name)]
+        best = visibility.best
+        seen = f"It shows from {_percent(best.share)} of the torque on ({_size(best)})"
+        if not visibility.imitations:
+            return Advice(f"{seen}.")
+        others = ", ".join(visibility.imitations)
+        why = f"{seen}, but {others} would explain as much of {_percent(self._share)}."
+        timeless = [name for name in visibility.imitations if self._can_design(name)]
+        if not timeless or not self._can_design(visibility.name):
+            return Advice(why, "Rule the others out at the machine: a motion does not tell them apart.")
+        pairs = " ".join(f"--discriminate {visibility.name} {name}" for name in timeless)
         return Advice(
-            why=why, record=f"Record a motion that tells it from {', '.join(told)}.", command=self._design(*pairs)
+            why, f"Record a motion that tells it from {', '.join(timeless)}.", f"ident design {pairs} {self._design}"
         )
 
-    def _invisible(self, visibility: Visibility) -> Advice:
+    def invisible(self, visibility: EffectVisibility) -> Advice:
         """Advice for an effect that this motion, or the noise, hides."""
-        hidden = (
-            f"To be seen, it would have to be {self._smallest(visibility)}: other parameters of the model reproduce "
-            f"all but {_percent(visibility.outside)} of it, and noise hides what is small."
-        )
-        effect, joint = self._library[visibility.effect], self._facts.joints[visibility.best_joint]
-        if effect.axis == "time":
-            return Advice(
-                why=f"The recording lasts {self._facts.duration:.3g} s only. {hidden}",
-                record="Record for longer, from a cold start.",
-                command=self._longer(),
+        best = visibility.best
+        joint = self._facts.joints[best.joint or 0]
+        cause = _cause(visibility.effect, joint, self._facts)
+        reasons = [cause[0]] if cause else []
+        if best.share == float("inf"):
+            reasons.append("Other parameters of the model reproduce its torque on this motion.")
+        elif not best.possible:
+            reasons.append(f"It would have to be larger than hardware has it ({_size(best)}).")
+        else:
+            hidden = f"it would have to be {_percent(best.share)} of the torque ({_size(best)})"
+            if best.share > 1:
+                hidden = "it would have to exceed the whole torque"
+            reason = (
+                f"other parameters of the model reproduce all but {_percent(best.outside)} of it"
+                if best.outside < MOSTLY_REPRODUCED
+                else "less is hidden in the noise"
             )
-        lacks = (lack for lack in _LACKS.get(effect.axis, ()) if getattr(joint, lack[0]) < LITTLE)
-        _, why, record = next(lacks, ("", "", "Record a motion that shows it better."))
-        excites = isinstance(effect, Additive) and self._can_design(visibility.effect)
-        return Advice(
-            why=f"{why} {hidden}".strip(),
-            record=record,
-            command=self._design("--with", visibility.effect) if excites else self._design(),
-        )
+            reasons.append(f"To be seen, {hidden}: {reason}.")
+        record = cause[1] if cause else "Record a motion that shows it better."
+        return Advice(" ".join(reasons), record, self._command(visibility))
 
-    def not_recorded(self, name: str, why: str) -> Advice:
-        """Advice for an effect that recordings of this kind do not show, whatever its size, for the reason `why`."""
-        effect = self._library[name]
-        records = [_NEEDED[need] for need in effect.needs]
+    def impossible(self, effect: Effect, reason: str, torque_measured: bool) -> Advice:
+        """Advice for an effect that recordings of this rig cannot show, for a `reason`."""
+        if "temperature" in effect.needs:
+            return Advice(
+                reason, "Record the temperatures of the drives (temperature_1 ...) while the machine warms up."
+            )
+        if isinstance(effect, Signal) and effect.report and torque_measured:
+            return Advice(reason, "Record the voltage that the amplifiers are given (voltage_1 ...), not the torque.")
         if isinstance(effect, Signal) and effect.report:
-            records.append(_AMPLIFIER[holds_torque(self._recordings[0])])
-        return Advice(
-            why=why,
-            record=" ".join(records) or None,
-            command=self._design() if "both directions" in effect.needs else None,
-        )
+            return Advice(reason, "Record the command to the amplifiers, and say so in the rig file.")
+        return Advice(reason)
 
-    def _longer(self) -> str | None:
-        """The command that records more cycles of the same trajectory."""
-        run = self._recordings[0].run
-        command = f"daq record --traj {run.trajectory} --cycles {_MORE_CYCLES * max(run.cycles, 1)}"
-        return command if run.trajectory in trajectory_names() else None
+    def untested(self, effect: Effect, reason: str) -> Advice:
+        """Advice for an effect that lacks something in these recordings, for a `reason`."""
+        if "both directions" in effect.needs:
+            return Advice(reason, "Record a motion with both directions.", f"ident design {self._design}")
+        return Advice(reason)
 
-    def _smallest(self, visibility: Visibility) -> str:
-        """The size from which an effect shows."""
-        size = visibility.smallest
-        where = "" if self._library[visibility.effect].whole_robot else f", joint {visibility.best_joint + 1}"
-        if size is None:
-            return "larger than hardware has it"
-        return f"{_percent(size.share)} of the torque ({size.parameter} = {size.value:.2g} {size.unit}{where})"
+    def _command(self, visibility: EffectVisibility) -> str | None:
+        """The command for the next recording."""
+        if visibility.effect.axis == "time":
+            if self._run.trajectory not in trajectory_names():
+                return None
+            cycles = _MORE_CYCLES * max(self._run.cycles, 1)
+            return f"daq record --traj {self._run.trajectory} --cycles {cycles}"
+        if isinstance(visibility.effect, Additive) and self._can_design(visibility.name):
+            return f"ident design --with {visibility.name} {self._design}"
+        return f"ident design {self._design}"
 
     def _can_design(self, name: str) -> bool:
         """Whether `ident design` knows the effect, and a motion can show it."""
         return name in built_in() and self._library[name].axis != "time"
 
-    def _design(self, *options: str) -> str:
-        """The command that designs a motion for the rig of the recordings."""
-        files = repeated("--recording", dict.fromkeys(recording.path for recording in self._recordings))
-        return shlex.join(["ident", "design", *options, *files, "-o", str(free_name(NEXT_MOTION))])
+    @property
+    def _design(self) -> str:
+        """Options of `ident design` for the rig of the recordings."""
+        recording = " ".join(f"--recording {shlex.quote(file)}" for file in self._files)
+        return f"{recording} -o {free_name(NEXT_MOTION)}"
+
+
+def _cause(effect: Effect, joint: JointFacts, facts: RecordingFacts) -> tuple[str, str] | None:
+    """What the motion of a joint lacks to show the effect, and what to record; None if nothing obvious."""
+    axis = effect.axis
+    if axis == "time":
+        return f"The recording lasts {facts.duration:.3g} s only.", "Record for longer, from a cold start."
+    if axis == "velocity" and joint.rarer_direction < ONE_DIRECTION:
+        return "No reversal: the joint moves in one direction only.", "Record a motion with both directions."
+    if axis == "velocity" and joint.speed_spread < ONE_SPEED:
+        return "One speed only.", "Record several speeds, slow ones as well."
+    if axis == "load" and joint.torque_spread < CONSTANT_LOAD:
+        return "The load hardly changes.", "Record a motion with other accelerations, or with a payload."
+    if axis in ("position", "motor angle") and joint.position_unit == "rad" and joint.travel < SMALL_TRAVEL:
+        travel = f"{joint.travel:.2g} {joint.position_unit}"
+        return f"The joint moves over {travel} only.", "Record a motion over more of the joint's range."
+    return None
 
 
 def _percent(share: float) -> str:
     return f"{100 * share:.2g} %"
+
+
+def _size(joint: JointVisibility) -> str:
+    where = "" if joint.joint is None else f", joint {joint.joint + 1}"
+    return f"{joint.parameter} = {joint.size:.2g} {joint.unit}{where}"

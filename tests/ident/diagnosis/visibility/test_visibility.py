@@ -7,7 +7,7 @@ import pytest
 
 from ident.diagnosis.search.search import Search
 from ident.diagnosis.split.observability import observability
-from ident.diagnosis.visibility.visibility import Visibility, VisibilityCheck
+from ident.diagnosis.visibility.visibility import EffectVisibility, VisibilityCheck
 from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats, Recording
@@ -22,10 +22,10 @@ COLUMNS = {
 }
 
 
-def check(recording: Recording, *names: str, share: float = DEFAULT_SHARE) -> dict[str, Visibility]:
+def check(recording: Recording, *names: str, share: float = DEFAULT_SHARE) -> dict[str, EffectVisibility]:
     data = building.split([recording])
     effects = {name: effect for name, effect in observability(data, library()).observable.items() if name in names}
-    return {each.effect: each for each in VisibilityCheck(building.fitted(data), effects, share).effects()}
+    return {each.name: each for each in VisibilityCheck(data, building.fitted(data), effects).effects(share)}
 
 
 def found(recording: Recording, name: str) -> list[str]:
@@ -37,13 +37,13 @@ def found(recording: Recording, name: str) -> list[str]:
 
 @pytest.mark.parametrize("name", COLUMNS)
 def test_a_diagnosis_finds_what_is_larger_than_the_smallest_visible_size(name: str) -> None:
-    best = check(building.record(noise=NOISE), name)[name].smallest
-    assert best
+    best = check(building.record(noise=NOISE), name)[name].best
+    assert best.possible
     assert 0 < best.share < DEFAULT_SHARE
 
     def hidden(factor: float) -> Recording:
         def torque(motion: Motion) -> Floats:
-            return factor * best.value * np.asarray(COLUMNS[name](motion))
+            return factor * best.size * np.asarray(COLUMNS[name](motion))
 
         return building.record(noise=NOISE, extra=torque)
 
@@ -53,38 +53,36 @@ def test_a_diagnosis_finds_what_is_larger_than_the_smallest_visible_size(name: s
 
 def test_the_smallest_size_grows_with_the_noise() -> None:
     quiet, loud = (
-        check(building.record(noise=noise), "quadratic_friction")["quadratic_friction"] for noise in (0.02, 0.2)
+        check(building.record(noise=noise), "quadratic_friction")["quadratic_friction"].best for noise in (0.02, 0.2)
     )
-    assert loud.smallest
-    assert quiet.smallest
-    assert loud.smallest.share > 3 * quiet.smallest.share
+    assert loud.share > 3 * quiet.share
     assert loud.outside == pytest.approx(quiet.outside, rel=0.01)
 
 
 def test_one_direction_does_not_show_an_offset() -> None:
     visibility = check(building.record(noise=NOISE, drift=20.0), "torque_offset")["torque_offset"]
-    assert visibility.smallest is None
-    assert visibility.status == "not-visible"
+    assert visibility.best.share == np.inf
+    assert not visibility.visible_joints(1.0)
 
 
 def test_each_joint_is_judged_by_itself() -> None:
     quiet = building.record(2, noise=NOISE)
     assert quiet.effort is not None
     noise = np.random.default_rng(1).normal(0, [0.0, 5.0], quiet.effort.shape)
-    for recording, visible in ((quiet, (1, 2)), (replace(quiet, effort=quiet.effort + noise), (1,))):
+    for recording, visible in ((quiet, [0, 1]), (replace(quiet, effort=quiet.effort + noise), [0])):
         visibility = check(recording, "quadratic_friction")["quadratic_friction"]
-        assert visibility.joints == visible
+        assert [joint.joint for joint in visibility.visible_joints(DEFAULT_SHARE)] == visible
 
 
 def test_effects_that_look_the_same_on_this_motion_imitate_each_other() -> None:
     names = ("axis_weight", "torque_offset", "quadratic_friction")
     small = check(building.record(noise=NOISE, size=0.05), *names, share=0.3)
-    assert small["axis_weight"].confusable_with == ("torque_offset",)
+    assert small["axis_weight"].imitations == ("torque_offset",)
     large = check(building.record(noise=0.01, size=1.5), *names)
-    assert not large["axis_weight"].confusable_with
+    assert not large["axis_weight"].imitations
 
 
 def test_an_effect_is_not_visible_at_a_size_that_hardware_never_has() -> None:
     visibility = check(building.record(noise=5.0), "encoder_eccentricity", share=1.0)["encoder_eccentricity"]
-    assert visibility.smallest is None
-    assert not visibility.joints
+    assert not visibility.best.possible
+    assert not visibility.visible_joints(1.0)

@@ -4,17 +4,17 @@ import shlex
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from ident.data.recording_facts import RecordingFacts, recording_facts
-from ident.diagnosis.visibility.visibility import SmallestSize, Visibility
+from ident.diagnosis.visibility.visibility import EffectVisibility, JointVisibility
 from ident.diagnosis.visibility.visibility_advice import Adviser
 from ident.dynamics.effects.library import library
 from recordings.recording import Recording
 from tests.ident import building
 
 RECORDING = replace(building.record(noise=0.01), path=Path("a b.mcap"))
-SMALLEST = SmallestSize(share=0.004, parameter="a", value=0.5, unit="N m")
 FACTS = recording_facts([building.prepared(RECORDING)])
 
 
@@ -22,12 +22,9 @@ def adviser(facts: RecordingFacts = FACTS, recording: Recording = RECORDING) -> 
     return Adviser(facts, [recording], library(), 0.03)
 
 
-def visible(name: str, *imitations: str) -> Visibility:
-    return Visibility(effect=name, status="visible", joints=(1,), confusable_with=imitations, smallest=SMALLEST)
-
-
-def hidden(name: str, smallest: SmallestSize | None = SMALLEST) -> Visibility:
-    return Visibility(effect=name, status="not-visible", smallest=smallest, outside=0.05)
+def visibility(name: str, *imitations: str, share: float = 0.1, outside: float = 0.9) -> EffectVisibility:
+    joint = JointVisibility(0, share, outside, "a", "N m", 0.5, possible=True)
+    return EffectVisibility(name, library()[name], (joint,), imitations)
 
 
 def facts(**changes: float) -> RecordingFacts:
@@ -35,13 +32,13 @@ def facts(**changes: float) -> RecordingFacts:
 
 
 def test_a_visible_effect_needs_nothing() -> None:
-    advice = adviser().advice(visible("stribeck"))
-    assert advice.why == "It shows from 0.4 % of the torque (a = 0.5 N m, joint 1) on."
+    advice = adviser().visible(visibility("stribeck", share=0.004))
+    assert advice.why == "It shows from 0.4 % of the torque on (a = 0.5 N m, joint 1)."
     assert (advice.record, advice.command) == (None, None)
 
 
 def test_effects_that_look_alike_take_a_motion_that_tells_them_apart() -> None:
-    advice = adviser().advice(visible("axis_weight", "joint_spring", "thermal_drift"))
+    advice = adviser().visible(visibility("axis_weight", "joint_spring", "thermal_drift"))
     assert "joint_spring, thermal_drift would explain as much of 3 %" in advice.why
     assert shlex.split(advice.command or "") == [
         *("ident", "design", "--discriminate", "axis_weight", "joint_spring"),
@@ -50,7 +47,7 @@ def test_effects_that_look_alike_take_a_motion_that_tells_them_apart() -> None:
 
 
 def test_no_motion_tells_an_effect_from_one_that_changes_with_time() -> None:
-    advice = adviser().advice(visible("thermal_drift", "axis_weight"))
+    advice = adviser().visible(visibility("thermal_drift", "axis_weight"))
     assert advice.command is None
     assert "at the machine" in (advice.record or "")
 
@@ -58,48 +55,61 @@ def test_no_motion_tells_an_effect_from_one_that_changes_with_time() -> None:
 @pytest.mark.parametrize(
     ("name", "changes", "expected"),
     [
-        ("stribeck", {"forward_share": 1.0}, "Hardly a reversal."),
-        ("quadratic_friction", {"speed_spread": 0.01}, "Hardly more than one speed."),
+        ("stribeck", {"forward_share": 1.0}, "No reversal"),
+        ("quadratic_friction", {"speed_spread": 0.01}, "One speed only."),
         ("load_dependent_friction", {"torque_spread": 0.05}, "The load hardly changes."),
-        ("joint_spring", {"travel": 0.05}, "The joint hardly moves."),
+        ("joint_spring", {"travel": 0.1}, "The joint moves over 0.1 rad only."),
         ("thermal_drift", {}, "The recording lasts 16 s only."),
     ],
 )
 def test_the_reason_is_what_the_motion_lacks(name: str, changes: dict[str, float], expected: str) -> None:
-    advice = adviser(facts(**changes)).advice(hidden(name))
+    advice = adviser(facts(**changes)).invisible(visibility(name))
     assert advice.why.startswith(expected)
     assert advice.record
 
 
 @pytest.mark.parametrize(
-    ("smallest", "expected"),
-    [(SMALLEST, "0.4 % of the torque (a = 0.5 N m, joint 1)"), (None, "larger than hardware has it")],
+    ("share", "outside", "expected"),
+    [
+        (0.1, 0.9, "10 % of the torque (a = 0.5 N m, joint 1): less is hidden in the noise."),
+        (0.1, 0.05, "other parameters of the model reproduce all but 5 % of it"),
+        (3.0, 0.05, "it would have to exceed the whole torque"),
+        (np.inf, 0.0, "Other parameters of the model reproduce its torque on this motion."),
+    ],
 )
-def test_a_good_motion_hides_an_effect_in_noise_and_in_other_parameters(
-    smallest: SmallestSize | None, expected: str
+def test_a_good_motion_hides_an_effect_in_noise_or_in_other_parameters(
+    share: float, outside: float, expected: str
 ) -> None:
-    advice = adviser().advice(hidden("stribeck", smallest))
-    assert f"it would have to be {expected}: other parameters of the model reproduce all but 5 %" in advice.why
+    advice = adviser().invisible(visibility("stribeck", share=share, outside=outside))
+    assert expected in advice.why
     assert advice.command == "ident design --with stribeck --recording 'a b.mcap' -o next.toml"
 
 
 def test_drift_takes_a_longer_recording_of_a_known_trajectory() -> None:
     run = RECORDING.run.model_copy(update={"trajectory": "fig5a", "cycles": 2})
-    command = adviser(recording=replace(RECORDING, run=run)).advice(hidden("thermal_drift")).command
+    command = adviser(recording=replace(RECORDING, run=run)).invisible(visibility("thermal_drift")).command
     assert command == "daq record --traj fig5a --cycles 20"
-    assert adviser().advice(hidden("thermal_drift")).command is None
+    assert adviser().invisible(visibility("thermal_drift")).command is None
 
 
 @pytest.mark.parametrize(
-    ("name", "expected"),
+    ("name", "torque_measured", "expected"),
     [
-        ("temperature_friction", "temperature_1"),
-        ("back_emf", "voltage_1"),
-        ("position_dependent_friction", "both directions"),
-        ("encoder_eccentricity", None),
+        ("temperature_friction", True, "temperature_1"),
+        ("back_emf", True, "voltage_1"),
+        ("amplifier_deadband", False, "command"),
     ],
 )
-def test_what_a_recording_lacks_is_recorded_unless_hardware_excludes_it(name: str, expected: str | None) -> None:
-    advice = adviser().not_recorded(name, "Because.")
+def test_what_a_recording_holds_decides_what_it_can_show(name: str, torque_measured: bool, expected: str) -> None:
+    advice = adviser().impossible(library()[name], "Because.", torque_measured)
     assert advice.why == "Because."
-    assert expected in (advice.record or "") if expected else advice.record is None
+    assert expected in (advice.record or "")
+
+
+def test_what_hardware_excludes_cannot_be_recorded() -> None:
+    assert adviser().impossible(library()["encoder_eccentricity"], "No turns.", False).record is None
+
+
+def test_an_effect_that_takes_both_directions_takes_a_motion_that_has_them() -> None:
+    advice = adviser().untested(library()["position_dependent_friction"], "Joint 1 ...")
+    assert "both directions" in (advice.record or "")
