@@ -84,15 +84,6 @@ def _finding(ripple: Ripple) -> FindingEntry:
     )
 
 
-def describe_ripple(ripple: Ripple) -> list[str]:
-    """The lines in a few words; empty if the model has the effect below the low-pass already, or there are none."""
-    if not ripple.lines or any(term.name == EFFECT for term in ripple.model.terms):
-        return []
-    joints = ", ".join(map(str, sorted({line.joint + 1 for line in ripple.lines})))
-    alternative = " or vibration" if ripple.lines[0].same_frequency is not None else ""
-    return [f"{EFFECT} (joint {joints}){alternative}"]
-
-
 def _why(ripple: Ripple) -> str:
     listing = "; ".join(
         f"joint {joint + 1}: {', '.join(_order(line) for line in ripple.lines if line.joint == joint)}"

@@ -7,7 +7,6 @@ import pytest
 from ident.diagnosis.document.document import StepEntry
 from ident.diagnosis.document.ripple_document import (
     above_low_pass,
-    describe_ripple,
     ripple_step,
     step_errors,
     with_ripple,
@@ -37,7 +36,6 @@ def test_finding_names_joint_and_order(ripple: Ripple) -> None:
     assert (finding.effect, finding.joints, finding.confusable_with) == ("cogging", (2,), ())
     assert "joint 2: 159.99" in finding.why
     assert finding.evidence.gain > 0.3
-    assert describe_ripple(ripple) == ["cogging (joint 2)"]
 
 
 def test_vibration_that_explains_as_much_is_said(ripple: Ripple) -> None:
@@ -45,7 +43,6 @@ def test_vibration_that_explains_as_much_is_said(ripple: Ripple) -> None:
     (finding,) = with_ripple([], uncertain)
     assert finding.confusable_with == ("vibration",)
     assert "a vibration of 41 Hz" in finding.why
-    assert describe_ripple(uncertain) == ["cogging (joint 2) or vibration"]
 
 
 def test_finding_below_the_low_pass_is_joined(ripple: Ripple) -> None:
