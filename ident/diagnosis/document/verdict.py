@@ -52,7 +52,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
         data_problems=diagnosis.data_problems,
         bandwidth_hz=ripple.upper,
         noise_rms=_numbers(noise),
-        noise_ci95=tuple((low, high) for low, high in ((noise / floor.rms)[:, None] * floor.ci95).tolist()),
+        noise_ci95=tuple(zip(*(_numbers(ripple.with_noise(side)) for side in floor.ci95.T), strict=True)),
         noise_source=floor.source,
         torque_rms=_numbers(split.torque_rms),
         explained_share=_numbers(1 - (np.array(steps[-1].held_out_rms) / torque) ** 2),

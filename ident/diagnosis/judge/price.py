@@ -1,13 +1,10 @@
 """What parameters cost: by how much a loss must fall before it is more than the fitting of noise."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.rules.limits import extraordinary_joints
 from ident.diagnosis.split.split_data import rms
-from recordings.recording import Bools, Floats
 
 PRICE = 15.0
 """Price of a parameter: times what it gains by fitting noise, which is 1 in n ln(mean square)."""
@@ -33,29 +30,11 @@ def score(model: FittedModel) -> float:
     noise. A strength that hardware seldom has costs as much as it must explain (`EXTRAORDINARY_RATIO`): a prior.
     """
     floor = model.noise_floor.rms
-    errors = [np.maximum(rms(model.judged_residuals, rows), floor) for rows in _subsets(model)]
-    return _rows_times_logarithm(model, errors) + PRICE * _parameters(model) + _prior(model)
-
-
-def least_score(model: FittedModel) -> float:
-    """A number that the score of `model` does not fall below, and that needs no noise floor: cheap."""
-    errors = [rms(model.residuals, rows) for rows in _subsets(model)]
-    return _rows_times_logarithm(model, errors) + PRICE * _parameters(model) + _prior(model)
-
-
-def _subsets(model: FittedModel) -> tuple[Sequence[Bools], Sequence[Bools]]:
-    return model.split.train, model.split.test
-
-
-def _rows_times_logarithm(model: FittedModel, errors: Sequence[Floats]) -> float:
-    """Sum of n ln(mean square) for the RMS `errors` (dof,) of training and held-out rows."""
-    independent = [model.split.independent(rows) for rows in _subsets(model)]
-    pairs = zip(independent, errors, strict=True)
-    return float(sum((n * 2 * np.log(np.maximum(error, _TINY))).sum() for n, error in pairs))
-
-
-def _parameters(model: FittedModel) -> int:
-    return sum(entry.free for entry in model.solution.structure.parameters)
+    loss = 0.0
+    for rows in (model.split.train, model.split.test):
+        error = np.maximum(np.maximum(rms(model.judged_residuals, rows), floor), _TINY)
+        loss += float((model.split.independent(rows) * 2 * np.log(error)).sum())
+    return loss + PRICE * sum(entry.free for entry in model.solution.structure.parameters) + _prior(model)
 
 
 def _prior(model: FittedModel) -> float:

@@ -5,7 +5,6 @@ other joints. The best model by `judge.price.score` is expanded, and while it le
 answer is the best model in which the judge accepts every effect beside all the others.
 """
 
-import heapq
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,7 +14,7 @@ import numpy as np
 
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.judge import Judgement, judge
-from ident.diagnosis.judge.price import PRICE, least_score, score
+from ident.diagnosis.judge.price import PRICE, score
 from ident.diagnosis.judge.rules import OF_VALUES, objection
 from ident.diagnosis.judge.rules.strength import wald_statistic
 from ident.diagnosis.search.candidates import WIDTH, Candidates
@@ -23,8 +22,8 @@ from ident.diagnosis.search.fits import Key, added_term, key_of
 from ident.diagnosis.split.split_data import rms
 from recordings.recording import Ints
 
-MAX_EXPANDED = 16
-"""Most models that are expanded; a robot with more than a handful of missing effects is no case for a library."""
+MAX_EFFECTS = 5
+"""Most effects, by name, that are added: a robot that lacks more than a handful lacks one that is in no library."""
 Names = tuple[str, ...]
 
 
@@ -43,11 +42,6 @@ class State:
     def score(self) -> float:
         """The smaller the better."""
         return score(self.model)
-
-    @cached_property
-    def least(self) -> float:
-        """What the score does not fall below."""
-        return least_score(self.model)
 
 
 class BestFirst:
@@ -78,27 +72,21 @@ class BestFirst:
 
     def _ranked(self) -> Iterator[State]:
         """The models, the best first, and the best one of those that differ in joints only."""
-        heap = [(state.least, number, state) for number, state in enumerate(self._states.values())]
-        heapq.heapify(heap)
         seen = set()
-        while heap:
-            bound, number, state = heapq.heappop(heap)
-            if state.names in seen:
-                continue
-            if bound < state.score:
-                heapq.heappush(heap, (state.score, number, state))
-            else:
+        for state in sorted(self._states.values(), key=lambda state: state.score):
+            if state.names not in seen:
                 seen.add(state.names)
                 yield state
 
     def _next(self) -> State | None:
         """The best of the open states that are worth their expansion."""
-        if len(self._expanded) >= MAX_EXPANDED:
-            return None
         ranked = self._ranked()
         best = next(ranked)
         worth = [best, *(islice(ranked, WIDTH - 1) if _leaves_much(best.model) else ())]
-        return next((each for each in worth if each.names not in self._expanded), None)
+        return next((each for each in worth if each.names not in self._expanded and not self._is_full(each)), None)
+
+    def _is_full(self, state: State) -> bool:
+        return len(set(state.names) - self._start.names) >= MAX_EFFECTS
 
     def _expand(self, state: State) -> None:
         self._expanded.add(state.names)
@@ -147,7 +135,7 @@ class BestFirst:
                 yield self._fits.on_joints(model, index, others)
 
     def _answer(self) -> FittedModel:
-        """The best model in which every effect is accepted; those without an effect that is not are models, too."""
+        """The best model in which every effect is accepted; one without the least effect that is not, is one, too."""
         refused: set[Names] = set()
         while True:
             state = next(each for each in self._ranked() if each.names not in refused)
@@ -160,8 +148,7 @@ class BestFirst:
             if not failed:
                 return model
             refused.add(state.names)
-            for index in failed:
-                self._insert(self._fits.without_effect(model, index))
+            self._insert(min((self._fits.without_effect(model, index) for index in failed), key=score))
 
 
 def _is_possible(model: FittedModel, other: FittedModel) -> bool:

@@ -168,7 +168,8 @@ def test_document_has_the_specified_fields(hide: Hide) -> None:
         for value in step["parameters"].values():
             assert {"value", "unit", "ci95"} <= set(value)
     assert {entry["status"] for entry in document["rejected"]} <= {
-        "not-supported",
+        "refuted",
+        "not-confirmed",
         "not-tested",
         "not-observable",
         "absorbed",

@@ -119,7 +119,6 @@ def test_the_report_contains_the_json_of_diagnose(reported: Path) -> None:
     printed = run("diagnose", reported / TRAIN, "--validate", reported / VALIDATE, "--json")
     diagnosis = json.loads(match.group(1))["diagnosis"]
     assert diagnosis == json.loads(printed.stdout)
-    assert "absorbed" in {entry["status"] for entry in diagnosis["rejected"]}, "effects that look like the hidden one"
     assert "stribeck" in text
     assert len(text.encode()) < 10_000_000
 

@@ -121,7 +121,7 @@ def test_mission_with_the_keyboard(workbench: RunningWorkbench, browser: Browser
     with browser.page.context.expect_page(timeout=1e3 * PATIENCE) as opened:
         browser.press("open-report")
     report = opened.value
-    report.locator("#plot-step_list .main-svg").first.wait_for()
+    report.locator("#plot-steps .main-svg").first.wait_for()
     assert "stribeck" in report.locator("body").inner_text()
     report.close()
 
