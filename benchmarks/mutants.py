@@ -229,6 +229,8 @@ class Tests:
         self._copy, self._arguments = copy, arguments
         self.limit: float | None = None
         """Longest time that they may take [s]."""
+        self.said = ""
+        """What pytest printed last."""
 
     def kill(self, mutant: Mutant) -> bool:
         """Whether any test fails, or does not end, with the `mutant` in place of its module."""
@@ -249,8 +251,9 @@ class Tests:
             done = subprocess.run(command, cwd=self._copy, env=environment, capture_output=True, timeout=self.limit)
         except subprocess.TimeoutExpired:
             return False
+        self.said = done.stdout.decode() + done.stderr.decode()
         if done.returncode not in (0, 1, 2):  # 2: a module cannot be imported
-            raise SystemExit(done.stdout.decode() + done.stderr.decode())
+            raise SystemExit(self.said)
         return done.returncode == 0
 
 
@@ -290,7 +293,7 @@ def _measure(tests: Tests) -> None:
     """Set the time limit of the `tests`, which must pass without a mutant."""
     start = time.monotonic()
     if not tests.pass_():
-        raise SystemExit("the tests fail without any mutant")
+        raise SystemExit(f"{tests.said}\nthe tests fail without any mutant")
     tests.limit = PATIENCE * (time.monotonic() - start)
     print(f"the tests pass without a mutant in {tests.limit / PATIENCE:.0f} s", flush=True)
 

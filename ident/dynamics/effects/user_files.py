@@ -1,6 +1,5 @@
 """Loads effects from files of the user. Errors inside of them name the file and show no traceback."""
 
-import ast
 from collections.abc import Callable
 from dataclasses import replace
 from functools import wraps
@@ -26,16 +25,13 @@ def from_file(path: Path) -> Effect:
     Raises:
         BadInput: the file is missing, fails, or holds no effect.
     """
-    from ident.dynamics.effects.earlier_files import translated
-
     if path.suffix != ".py" or not path.is_file():
         raise BadInput(f"effect file {path}: an existing Python file (.py) expected, none found; check the path")
 
     module = ModuleType(path.stem)
     module.__file__ = str(path)
     try:
-        tree = translated(ast.parse(path.read_bytes()), path)
-        exec(compile(tree, str(path), "exec", dont_inherit=True), vars(module))
+        exec(compile(path.read_bytes(), str(path), "exec", dont_inherit=True), vars(module))
     except BadInput:
         raise
     except (Exception, SystemExit) as error:  # whatever the user's code does

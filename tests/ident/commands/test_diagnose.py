@@ -116,7 +116,7 @@ def test_effect_outside_the_library_is_unknown_and_drawn(hide: Hide, tmp_path: P
 
 
 def test_learned_curve_replaces_an_unknown_effect(hide: Hide, tmp_path: Path) -> None:
-    folder, curve = hide(["uneven_grease"]), tmp_path / "curve.py"
+    folder, curve = hide(["uneven_grease"], seed=2), tmp_path / "curve.py"
     document = diagnose(folder, "--learn", curve, "--report", tmp_path / "page.html")
     before, learned_curve = document["steps"][-1]["held_out_rms"], document["learned_curve"]
     joints = learned_curve["joints"]

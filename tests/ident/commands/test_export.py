@@ -13,10 +13,10 @@ import ident
 from ident.commands.export import command
 from recordings.errors import BadInput
 from tests.ident.export.models import model_with
-from tests.ident.test_old_files import OLD
+from tests.ident.kept_models import MODELS
 from tests.running import printed
 
-MODEL = OLD / "stateful.model.json"
+MODEL = MODELS / "stateful.model.json"
 
 
 run = partial(printed, command)
@@ -25,7 +25,7 @@ run = partial(printed, command)
 def test_every_target_says_what_is_lost_on_the_motion_of_the_fit(tmp_path: Path) -> None:
     model = tmp_path / "worn.model.json"
     shutil.copy(MODEL, model)
-    shutil.copy(OLD / "fig5a.mcap", tmp_path)
+    shutil.copy(MODELS / "fig5a.mcap", tmp_path)
     for target, out, document in (
         ("c", "worn", "worn/carried.json"),
         ("mjcf", "worn.xml", "worn.carried.json"),
@@ -91,8 +91,8 @@ def test_a_model_of_temperature_needs_one(tmp_path: Path) -> None:
 
 def test_an_axis_needs_its_motion(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="is not beside the model; give --on or --csv"):
-        run(OLD / "slide.model.json", "--to", "c", "-o", tmp_path / "slide")
+        run(MODELS / "slide.model.json", "--to", "c", "-o", tmp_path / "slide")
     lines = [f"{k / 100},{0.01 * k * k}" for k in range(20)]
     (tmp_path / "path.csv").write_text("\n".join(["time,position_1", *lines]))
-    run(OLD / "slide.model.json", "--to", "c", "--csv", tmp_path / "path.csv", "-o", tmp_path / "slide")
+    run(MODELS / "slide.model.json", "--to", "c", "--csv", tmp_path / "path.csv", "-o", tmp_path / "slide")
     assert "#define DELTA_MODEL_DOF 1" in (tmp_path / "slide" / "delta_model.h").read_text()

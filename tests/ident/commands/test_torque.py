@@ -12,10 +12,10 @@ import ident
 from ident.commands.torque import command
 from recordings.errors import BadInput
 from recordings.recording import Recording
-from tests.ident.test_old_files import OLD
+from tests.ident.kept_models import MODELS
 from tests.running import printed
 
-MODEL = str(OLD / "stribeck.model.json")
+MODEL = str(MODELS / "stribeck.model.json")
 
 
 run = partial(printed, command)
@@ -36,11 +36,11 @@ def test_the_table_of_a_trajectory_and_of_its_positions_agree(tmp_path: Path) ->
     ("arguments", "message"),
     [
         ((), "one of --traj, --csv and a recording expected"),
-        (("--traj", "fig5b", OLD / "fig5b.mcap"), "one of --traj, --csv and a recording expected"),
+        (("--traj", "fig5b", MODELS / "fig5b.mcap"), "one of --traj, --csv and a recording expected"),
         (("--traj", "fig5c"), "unknown trajectory 'fig5c'"),
         (("--csv", "nothing.csv"), "nothing.csv does not exist"),
-        ((OLD / "fig5b.mcap", "--cycles", 2), "--cycles and --rate belong to --traj"),
-        ((OLD / "fig5b.mcap", "--temperature", 20), "--temperature belongs to a path that is given"),
+        ((MODELS / "fig5b.mcap", "--cycles", 2), "--cycles and --rate belong to --traj"),
+        ((MODELS / "fig5b.mcap", "--temperature", 20), "--temperature belongs to a path that is given"),
         (("--traj", "fig5b", "-o", "a.xlsx"), "an ending of .csv"),
         (("--traj", "fig5b", "-o", "a.csv", "--to", "xlsx"), "one of csv, json, parquet expected, 'xlsx' found"),
     ],

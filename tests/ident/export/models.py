@@ -13,7 +13,7 @@ from ident.identification.model_file import FittedParameter
 from ident.identification.prediction import effect_terms
 from recordings.rig import Axis, Rig
 from tests.ident.conftest import TRUTH
-from tests.ident.test_old_files import OLD
+from tests.ident.kept_models import MODELS
 
 VALUES = {
     "N": 7.0, "which": 0.0, "e": 0.003, "t_c": 5.0, "t_e": 12.0, "t_r": 0.1, "T": 8.0, "low": -0.6, "high": 0.6,
@@ -29,7 +29,7 @@ JOINTS = {"power_law_friction": (1,), "position_dependent_friction": (0, 2)}
 def model_with(names: Sequence[str], axes: Sequence[Axis] = ()) -> Model:
     """A delta robot, or independent `axes`, with the effects `names`."""
     effects = library()
-    base = ident.load_model(OLD / "lad.model.json").file
+    base = ident.load_model(MODELS / "lad.model.json").file
     rig = Rig(name="bench", mechanism="axes", axes=tuple(axes)) if axes else rig_of(base)
     structure = ModelStructure(mechanisms.create(rig), rig)
     for name in names:

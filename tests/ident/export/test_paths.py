@@ -13,7 +13,7 @@ from ident.identification.model import Model
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 from recordings.rig import Axis, Rig, simulated_rig
-from tests.ident.test_old_files import OLD
+from tests.ident.kept_models import MODELS
 from trajectories import kinematics, library
 
 RIG = simulated_rig()
@@ -21,7 +21,7 @@ RIG = simulated_rig()
 
 @pytest.fixture(scope="module")
 def model() -> Model:
-    return ident.load_model(OLD / "stateful.model.json")
+    return ident.load_model(MODELS / "stateful.model.json")
 
 
 def table(path: Path, columns: dict[str, Floats]) -> Path:
@@ -80,7 +80,7 @@ def test_chunks_give_the_torque_of_the_whole(model: Model, monkeypatch: pytest.M
 def test_growing_friction_ends_with_the_path_and_not_with_a_chunk(monkeypatch: pytest.MonkeyPatch) -> None:
     path = paths.from_trajectory("fig5b", RIG, 1, 250.0)
     monkeypatch.setattr(paths, "CHUNK_LENGTH", 500)
-    model = ident.load_model(OLD / "lad.model.json")
+    model = ident.load_model(MODELS / "lad.model.json")
     ends = {chunk.inputs_of(model.dynamics).end for chunk in path.chunks()}
     assert ends == {path.time[-1]}
 
@@ -90,7 +90,7 @@ def test_a_recording_has_the_torque_that_is_compared_with_it(
 ) -> None:
     file = write(make(cycles=1, rate=250.0, path=tmp_path / "a.mcap"))
     for name in ("stateful", "stribeck"):
-        loaded = ident.load_model(OLD / f"{name}.model.json")
+        loaded = ident.load_model(MODELS / f"{name}.model.json")
         path = paths.from_recording(file, loaded.file)
         (chunk,) = path.chunks()
         torque = loaded.dynamics.torque(chunk.inputs_of(loaded.dynamics))[chunk.used]

@@ -7,11 +7,11 @@ import ident
 from ident.export import paths
 from ident.export.torque_table import TorqueSummary, tables
 from recordings.rig import simulated_rig
-from tests.ident.test_old_files import OLD
+from tests.ident.kept_models import MODELS
 
 
 def test_columns_and_shares_are_those_of_the_model() -> None:
-    model = ident.load_model(OLD / "stribeck.model.json")
+    model = ident.load_model(MODELS / "stribeck.model.json")
     path, summary = paths.from_trajectory("fig5b", simulated_rig(), 1, 100.0), TorqueSummary()
     (table,) = tables(model, path, summary)
     motion = path.motion

@@ -10,7 +10,7 @@ import ident
 from ident.identification.model import Model
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
-from tests.ident.test_old_files import OLD
+from tests.ident.kept_models import MODELS
 
 TIME = np.arange(200) / 200
 Q = np.stack([0.2 * np.sin(3 * TIME + shift) for shift in (0.0, 2.1, 4.2)], axis=1)
@@ -71,12 +71,9 @@ def test_effects_in_place_of_friction_are_saved_without_the_parameters_that_they
     assert np.isfinite(loaded.inertia(Q)).all()
 
 
-@pytest.mark.parametrize(
-    "name", ["stribeck", "signal", "stateful", "rls", "lad", "diagnosed", "slide", "learned", "tight_spot"]
-)
-def test_models_of_earlier_versions_give_torque(name: str) -> None:
-    files = [OLD / f"{name}.py"] if name in ("learned", "tight_spot") else []
-    loaded = ident.load_model(OLD / f"{name}.model.json", files)
+@pytest.mark.parametrize("name", ["stribeck", "signal", "stateful", "rls", "lad", "diagnosed", "slide"])
+def test_model_files_give_torque(name: str) -> None:
+    loaded = ident.load_model(MODELS / f"{name}.model.json")
     dof = len(loaded.file.joints)
     torque = loaded.torque(Q[:, :dof], QD[:, :dof], QDD[:, :dof], dt=TIME[1], t=TIME)
     assert torque.shape == (len(TIME), dof)

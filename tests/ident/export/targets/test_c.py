@@ -20,7 +20,7 @@ from recordings.recording import Floats
 from recordings.rig import Axis
 from tests.ident.export.models import model_with
 from tests.ident.export.targets.compilers import SANITIZERS, compile_c
-from tests.ident.test_old_files import OLD
+from tests.ident.kept_models import MODELS
 
 LIBRARY = library()
 EXPORTABLE = [name for name, effect in LIBRARY.items() if effect.c]
@@ -44,7 +44,7 @@ def by_gcc(delta: Model, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def export(model: Model, folder: Path, precision: str = "double") -> Path:
-    path = paths.from_trajectory("fig5a", rig_of(ident.load_model(OLD / "lad.model.json").file), 1, 200.0)
+    path = paths.from_trajectory("fig5a", rig_of(ident.load_model(MODELS / "lad.model.json").file), 1, 200.0)
     c.write(ExportRequest(model, path, folder, precision))  # type: ignore[arg-type]
     return folder
 
@@ -165,7 +165,7 @@ def test_out_of_reach_is_nan(by_gcc: Path) -> None:
 
 
 def test_what_is_not_carried_is_missing_in_the_test_vectors(tmp_path: Path) -> None:
-    model = ident.load_model(OLD / "stateful.model.json")
+    model = ident.load_model(MODELS / "stateful.model.json")
     path = paths.from_trajectory("fig5a", rig_of(model.file), 1, 200.0)
     carried = c.write(ExportRequest(model, path, tmp_path))
     assert carried.lost == {"joint_elasticity": "no code in C"}
@@ -183,4 +183,4 @@ def test_what_is_not_carried_is_missing_in_the_test_vectors(tmp_path: Path) -> N
 
 def test_alternative_forms_are_refused(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="form 'lagrange14' found"):
-        export(ident.load_model(OLD / "rls.model.json"), tmp_path)
+        export(ident.load_model(MODELS / "rls.model.json"), tmp_path)

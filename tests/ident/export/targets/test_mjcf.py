@@ -14,7 +14,7 @@ from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Axis, Geometry
 from tests.ident.export.models import model_with
-from tests.ident.test_old_files import OLD
+from tests.ident.kept_models import MODELS
 from trajectories import kinematics
 
 PASSIVE = (
@@ -89,7 +89,7 @@ def difference(model: Model, name: str, out: Path, dry: bool) -> Floats:
 
 @pytest.mark.parametrize("name", ["fig5a", "fig5b"])
 def test_inverse_dynamics_are_those_of_the_model(name: str, tmp_path: Path) -> None:
-    model = ident.load_model(OLD / "diagnosed.model.json")
+    model = ident.load_model(MODELS / "diagnosed.model.json")
     assert (difference(model, name, tmp_path / "robot.xml", dry=False) < 1e-5).all()
     assert (difference(model, name, tmp_path / "robot.xml", dry=True) < 5e-3).all()
 
@@ -101,7 +101,7 @@ def test_every_carried_effect_is_in_the_inverse_dynamics(name: str, tmp_path: Pa
 
 
 def test_the_robot_hangs_together_in_a_simulation(tmp_path: Path) -> None:
-    model = ident.load_model(OLD / "diagnosed.model.json")
+    model = ident.load_model(MODELS / "diagnosed.model.json")
     path = paths.from_trajectory("fig5a", rig_of(model.file), 1, 100.0)
     mjcf.write(ExportRequest(model, path, tmp_path / "robot.xml"))
     robot = mujoco.MjModel.from_xml_path(str(tmp_path / "robot.xml"))
@@ -118,7 +118,7 @@ def test_the_robot_hangs_together_in_a_simulation(tmp_path: Path) -> None:
 
 
 def test_bodies_are_physically_consistent(tmp_path: Path) -> None:
-    path = paths.from_trajectory("fig5a", rig_of(ident.load_model(OLD / "lad.model.json").file), 1, 100.0)
+    path = paths.from_trajectory("fig5a", rig_of(ident.load_model(MODELS / "lad.model.json").file), 1, 100.0)
     mjcf.write(ExportRequest(model_with(CARRIED), path, tmp_path / "robot.xml"))
     robot = mujoco.MjModel.from_xml_path(str(tmp_path / "robot.xml"))
     moments = np.sort(robot.body_inertia[1:], axis=1)

@@ -6,12 +6,12 @@ import pytest
 from ident.output.report.blocks import Plot, ReportTable, Text
 from ident.output.report.contents import ReportContents, ReportRequest, gather
 from ident.output.report.sections import causes
-from tests.ident.test_old_files import OLD
+from tests.ident.kept_models import MODELS
 
 
 @pytest.fixture(scope="module")
 def contents() -> ReportContents:
-    request = ReportRequest((OLD / "lad.model.json",), (OLD / "fig5a.mcap",), (), (), diagnose=False)
+    request = ReportRequest((MODELS / "lad.model.json",), (MODELS / "fig5a.mcap",), (), (), diagnose=False)
     return gather(request, lambda text: None)
 
 
