@@ -77,13 +77,6 @@ def test_too_few_or_unknown_names_are_explained(
         draw(1, RIG, SimConfig(), names=names, sizes=(size, size), sizer=sizer)
 
 
-@pytest.mark.slow
-def test_impossible_size_is_explained(sizer: EffectSizer) -> None:
-    """The rig reports true motor voltages, in which a dead band is not visible."""
-    with pytest.raises(BadInput, match=r"amplifier_deadband.*0\.05 found"):
-        draw(1, RIG, SimConfig(), names=("amplifier_deadband",), sizes=(0.05,), joints=(2,), sizer=sizer)
-
-
 def test_truth_contains_effect_and_plant(sizer: EffectSizer) -> None:
     config = SimConfig(effects=(EffectSpec(name="torque_offset", joints=(3,), parameters={"a": 0.5}),))
     content = truth(RIG, config, seed=None, sizer=sizer)

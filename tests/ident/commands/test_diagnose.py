@@ -61,13 +61,9 @@ def test_model_without_hidden_effect_is_adequate(hide: Hide, robot: str) -> None
 @pytest.mark.parametrize(
     "effect",
     [
-        "quadratic_friction",
         "presliding_hysteresis",
-        "cogging",
-        "base_tilt",
         "actuation_delay",
         "geometry_error",
-        "torque_gain_mismatch",
         "encoder_zero_offset",
     ],
 )
