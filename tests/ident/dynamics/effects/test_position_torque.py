@@ -28,7 +28,8 @@ def named(torque: building.Torque, seed: int, share: float) -> list[str]:
     return [names[0] for names in building.named(train, validate)]
 
 
-SEEDS = [pytest.param(seed, marks=[pytest.mark.slow] if seed > 0 else []) for seed in range(5)]
+SEEDS = [pytest.param(seed, marks=[] if seed in (0, 2) else [pytest.mark.slow]) for seed in range(5)]
+"""With seed 2, held-out rows lie beyond the trained travel, where a curve is not judged: it has to rank first yet."""
 
 
 @pytest.mark.parametrize("seed", SEEDS)
