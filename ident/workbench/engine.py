@@ -17,6 +17,8 @@ from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose, prepare_inputs
 from ident.diagnosis.document import verdict
 from ident.diagnosis.document.document import labels
 from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.judge import judge
+from ident.diagnosis.search.fits import added_term
 from ident.diagnosis.search.screening import Candidate
 from ident.diagnosis.search.search import Search
 from ident.diagnosis.search.selection import SelectionStep
@@ -179,7 +181,7 @@ class Engine:
         return views.StepsView(
             train=train.name,
             validate=validate.name if validate else None,
-            steps=tuple(self._step_view(selection, step) for step in selection.steps),
+            steps=tuple(map(self._step_view, selection.steps, (None, *selection.steps[:-1]))),
             noise_rms=tuple(selection.model.noise_floor.rms.tolist()),
             units=recording.rig.effort_units,
             position_units=recording.rig.position_units,
@@ -196,16 +198,17 @@ class Engine:
             diagnosed=selection.model is selection.diagnosed,
         )
 
-    def _step_view(self, selection: SelectionState, step: LabelledStep) -> views.StepView:
+    def _step_view(self, step: LabelledStep, before: LabelledStep | None) -> views.StepView:
         if step not in self._step_views:
             improvement, (label, terms, x) = step.step.improvement, step.spec
             self._step_views[step] = views.StepView(
                 label=label,
-                entry=verdict.step_entry(selection.inputs.split, step.step),
+                entry=verdict.step_entry(step.step.model.split, step.step),
                 terms=terms,
                 x=x,
                 improvement=improvement.share if improvement else None,
                 improvement_ci95=improvement.interval if improvement else None,
+                refusal=_refusal(before.step.model, step.step) if before else "",
             )
         return self._step_views[step]
 
@@ -229,6 +232,14 @@ class Engine:
 def _labelled_steps(steps: Sequence[SelectionStep]) -> tuple[LabelledStep, ...]:
     names = labels([[term.name for term in step.model.terms] for step in steps])
     return tuple(LabelledStep(name, step) for name, step in zip(names, steps, strict=True))
+
+
+def _refusal(before: FittedModel, step: SelectionStep) -> str:
+    """Why the judge does not accept what `step` adds to the model `before`; empty if it does, or nothing is added."""
+    effect = added_term(before, step.model)
+    if step.added is None or step.model.terms[effect].effect.mandatory:
+        return ""
+    return judge(before, step.model, effect).reason
 
 
 def _joints(term: Term) -> tuple[int, ...]:

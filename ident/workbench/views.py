@@ -145,6 +145,8 @@ class StepView:
     improvement: float | None
     """Share of the held-out error above the noise floor that the last change removed."""
     improvement_ci95: tuple[float, float] | None
+    refusal: str
+    """Why the judge does not accept the effect that was added last; empty if it does, or none was added."""
 
     @property
     def spec(self) -> ModelSpec:

@@ -124,7 +124,7 @@ def _card(page: Page, candidate: CandidateCard, panel: PreviewPanel) -> None:
         with ui.row().classes("w-full items-center no-wrap"):
             ui.label(name).classes("font-medium ellipsis")
             ui.space()
-            set_test_id(ui.label(f"{100 * candidate.improvement:.1f} %"), f"improvement-{name}")
+            set_test_id(ui.label(f"{100 * candidate.improvement:.1f} % of the square"), f"improvement-{name}")
         ui.linear_progress(candidate.improvement, show_value=False, size="6px").props("aria-hidden=true")
         ui.label(effect.sentence).classes("text-sm")
         with ui.row().classes("w-full items-center no-wrap"):

@@ -87,6 +87,8 @@ def _improvement(step: StepView) -> str:
 
 
 def _draw_terms(page: Page, step: StepView) -> None:
+    if step.refusal:
+        set_test_id(ui.label(f"The data do not support the last effect: {step.refusal}."), "refusal")
     if not step.terms:
         return
     with ui.row().classes("items-center gap-2 q-mt-xs"):

@@ -79,6 +79,8 @@ def test_fit_add_remove_and_return(engine: Engine) -> None:
     assert len(added.steps) == 3
     before, after = (np.sum(np.square(step.entry.train_rms)) for step in added.steps[1:])
     assert after <= before * (1 + 1e-6), "at worst, the effect is not there"
+    assert [step.refusal for step in added.steps[:2]] == ["", ""]
+    assert added.steps[2].refusal, "nothing is hidden in the samples: the judge does not accept what is added by hand"
     assert f"--only {candidates.cards[0].name}" in shell_script(added, "m.json")
     assert "ident fit" in shell_script(step_list, "m.json")
     assert "rod_inertia" not in shell_script(step_list, "m.json"), "ident fit includes it"
