@@ -213,13 +213,21 @@ class _Pursuit:
 
     def _is_confirmed(self, change: Floats) -> bool:
         """Whether test rows are correlated with the `change` (n,) by a wave, as it was fitted to training rows."""
-        means = self._means(self.rest * change, self.signal.test)
-        return len(means) > 2 and means.mean() > MIN_T * means.std(ddof=1) / np.sqrt(len(means))
+        return _student_t(self._means(self.rest * change, self.signal.test)) > MIN_T
 
     def _lasts(self, change: Floats) -> bool:
-        """Whether a wave over time reduces the error in both halves of the training rows."""
-        gain = (self.rest**2 - (self.rest - change) ** 2)[self.signal.train]
-        return all(half.sum() > 0 for half in np.array_split(gain, 2))
+        """Whether a wave over time is there all the time: no block outweighs others by the logarithm of its error.
+
+        What reversals leave is as periodic as they are, but short.
+        """
+        rows = self.signal.train
+        before, after = (np.log(self._means(rest**2, rows)) for rest in (self.rest, self.rest - change))
+        return _student_t(before - after) > MIN_T
+
+
+def _student_t(values: Floats) -> float:
+    """Of the mean of the `values` (b,) of independent blocks."""
+    return float(values.mean() / (values.std(ddof=1) / np.sqrt(len(values)))) if len(values) > 2 else 0.0
 
 
 def _half_widths(regressor: Floats, rest: Floats) -> Floats:

@@ -20,8 +20,6 @@ _WINDOW = 24 * OVERSAMPLING
 """Points of a periodogram over which the noise level around a peak is taken."""
 _CANDIDATES = 4
 """Number of peaks that are tried in turn."""
-_FAST = 0.98
-"""Quantile of the speed up to which a wave has to stay within the band."""
 _STEPS = 4
 """Gauss-Newton steps of a wave number."""
 MIN_SAMPLES = 64
@@ -43,7 +41,7 @@ class JointSignal:
         self.test = np.concatenate([band.test[:, joint] for band in bands]) & known
         self.torque_rms = float(np.sqrt(np.nanmean(np.concatenate([b.torque[:, joint] for b in bands]) ** 2)))
         speed = np.abs(self.velocity)[self.train]
-        self.speed = float(np.quantile(speed, _FAST)) if len(speed) else 0.0
+        self.speed = float(speed @ speed / speed.sum()) if speed.any() else 0.0
 
     @property
     def highest_frequency(self) -> float:
