@@ -171,7 +171,7 @@ class _Pursuit:
         from scipy.special import stdtrit
 
         signal, carrier = self.signal, self.signal.over_angle
-        own = np.sum((self._columns * carrier.coefficients(self._columns, signal.residual))[:, index : index + 4], axis=1)
+        own = np.sum((self._columns * carrier.coefficients(self._columns, signal.residual))[:, index : index + 2], axis=1)
         target = self.rest + own
         order = carrier.refined(order, target)
         slope, left = carrier.slope(order, target)

@@ -72,7 +72,7 @@ class JointSignal:
     def over_angle(self) -> "Carrier":
         """Waves over the angle; amplitude and phase are linear in the speed, in each recording and direction."""
         speed = np.abs(self.velocity) / (self.speed or 1.0)
-        factors = np.stack([np.ones_like(speed), speed], axis=1)
+        factors = np.stack([np.ones_like(speed)], axis=1)
         part = 2 * self.recording + (self.velocity > 0)
         return Carrier(self, np.nan_to_num(self.angle), factors, part, self.train, (self.velocity > 0).astype(int))
 
