@@ -90,22 +90,25 @@ class _Pursuit:
 
     def extend(self) -> bool:
         """Add the highest confirmed peak; False if there is none."""
-        vibration = self._vibration()
-        _, columns, change, _ = vibration
+        hertz, columns, change = self._vibration()
         for order, candidate, ripple in self._candidates(self.signal.over_angle, self._orders):
             if self._is_better(change, ripple):
                 break  # a vibration explains more: it comes first
+            certain = self._is_better(ripple, change)
             if self._is_confirmed(ripple):
-                certain = self._is_better(ripple, change) or self._reduction(change) < SAME_SHARE * self._reduction(ripple)
+                certain |= self._reduction(change) < SAME_SHARE * self._reduction(ripple)
+                self.same.append(np.nan if certain else hertz)
                 self.orders.append(order)
                 self._starts.append(self._columns.shape[1])
-                self.same.append(np.nan if certain else vibration[0])
                 return self._add(candidate)
-        if np.isfinite(vibration[0]):
-            self.frequencies.append(vibration[0])
-            self.vibrations.append(vibration[3])
-            return self._add(columns)
-        return False
+            if certain:  # the vibration is a part of a ripple, even if other waves still hide it from the test rows
+                hertz, change = np.nan, np.zeros_like(change)
+        if np.isnan(hertz):
+            return False
+        amplitudes = np.hypot(*self.signal.over_time.coefficients(columns, self.rest)[self.signal.train].T)
+        self.frequencies.append(hertz)
+        self.vibrations.append(float(amplitudes.max()))
+        return self._add(columns)
 
     def _candidates(self, carrier: Carrier, grid: Floats) -> Iterator[tuple[float, Floats, Floats]]:
         """Wave numbers of significant waves, each with its columns (n, c) and what it explains (n,)."""
@@ -123,14 +126,12 @@ class _Pursuit:
             if large and carrier.is_significant(number, reduction, self.rest - change, reference) and not (over_angle and self._is_known(number)):
                 yield number, columns, change
 
-    def _vibration(self) -> tuple[float, Floats, Floats, float]:
-        """Frequency [Hz] of the first wave that lasts, its columns (n, c), what it explains (n,), its amplitude."""
-        carrier = self.signal.over_time
-        for omega, columns, change in self._candidates(carrier, self._omegas):
+    def _vibration(self) -> tuple[float, Floats, Floats]:
+        """Frequency [Hz] of the first wave over time that lasts, its columns (n, c), what it explains (n,)."""
+        for omega, columns, change in self._candidates(self.signal.over_time, self._omegas):
             if self._lasts(change):
-                pair = carrier.coefficients(columns, self.rest)[self.signal.train]
-                return omega / (2 * np.pi), columns, change, float(np.hypot(*pair.T).max())
-        return np.nan, self._columns, np.zeros_like(self.rest), 0.0
+                return omega / (2 * np.pi), columns, change
+        return np.nan, self._columns, np.zeros_like(self.rest)
 
     def _add(self, columns: Floats) -> bool:
         self._columns = np.concatenate([self._columns, columns], axis=1)
