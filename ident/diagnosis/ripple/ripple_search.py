@@ -214,7 +214,10 @@ class _Pursuit:
 
     def _is_confirmed(self, change: Floats) -> bool:
         """Whether test rows are correlated with the `change` (n,) by a wave, as it was fitted to training rows."""
-        return _student_t(self._means(self.rest * change, self.signal.test)) > MIN_T
+        rows = self.signal.test
+        blocks = self.signal.blocks[rows]
+        sums = np.bincount(blocks, (self.rest * change)[rows])[np.bincount(blocks) > 0]
+        return _student_t(sums) > MIN_T
 
     def _lasts(self, change: Floats) -> bool:
         """Whether a wave over time is there all the time: no block outweighs others by the logarithm of its error.
