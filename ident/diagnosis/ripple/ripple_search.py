@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.diagnosis.judge.improvement import Improvement, improvement_of_blocks
+from ident.diagnosis.judge.judge import MIN_TORQUE_SHARE
 from ident.diagnosis.ripple.waves import MIN_SAMPLES, Carrier, JointSignal, least_squares, wave, wave_numbers
 from ident.dynamics.effects.periodogram import MAX_PHASE
 from ident.uncertainty import covariance
@@ -23,14 +24,10 @@ LOWEST, HIGHEST = 6.0, 3000.0
 """Range of the waves over the angle [1/turn]."""
 MAX_WAVES = 16
 """Number of waves per joint."""
-MIN_TORQUE_SHARE = 0.002
-"""RMS of a relevant wave as a share of the torque's."""
 MIN_T = 3.0
 """Student's t of the correlation of a wave with test rows; training rows have ruled out chance before."""
 MIN_DIFFERENCE_T = 2.0
 """Student's t from which a wave over the angle differs from one over time."""
-SAME_SHARE = 0.7
-"""Share of the reduction by a wave over the angle that a vibration must reach to explain as much."""
 SAME_ORDER = 0.02
 """Relative difference of two orders up to which they are one ripple and a sideband of it."""
 
@@ -71,67 +68,67 @@ class _Pursuit:
 
     def __init__(self, signal: JointSignal, step: float) -> None:
         self.signal = signal
-        self.orders: list[float] = []
+        self.orders: dict[int, float] = {}
+        """By the index of their columns."""
         self.same: list[float] = []
         self.frequencies: list[float] = []
         self.vibrations: list[float] = []
-        self._starts: list[int] = []
         self.rest = signal.residual
         self._columns = np.empty((len(signal.residual), 0))
-
         angle = signal.angle[signal.train]
         limits = [HIGHEST, MAX_PHASE / max(float(np.ptp(angle)), 1e-9), 1 / step if step else np.inf]
         if signal.speed:
             limits.append(2 * np.pi * signal.highest_frequency / signal.speed)
-        self._orders = wave_numbers(angle, min(limits), LOWEST)
-        self._omegas = wave_numbers(
-            signal.time[signal.train], 2 * np.pi * signal.highest_frequency, 2 * np.pi * signal.low
-        )
+        self._grids = {
+            signal.over_angle: wave_numbers(angle, min(limits), LOWEST),
+            signal.over_time: wave_numbers(
+                signal.time[signal.train], 2 * np.pi * signal.highest_frequency, 2 * np.pi * signal.low
+            ),
+        }
 
     def extend(self) -> bool:
         """Add the highest confirmed peak; False if there is none."""
-        hertz, columns, change = self._vibration()
-        for order, candidate, ripple in self._candidates(self.signal.over_angle, self._orders):
-            if self._is_better(change, ripple):
+        hertz, vibration = self._vibration()
+        for order, ripple in self._candidates(self.signal.over_angle):
+            if self._is_better(vibration, ripple):
                 break  # a vibration explains more: it comes first
-            certain = self._is_better(ripple, change)
+            certain = self._is_better(ripple, vibration)
             if self._is_confirmed(ripple):
-                certain |= self._reduction(change) < SAME_SHARE * self._reduction(ripple)
                 self.same.append(np.nan if certain else hertz)
-                self.orders.append(order)
-                self._starts.append(self._columns.shape[1])
-                return self._add(candidate)
+                self.orders[self._columns.shape[1]] = order
+                return self._add(self.signal.over_angle.columns(order))
             if certain:  # the vibration is a part of a ripple, even if other waves still hide it from the test rows
-                hertz, change = np.nan, np.zeros_like(change)
+                hertz, vibration = np.nan, np.zeros_like(vibration)
         if np.isnan(hertz):
             return False
-        amplitudes = np.hypot(*self.signal.over_time.coefficients(columns, self.rest)[self.signal.train].T)
+        columns = self.signal.over_time.columns(2 * np.pi * hertz)
+        pairs = self.signal.over_time.coefficients(columns, self.rest)[self.signal.train]
         self.frequencies.append(hertz)
-        self.vibrations.append(float(amplitudes.max()))
-        return self._add(columns)
+        self.vibrations.append(float(np.hypot(*pairs.T).max()))
+        trained = np.isin(self.signal.recording, self.signal.recording[self.signal.train])
+        return self._add(columns * trained[:, None])  # in other recordings its phase is unknown
 
-    def _candidates(self, carrier: Carrier, grid: Floats) -> Iterator[tuple[float, Floats, Floats]]:
-        """Wave numbers of significant waves, each with its columns (n, c) and what it explains (n,)."""
-        signal = self.signal
+    def _candidates(self, carrier: Carrier) -> Iterator[tuple[float, Floats]]:
+        """Wave numbers of significant waves that are large beside the torque, and what each explains (n,)."""
+        signal, grid = self.signal, self._grids[carrier]
         over_angle = carrier is signal.over_angle
         for peak in carrier.peaks(self.rest, grid, over_angle & self._is_known(grid)):
             number = carrier.refined(peak, self.rest)
-            columns = carrier.columns(number)
-            change = carrier.fitted(columns, self.rest)
-            repeats = [] if over_angle else [band for band in signal.bands if band.repeats(number / (2 * np.pi))]
+            change = carrier.fitted(carrier.columns(number), self.rest)
+            repeated = [] if over_angle else [band for band in signal.bands if band.repeats(number / (2 * np.pi))]
             # Whatever repeats with the motion has all of its harmonics.
-            reference = repeats[0].harmonics(grid) if repeats else grid
-            reduction = self._reduction(change)
+            reference = repeated[0].harmonics(grid) if repeated else grid
+            reduction = float(np.sum((self.rest**2 - (self.rest - change) ** 2)[signal.train]))
             large = reduction > signal.train.sum() * (MIN_TORQUE_SHARE * signal.torque_rms) ** 2
-            if large and carrier.is_significant(number, reduction, self.rest - change, reference) and not (over_angle and self._is_known(number)):
-                yield number, columns, change
+            if large and carrier.is_significant(number, reduction, self.rest - change, reference):
+                yield number, change
 
-    def _vibration(self) -> tuple[float, Floats, Floats]:
-        """Frequency [Hz] of the first wave over time that lasts, its columns (n, c), what it explains (n,)."""
-        for omega, columns, change in self._candidates(self.signal.over_time, self._omegas):
+    def _vibration(self) -> tuple[float, Floats]:
+        """Frequency [Hz] of the first wave over time that lasts, and what it explains (n,); NaN if there is none."""
+        for omega, change in self._candidates(self.signal.over_time):
             if self._lasts(change):
-                return omega / (2 * np.pi), columns, change
-        return np.nan, self._columns, np.zeros_like(self.rest)
+                return omega / (2 * np.pi), change
+        return np.nan, np.zeros_like(self.rest)
 
     def _add(self, columns: Floats) -> bool:
         self._columns = np.concatenate([self._columns, columns], axis=1)
@@ -141,60 +138,54 @@ class _Pursuit:
     def result(self) -> Waves:
         """The waves with their amplitudes and uncertainty."""
         signal, k = self.signal, len(self.orders)
-        estimates = [self._order(*pair) for pair in zip(self.orders, self._starts, strict=True)]
-        orders = np.array([order for order, _ in estimates])
-        columns = np.concatenate(
-            [self._columns[:, :0], *(signal.above(wave(np.nan_to_num(signal.angle), order)) for order in orders)], axis=1
-        )
-        pairs = least_squares(columns[signal.train], signal.residual[signal.train])
-        rest = signal.residual - columns @ pairs
-        improvements = []
-        for i in range(k):
-            fewer = np.delete(columns, [2 * i, 2 * i + 1], axis=1)
-            before = signal.residual - fewer @ least_squares(fewer[signal.train], signal.residual[signal.train])
-            improvements.append(self._improvement(before, rest, signal.test))
-        widths = _half_widths(columns, np.where(signal.train, rest, np.nan)).reshape(k, 2) if k else np.empty((0, 2))
+        estimates = np.array([self._estimate(*item) for item in self.orders.items()]).reshape(k, 2)
+        angle = np.nan_to_num(signal.angle)
+        waves = [signal.above(wave(angle, order)) for order in estimates[:, 0]]
+        columns = np.concatenate([self._columns[:, :0], *waves], axis=1)
+        rest, pairs = self._left(columns)
+        others = (np.delete(columns, [2 * i, 2 * i + 1], axis=1) for i in range(k))
+        widths = _uncertainty(columns, np.where(signal.train, rest, np.nan)).half_width() if k else np.empty(0)
         return Waves(
-            orders,
+            estimates[:, 0],
             pairs.reshape(k, 2),
-            np.concatenate([widths, np.array([width for _, width in estimates]).reshape(k, 1)], axis=1),
-            tuple(improvements),
+            np.concatenate([widths.reshape(k, 2), estimates[:, 1:]], axis=1),
+            tuple(self._improvement(self._left(fewer)[0], rest, signal.test) for fewer in others),
             np.array(self.same),
             np.array(self.frequencies),
             np.array(self.vibrations),
         )
 
-    def _order(self, order: float, index: int) -> tuple[float, float]:
-        """The mean order of a wave over recordings and directions, and half its 95 % interval.
+    def _left(self, columns: Floats) -> tuple[Floats, Floats]:
+        """(n,) residual that `columns` (n, c) leave, and (c,) their coefficients, the same in all parts."""
+        signal = self.signal
+        coefficients = least_squares(columns[signal.train], signal.residual[signal.train])
+        return signal.residual - columns @ coefficients, coefficients
+
+    def _estimate(self, index: int, order: float) -> tuple[float, float]:
+        """The mean of an `order` over recordings and directions, and half its 95 % interval.
 
         The interval covers what differs between them, such as delays, beside the noise.
         """
         from scipy.special import stdtrit
 
         signal, carrier = self.signal, self.signal.over_angle
-        own = np.sum((self._columns * carrier.coefficients(self._columns, signal.residual))[:, index : index + 2], axis=1)
-        target = self.rest + own
+        coefficients = carrier.coefficients(self._columns, signal.residual)
+        target = self.rest + np.sum((self._columns * coefficients)[:, index : index + 2], axis=1)
         order = carrier.refined(order, target)
         slope, left = carrier.slope(order, target)
         parts = [here for here, _ in carrier.parts if slope[here].any()]
         weights = np.array([slope[here] @ slope[here] for here in parts])
         shifts = np.array([slope[here] @ left[here] for here in parts]) / weights
-        freedom = len(parts) - 1
-        scatter = np.sqrt(weights @ shifts**2 / weights.sum() / max(freedom, 1))
-        between = stdtrit(freedom, 0.975) * scatter if freedom else 0.0
-        within = _half_widths(slope[:, None], np.where(signal.train, left, np.nan))[0]
-        self.info = [*getattr(self, "info", []), (order, shifts, weights, between, within)]
-        return order, float(np.hypot(between, within))
+        within = _uncertainty(slope[:, None], np.where(signal.train, left, np.nan)).covariance[0, 0]
+        scatter = weights @ shifts**2 / weights.sum() / max(len(parts) - 1, 1)
+        # Welch and Satterthwaite: the variance between parts is uncertain, as they are few.
+        freedom = (len(parts) - 1) * ((within + scatter) / scatter) ** 2 if len(parts) > 1 else np.inf
+        return order, float(stdtrit(freedom, (1 + covariance.LEVEL) / 2) * np.sqrt(within + scatter))
 
     def _is_known(self, orders: Floats | float) -> Bools:
         """Whether `orders` belong to a wave that was found."""
-        known: Bools = np.any([np.abs(orders - other) < SAME_ORDER * other for other in self.orders], axis=0)
+        known: Bools = np.any([np.abs(orders - other) < SAME_ORDER * other for other in self.orders.values()], axis=0)
         return known
-
-    def _reduction(self, change: Floats) -> float:
-        """Of the training rows' sum of squares by what explains `change` (n,)."""
-        rows = self.signal.train
-        return float(np.sum(self.rest[rows] ** 2) - np.sum((self.rest - change)[rows] ** 2))
 
     def _is_better(self, first: Floats, second: Floats) -> bool:
         """Whether the change `first` (n,) explains significantly more than the `second` one."""
@@ -202,8 +193,7 @@ class _Pursuit:
 
     def _improvement(self, before: Floats, after: Floats, rows: Bools) -> Improvement:
         """Improvement between two residuals (n,), on `rows`."""
-        means = [self._means(rest**2, rows) for rest in (before, after)]
-        return improvement_of_blocks(*means)
+        return improvement_of_blocks(self._means(before**2, rows), self._means(after**2, rows))
 
     def _means(self, values: Floats, rows: Bools) -> Floats:
         """(b,) means of the `values` (n,) of `rows` in each block."""
@@ -217,7 +207,7 @@ class _Pursuit:
         rows = self.signal.test
         blocks = self.signal.blocks[rows]
         sums = np.bincount(blocks, (self.rest * change)[rows])[np.bincount(blocks) > 0]
-        return _student_t(sums) > MIN_T
+        return _student_t(sums.astype(float)) > MIN_T
 
     def _lasts(self, change: Floats) -> bool:
         """Whether a wave over time is there all the time: no block outweighs others by the logarithm of its error.
@@ -234,8 +224,8 @@ def _student_t(values: Floats) -> float:
     return float(values.mean() / (values.std(ddof=1) / np.sqrt(len(values)))) if len(values) > 2 else 0.0
 
 
-def _half_widths(regressor: Floats, rest: Floats) -> Floats:
-    """(c,) half the 95 % intervals of the coefficients of a `regressor` (n, c), for autocorrelated residuals."""
+def _uncertainty(regressor: Floats, rest: Floats) -> covariance.Uncertainty:
+    """Of the coefficients of a `regressor` (n, c) that leaves the `rest` (n,), for autocorrelated residuals."""
     count = len(rest)
     rows = covariance.least_squares(regressor[:, None], rest[:, None], np.ones((count, 1)), np.full(count, -1))
-    return covariance.estimate([rows]).half_width()
+    return covariance.estimate([rows])

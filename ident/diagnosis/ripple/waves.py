@@ -70,61 +70,56 @@ class JointSignal:
 
     @cached_property
     def over_angle(self) -> "Carrier":
-        """Waves over the angle; amplitude and phase are linear in the speed, in each recording and direction."""
-        speed = np.abs(self.velocity) / (self.speed or 1.0)
-        factors = np.stack([np.ones_like(speed)], axis=1)
-        part = 2 * self.recording + (self.velocity > 0)
-        return Carrier(self, np.nan_to_num(self.angle), factors, part, self.train, (self.velocity > 0).astype(int))
+        """Waves over the angle: the drive delays and attenuates them, in each direction in another way."""
+        forward = (self.velocity > 0).astype(int)
+        return Carrier(self, np.nan_to_num(self.angle), 2 * self.recording + forward, forward)
 
     @cached_property
     def over_time(self) -> "Carrier":
-        """Waves over time, each with an amplitude and a phase in each recording that has training rows."""
-        known = np.isin(self.recording, self.recording[self.train])
-        none = np.zeros_like(self.recording)
-        return Carrier(self, self.time, known[:, None].astype(float), self.recording, self.train, none)
+        """Waves over time: their phases in two recordings are unrelated."""
+        return Carrier(self, self.time, self.recording, np.zeros_like(self.recording))
 
 
 @dataclass(frozen=True, eq=False)
 class Carrier:
-    """Waves over one coordinate, with amplitude and phase of their own in each part of the rows."""
+    """Waves over one coordinate, with an amplitude and a phase in each part of the samples."""
 
     signal: JointSignal
     coordinate: Floats
     """(n,) angle [rad or m] or time [s]."""
-    factors: Floats
-    """(n, c) of sine and cosine."""
     part: Ints
     """(n,) number of the part of each sample."""
-    train: Bools
-    """(n,)"""
-    wider: Ints
-    """(n,) number of the parts' union that stands for a part without training rows."""
+    union: Ints
+    """(n,) number of the parts that stand for a part without training rows: those of all recordings."""
 
     @cached_property
     def centred(self) -> Floats:
         """(n,) the coordinate from its middle."""
-        return self.coordinate - float(self.coordinate[self.train].mean())
+        return self.coordinate - float(self.coordinate[self.signal.train].mean())
 
     @cached_property
     def cell(self) -> float:
         """Resolution of wave numbers."""
-        return 2 * np.pi / max(float(np.ptp(self.coordinate[self.train])), 1e-9)
+        return 2 * np.pi / max(float(np.ptp(self.coordinate[self.signal.train])), 1e-9)
 
     @cached_property
     def parts(self) -> list[tuple[Bools, Bools]]:
         """(n,) samples of each part, and (n,) training rows that are fitted for it."""
-        parts = []
-        for number in np.unique(self.part):
-            here = self.part == number
-            fitted = here & self.train
-            if fitted.sum() < MIN_SAMPLES:
-                fitted = np.isin(self.wider, self.wider[here]) & self.train
-            parts.append((here, fitted))
-        return parts
+        train = self.signal.train
+        parts = [self.part == number for number in np.unique(self.part)]
+        return [
+            (
+                here,
+                here & train
+                if (here & train).sum() >= MIN_SAMPLES
+                else np.isin(self.union, self.union[here]) & train,
+            )
+            for here in parts
+        ]
 
     def columns(self, number: float) -> Floats:
-        """(n, 2 c) waves of one wave number, above the low-pass."""
-        return self.signal.above(self._times_factors(wave(self.centred, number)))
+        """(n, 2) sine and cosine of one wave number above the low-pass."""
+        return self.signal.above(wave(self.centred, number))
 
     def coefficients(self, columns: Floats, target: Floats) -> Floats:
         """(n, c) coefficients of `columns` (n, c) for the `target` (n,), the same in all of a part."""
@@ -138,29 +133,25 @@ class Carrier:
         explained: Floats = np.sum(columns * self.coefficients(columns, target), axis=1)
         return explained
 
-    def slope(self, number: float, rest: Floats) -> tuple[Floats, Floats]:
-        """(n,) derivative of the wave in `rest` (n,) by its wave number, and (n,) what the wave leaves.
+    def slope(self, number: float, target: Floats) -> tuple[Floats, Floats]:
+        """(n,) derivative of the wave in the `target` (n,) by its wave number, and (n,) what the wave leaves.
 
-        Both without what amplitude and phase explain.
+        Both without what amplitude and phase explain, and zero outside of the training rows.
         """
         columns = self.columns(number)
-        coefficients = self.coefficients(columns, rest)
+        pairs = self.coefficients(columns, target)
         sine, cosine = wave(self.centred, number).T
-        turned = self._times_factors(np.stack([cosine, -sine], axis=1))
-        slope = self.signal.above((self.centred * np.sum(turned * coefficients, axis=1))[:, None])[:, 0]
-        left = rest - np.sum(columns * coefficients, axis=1)
-        return np.where(self.train, slope - self.fitted(columns, slope), 0.0), np.where(self.train, left, 0.0)
-
-    def _times_factors(self, waves: Floats) -> Floats:
-        product: Floats = (waves[:, :, None] * self.factors[:, None, :]).reshape(len(waves), -1)
-        return product
+        slope = self.signal.above((self.centred * (pairs[:, 0] * cosine - pairs[:, 1] * sine))[:, None])[:, 0]
+        left = target - np.sum(columns * pairs, axis=1)
+        train = self.signal.train
+        return np.where(train, slope - self.fitted(columns, slope), 0.0), np.where(train, left, 0.0)
 
     def refined(self, number: float, rest: Floats) -> float:
         """The wave number that explains most of `rest`, by Gauss-Newton steps within a resolution cell."""
         start = number
         for _ in range(_STEPS):
             slope, left = self.slope(number, rest)
-            step = float(slope @ left) / max(float(slope @ slope), 1e-300)
+            step = float(slope @ left) / max(float(slope @ slope), float(np.finfo(float).tiny))
             number = float(np.clip(number + step, start - self.cell / 2, start + self.cell / 2))
         return number
 
@@ -168,8 +159,8 @@ class Carrier:
         """(f,) periodogram of `rest` (n,) on the `grid` (f,), and (f,) the noise in it per degree of freedom."""
         from scipy.stats import chi2
 
-        parts = [np.isin(self.wider, number) & self.train for number in np.unique(self.wider)]
-        parts = [rows for rows in parts if rows.sum() > MIN_SAMPLES]
+        unions = [(self.union == number) & self.signal.train for number in np.unique(self.union)]
+        parts = [rows for rows in unions if rows.sum() >= MIN_SAMPLES]
         power = np.sum([periodogram(self.coordinate[rows], rest[rows], grid) for rows in parts], axis=0)
         blocks = np.array_split(power, max(len(power) // _WINDOW, 1))
         centres = np.cumsum([0, *(len(block) for block in blocks[:-1])]) + _WINDOW / 2
@@ -200,7 +191,7 @@ class Carrier:
 
         if len(grid) < 2:
             return False
-        columns = 2 * self.factors.shape[1] * len(np.unique(self.part[self.train]))
+        columns = 2 * len(np.unique(self.part[self.signal.train]))
         noise = np.interp(number, grid, self.power(rest, grid)[1])
         return bool(reduction > noise * chi2.isf(FALSE_ALARM * OVERSAMPLING / len(grid), columns))
 
