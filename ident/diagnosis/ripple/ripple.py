@@ -15,7 +15,7 @@ from ident.data.prepared_recording import PreparedRecording
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import Improvement
 from ident.diagnosis.ripple.high_band import HighBand, high_bands
-from ident.diagnosis.ripple.ripple_search import Waves, search
+from ident.diagnosis.ripple.ripple_search import SAME_ORDER, Waves, search
 from ident.diagnosis.ripple.waves import JointSignal, wave, wave_numbers
 from ident.diagnosis.split.split_data import rms
 from ident.dynamics.effects.base import Effect
@@ -26,12 +26,8 @@ from recordings.recording import Floats
 
 EFFECT = "cogging"
 """The effect of the library that a wave over the angle is."""
-_SAME = 0.01
-"""Relative difference of the orders of the same wave below and above the low-pass."""
-_DRAWN = 1.2
-"""Ratio of the highest order in a spectrum to the highest line's."""
-_MARGIN = 1.1
-"""Ratio of the upper end of the band in which errors are stated to the highest frequency of a wave."""
+_MARGIN = 1.2
+"""Ratio of the end of a spectrum, or of the band in which errors are stated, to its highest wave."""
 
 
 @dataclass(frozen=True)
@@ -171,7 +167,7 @@ class Ripple:
         signal = JointSignal(
             [replace(band, residual=rest) for band, rest in zip(self.bands, residuals, strict=True)], joint
         )
-        highest = max(_DRAWN * line.order for line in self.lines if line.joint == joint)
+        highest = max(_MARGIN * line.order for line in self.lines if line.joint == joint)
         orders = wave_numbers(signal.angle[signal.train], highest)
         reduction = periodogram(signal.angle[signal.train], signal.residual[signal.train], orders)
         return orders, np.sqrt(2 * reduction / signal.train.sum())
@@ -248,4 +244,4 @@ def _is_known(line: RippleLine, model: FittedModel) -> bool:
         for index, term in enumerate(structure.terms)
         if term.name == EFFECT and line.joint in term.joints
     ]
-    return any(abs(line.order - order) < _SAME * order for order in orders)
+    return any(abs(line.order - order) < SAME_ORDER * order for order in orders)

@@ -1,6 +1,7 @@
 """Sine waves over an angle or over time in the residual of one joint: periodograms and least squares."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -19,18 +20,19 @@ _WINDOW = 24 * OVERSAMPLING
 """Points of a periodogram over which the noise level around a peak is taken."""
 _CANDIDATES = 4
 """Number of peaks that are tried in turn."""
-_FAST = 0.98
-"""Quantile of the speed up to which a wave has to stay within the band."""
 _STEPS = 4
 """Gauss-Newton steps of a wave number."""
+MIN_SAMPLES = 64
+"""Training samples and test samples below which no wave is searched, and a part of the samples is none by itself."""
 
 
 class JointSignal:
     """The residual of one joint in all recordings, end to end, with the angle and the time of each sample."""
 
     def __init__(self, bands: Sequence[HighBand], joint: int) -> None:
-        self.bands, self._joint = bands, joint
+        self.bands = bands
         self.angle = np.concatenate([band.position[:, joint] for band in bands])
+        self.velocity = np.nan_to_num(np.concatenate([band.velocity[:, joint] for band in bands]))
         self.time = np.concatenate([band.time for band in bands])
         self.residual = np.concatenate([band.residual[:, joint] for band in bands])
         self.recording = np.repeat(np.arange(len(bands)), [len(band.time) for band in bands])
@@ -38,8 +40,8 @@ class JointSignal:
         self.train = np.concatenate([band.train[:, joint] for band in bands]) & known
         self.test = np.concatenate([band.test[:, joint] for band in bands]) & known
         self.torque_rms = float(np.sqrt(np.nanmean(np.concatenate([b.torque[:, joint] for b in bands]) ** 2)))
-        speed = np.abs(np.concatenate([band.velocity[:, joint] for band in bands]))[self.train]
-        self.speed = float(np.quantile(speed, _FAST)) if len(speed) else 0.0
+        speed = np.abs(self.velocity)[self.train]
+        self.speed = float(speed @ speed / speed.sum()) if speed.any() else 0.0
 
     @property
     def highest_frequency(self) -> float:
@@ -50,10 +52,6 @@ class JointSignal:
     def low(self) -> float:
         """Lower end of the band [Hz]."""
         return max(band.low for band in self.bands)
-
-    def of_recording(self, index: int) -> "JointSignal":
-        """The signal in one of the recordings, of which some samples are known."""
-        return JointSignal([self.bands[index]], self._joint)
 
     @cached_property
     def blocks(self) -> Ints:
@@ -70,17 +68,132 @@ class JointSignal:
         high: Floats = np.nan_to_num(np.concatenate([band.above(part) for band, part in parts]))
         return high
 
-    def refined(self, coordinate: Floats, wave_number: float, cell: float, rest: Floats, rows: Bools) -> float:
-        """The wave number that explains most of `rest` in `rows`, by Gauss-Newton steps within a resolution cell."""
-        start, coordinate = wave_number, coordinate - float(coordinate[rows].mean())
+    @cached_property
+    def over_angle(self) -> "Carrier":
+        """Waves over the angle: the drive delays and attenuates them, in each direction in another way."""
+        forward = (self.velocity > 0).astype(int)
+        return Carrier(self, np.nan_to_num(self.angle), 2 * self.recording + forward, forward)
+
+    @cached_property
+    def over_time(self) -> "Carrier":
+        """Waves over time: their phases in two recordings are unrelated."""
+        return Carrier(self, self.time, self.recording, np.zeros_like(self.recording))
+
+
+@dataclass(frozen=True, eq=False)
+class Carrier:
+    """Waves over one coordinate, with an amplitude and a phase in each part of the samples."""
+
+    signal: JointSignal
+    coordinate: Floats
+    """(n,) angle [rad or m] or time [s]."""
+    part: Ints
+    """(n,) number of the part of each sample."""
+    union: Ints
+    """(n,) number of the parts that stand for a part without training rows: those of all recordings."""
+
+    @cached_property
+    def centred(self) -> Floats:
+        """(n,) the coordinate from its middle."""
+        return self.coordinate - float(self.coordinate[self.signal.train].mean())
+
+    @cached_property
+    def cell(self) -> float:
+        """Resolution of wave numbers."""
+        return 2 * np.pi / max(float(np.ptp(self.coordinate[self.signal.train])), 1e-9)
+
+    @cached_property
+    def parts(self) -> list[tuple[Bools, Bools]]:
+        """(n,) samples of each part, and (n,) training rows that are fitted for it."""
+        train = self.signal.train
+        parts = [self.part == number for number in np.unique(self.part)]
+        return [
+            (
+                here,
+                here & train
+                if (here & train).sum() >= MIN_SAMPLES
+                else np.isin(self.union, self.union[here]) & train,
+            )
+            for here in parts
+        ]
+
+    def columns(self, number: float) -> Floats:
+        """(n, 2) sine and cosine of one wave number above the low-pass."""
+        return self.signal.above(wave(self.centred, number))
+
+    def coefficients(self, columns: Floats, target: Floats) -> Floats:
+        """(n, c) coefficients of `columns` (n, c) for the `target` (n,), the same in all of a part."""
+        coefficients = np.zeros_like(columns)
+        for here, fitted in self.parts:
+            coefficients[here] = least_squares(columns[fitted], target[fitted])
+        return coefficients
+
+    def fitted(self, columns: Floats, target: Floats) -> Floats:
+        """(n,) what `columns` (n, c) explain of the `target` (n,)."""
+        explained: Floats = np.sum(columns * self.coefficients(columns, target), axis=1)
+        return explained
+
+    def slope(self, number: float, target: Floats) -> tuple[Floats, Floats]:
+        """(n,) derivative of the wave in the `target` (n,) by its wave number, and (n,) what the wave leaves.
+
+        Both without what amplitude and phase explain, and zero outside of the training rows.
+        """
+        columns = self.columns(number)
+        pairs = self.coefficients(columns, target)
+        sine, cosine = wave(self.centred, number).T
+        slope = self.signal.above((self.centred * (pairs[:, 0] * cosine - pairs[:, 1] * sine))[:, None])[:, 0]
+        left = target - np.sum(columns * pairs, axis=1)
+        train = self.signal.train
+        return np.where(train, slope - self.fitted(columns, slope), 0.0), np.where(train, left, 0.0)
+
+    def refined(self, number: float, rest: Floats) -> float:
+        """The wave number that explains most of `rest`, by Gauss-Newton steps within a resolution cell."""
+        start = number
         for _ in range(_STEPS):
-            columns = wave(coordinate, wave_number)
-            above = self.above(columns)[rows]
-            sine, cosine = least_squares(above, rest[rows])
-            derivative = self.above(slope(coordinate, columns, sine, cosine)[:, None])[rows]
-            step = least_squares(np.concatenate([above, derivative], axis=1), rest[rows])[-1]
-            wave_number = float(np.clip(wave_number + step, start - cell / 2, start + cell / 2))
-        return wave_number
+            slope, left = self.slope(number, rest)
+            step = float(slope @ left) / max(float(slope @ slope), float(np.finfo(float).tiny))
+            number = float(np.clip(number + step, start - self.cell / 2, start + self.cell / 2))
+        return number
+
+    def power(self, rest: Floats, grid: Floats) -> tuple[Floats, Floats]:
+        """(f,) periodogram of `rest` (n,) on the `grid` (f,), and (f,) the noise in it per degree of freedom."""
+        from scipy.stats import chi2
+
+        unions = [(self.union == number) & self.signal.train for number in np.unique(self.union)]
+        parts = [rows for rows in unions if rows.sum() >= MIN_SAMPLES]
+        power = np.sum([periodogram(self.coordinate[rows], rest[rows], grid) for rows in parts], axis=0)
+        blocks = np.array_split(power, max(len(power) // _WINDOW, 1))
+        centres = np.cumsum([0, *(len(block) for block in blocks[:-1])]) + _WINDOW / 2
+        medians = [float(np.median(block)) / chi2.median(2 * len(parts)) for block in blocks]
+        return power, np.interp(np.arange(len(power)), centres, medians)
+
+    def peaks(self, rest: Floats, grid: Floats, excluded: Bools) -> list[float]:
+        """Wave numbers of the highest peaks of a periodogram: of all, and above their neighbourhood.
+
+        The highest of all may hide in its own leakage, which raises the level around it; a small one, beside a
+        resonance.
+        """
+        if len(grid) < _WINDOW:
+            return []
+        power, noise = self.power(rest, grid)
+        ratio = power / np.maximum(noise, 1e-12 * power.max())
+        peaks = np.flatnonzero((power >= np.roll(power, 1)) & (power >= np.roll(power, -1)) & ~excluded)
+        best = [*peaks[np.argsort(-power[peaks])][:1], *peaks[np.argsort(-ratio[peaks])][:_CANDIDATES]]
+        numbers: list[float] = grid[list(dict.fromkeys(best))].tolist()
+        return numbers
+
+    def is_significant(self, number: float, reduction: float, rest: Floats, grid: Floats) -> bool:
+        """Whether a wave reduces the sum of squares more than chance, measured by what it leaves around it.
+
+        reduction: of the sum of squares of the training rows; rest: (n,) what is left.
+        """
+        from scipy.stats import chi2
+
+        if len(grid) < 2:
+            return False
+        columns = 2 * len(np.unique(self.part[self.signal.train]))
+        noise = np.interp(number, grid, self.power(rest, grid)[1])
+        return bool(reduction > noise * chi2.isf(FALSE_ALARM * OVERSAMPLING / len(grid), columns))
 
 
 def least_squares(matrix: Floats, signal: Floats) -> Floats:
@@ -99,55 +212,7 @@ def wave(coordinate: Floats, wave_number: float) -> Floats:
     return np.stack([np.sin(phase), np.cos(phase)], axis=1)
 
 
-def slope(coordinate: Floats, columns: Floats, sine: float, cosine: float) -> Floats:
-    """(n,) derivative of a wave with respect to its wave number, from its sine and cosine `columns` (n, 2)."""
-    derivative: Floats = coordinate * (sine * columns[:, 1] - cosine * columns[:, 0])
-    return derivative
-
-
 def wave_numbers(coordinate: Floats, highest: float, lowest: float = 0.0) -> Floats:
     """The grid of a periodogram over a `coordinate` (n,): from one period over all of it, or from `lowest`."""
     cell = 2 * np.pi / max(float(np.ptp(coordinate)), 1e-9)
     return np.arange(max(lowest, cell), highest, cell / OVERSAMPLING)
-
-
-def highest_peaks(coordinate: Floats, rest: Floats, grid: Floats) -> list[float]:
-    """Wave numbers of the highest peaks of a periodogram: of all, and above their neighbourhood.
-
-    The highest of all may hide in its own leakage, which raises the level around it; a small one, beside a resonance.
-    """
-    if len(grid) < _WINDOW:
-        return []
-    power = periodogram(coordinate, rest, grid)
-    peaks = np.flatnonzero((power >= np.roll(power, 1)) & (power >= np.roll(power, -1)))
-    ratio = power / np.maximum(_level(power), 1e-12 * power.max())
-    clear = peaks[ratio[peaks] > _threshold(grid) / 2]
-    best = [*peaks[np.argsort(-power[peaks])][:1], *clear[np.argsort(-ratio[clear])][:_CANDIDATES]]
-    wave_numbers: list[float] = grid[list(dict.fromkeys(best))].tolist()
-    return wave_numbers
-
-
-def is_significant(wave_number: float, reduction: float, coordinate: Floats, rest: Floats, grid: Floats) -> bool:
-    """Whether a wave reduces the sum of squares more than chance, measured by what it leaves around it.
-
-    reduction: of the sum of squares; rest: (n,) what is left.
-    """
-    if len(grid) < 2:
-        return False
-    level = np.interp(wave_number, grid, _level(periodogram(coordinate, rest, grid)))
-    return bool(reduction > level * _threshold(grid))
-
-
-def _threshold(grid: Floats) -> float:
-    """Ratio of the highest peak of noise on a `grid` (f,) to its level, exceeded with the probability FALSE_ALARM."""
-    return float(np.log(len(grid) / OVERSAMPLING / FALSE_ALARM))
-
-
-def _level(power: Floats) -> Floats:
-    """(f,) noise level around each entry of a periodogram (f,), from medians."""
-    blocks = np.array_split(power, max(len(power) // _WINDOW, 1))
-    centres = np.cumsum([0, *(len(block) for block in blocks[:-1])]) + _WINDOW / 2
-    # The median of an exponential distribution is ln 2 of its mean.
-    medians = [float(np.median(block)) / np.log(2) for block in blocks]
-    level: Floats = np.interp(np.arange(len(power)), centres, medians)
-    return level
