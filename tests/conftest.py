@@ -102,8 +102,12 @@ def in_process(
 
 
 @pytest.fixture
-def daq_in_process(in_process: Callable[[str], Runner]) -> Runner:
+def daq_in_process(in_process: Callable[[str], Runner], monkeypatch: pytest.MonkeyPatch) -> Runner:
     """Run `daq` in this process."""
+    from canopen.sdo import SdoClient
+
+    # A simulated drive in a process of many tests may be late, a lost one is not.
+    monkeypatch.setattr(SdoClient, "RESPONSE_TIMEOUT", 5.0)
     return in_process("daq")
 
 
