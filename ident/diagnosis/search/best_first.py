@@ -20,6 +20,7 @@ from ident.diagnosis.judge.rules.strength import wald_statistic
 from ident.diagnosis.search.candidates import WIDTH, Candidates
 from ident.diagnosis.search.fits import Key, added_term, key_of
 from ident.diagnosis.split.split_data import rms
+from ident.dynamics.structure import Term
 from recordings.recording import Ints
 
 MAX_EFFECTS = 5
@@ -125,6 +126,7 @@ class BestFirst:
                 continue
             if _is_cheap(model, np.flatnonzero(structure.parameter_mask(index))):
                 yield self._fits.without_effect(model, index)
+            yield from self._contained(model, index)
             if len(term.joints) == 1 or term.effect.whole_robot:
                 continue
             for joint, own in zip(term.joints, structure.instance_entries(index), strict=True):
@@ -133,6 +135,12 @@ class BestFirst:
             others = [joint for joint in term.effect.possible_joints(structure.rig) if joint not in term.joints]
             if term.effect.differential and 0 < len(others) < len(term.joints):
                 yield self._fits.on_joints(model, index, others)
+
+    def _contained(self, model: FittedModel, index: int) -> Iterator[FittedModel]:
+        """Models in which an effect that the effect `index` of `model` contains stands in its place."""
+        term, library = model.terms[index], self._candidates.library
+        for name in sorted({*term.effect.contains} & library.keys() - model.names):
+            yield self._fits.with_term(self._fits.without_effect(model, index), Term(name, library[name], term.joints))
 
     def _answer(self) -> FittedModel:
         """The best model in which every effect is accepted; one without the least effect that is not, is one, too."""

@@ -88,6 +88,16 @@ CASES = {
         lambda m: 0.4 / 0.6 * stribeck(m) + 0.2 * np.abs(m.velocity) + spring(m),
         ("asymmetric_viscous", "joint_spring", "stribeck"),
     ),
+    "offset and weight": Case(
+        "an effect that the found one contains takes its place beside another",
+        lambda motion: 0.3 + 0.15 * np.sin(motion.position + 0.7),
+        ("axis_weight", "torque_offset"),
+    ),
+    "offset and Stribeck": Case(
+        "the same, where the shape of the other is searched",
+        lambda motion: 0.3 + stribeck(motion),
+        ("stribeck", "torque_offset"),
+    ),
     "one turn after another": Case(
         "a weight turns with the joint", wave(1), ("axis_weight",), motion={"drift": 2 * np.pi}
     ),
