@@ -14,7 +14,8 @@ from ident.diagnosis.document.document import (
 )
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.judge import evidence_of
-from ident.diagnosis.ripple.ripple import EFFECT, Ripple, RippleLine
+from ident.diagnosis.ripple.lines import RippleLine
+from ident.diagnosis.ripple.ripple import EFFECT, Ripple
 
 
 def step_errors(ripple: Ripple, model: FittedModel, with_lines: bool = False) -> dict[str, tuple[float, ...]]:

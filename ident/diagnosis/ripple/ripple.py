@@ -7,15 +7,16 @@ speeds together, and the test rows confirm each wave. The model of the dynamics 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
 from ident.data import cycle_statistics
 from ident.data.prepared_recording import PreparedRecording
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.judge.improvement import Improvement
 from ident.diagnosis.ripple.high_band import HighBand, high_bands
-from ident.diagnosis.ripple.ripple_search import SAME_ORDER, Waves, search
+from ident.diagnosis.ripple.lines import RippleLine, Vibration
+from ident.diagnosis.ripple.ripple_search import SAME_ORDER, search
 from ident.diagnosis.ripple.waves import JointSignal, wave, wave_numbers
 from ident.diagnosis.split.split_data import rms
 from ident.dynamics.effects.base import Effect
@@ -28,42 +29,6 @@ EFFECT = "cogging"
 """The effect of the library that a wave over the angle is."""
 _MARGIN = 1.2
 """Ratio of the end of a spectrum, or of the band in which errors are stated, to its highest wave."""
-
-
-@dataclass(frozen=True)
-class RippleLine:
-    """One wave over the angle of one joint."""
-
-    joint: int
-    """From 0."""
-    order: float
-    """Periods per turn."""
-    sine: float
-    """[N m]"""
-    cosine: float
-    half_width: tuple[float, float, float]
-    """Half the 95 % intervals of sine, cosine and order."""
-    improvement: Improvement
-    """On test rows, above the low-pass."""
-    same_frequency: float | None
-    """Frequency of a vibration that explains as much [Hz]; None if none does."""
-
-    @property
-    def amplitude(self) -> float:
-        """[N m]"""
-        return float(np.hypot(self.sine, self.cosine))
-
-
-@dataclass(frozen=True)
-class Vibration:
-    """A wave of one joint over time."""
-
-    joint: int
-    """From 0."""
-    frequency: float
-    """[Hz]"""
-    amplitude: float
-    """[N m]"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,30 +172,14 @@ def find_ripple(model: FittedModel, library: Mapping[str, Effect]) -> Ripple:
     if not bands:
         return Ripple(model, (), (), (), effect)
     steps = np.max([recording.encoder_step for recording in model.split.recordings], axis=0)
-    lines: list[RippleLine] = []
-    vibrations: list[Vibration] = []
-    signals = [JointSignal(bands, joint) for joint in range(len(steps))]
-    for joint, waves in enumerate(in_threads(search, signals, steps if effect else np.full(len(steps), np.inf))):
-        lines += [line for line in _lines(waves, joint) if not _is_known(line, model)]
-        pairs = zip(waves.frequencies.tolist(), waves.vibrations.tolist(), strict=True)
-        vibrations += [Vibration(joint, frequency, amplitude) for frequency, amplitude in pairs]
+    found = in_threads(
+        search,
+        [JointSignal(bands, joint) for joint in range(len(steps))],
+        steps if effect else np.full(len(steps), np.inf),
+    )
+    lines = [line for each, _ in found for line in each if not _is_known(line, model)]
     lines.sort(key=lambda line: -line.amplitude)
-    return Ripple(model, bands, tuple(lines), tuple(vibrations), effect)
-
-
-def _lines(waves: Waves, joint: int) -> list[RippleLine]:
-    return [
-        RippleLine(
-            joint,
-            float(order),
-            float(sine),
-            float(cosine),
-            tuple(waves.half_widths[i].tolist()),
-            waves.improvements[i],
-            float(waves.same_frequency[i]) if np.isfinite(waves.same_frequency[i]) else None,
-        )
-        for i, (order, (sine, cosine)) in enumerate(zip(waves.orders, waves.amplitudes, strict=True))
-    ]
+    return Ripple(model, bands, tuple(lines), tuple(chain.from_iterable(each for _, each in found)), effect)
 
 
 def _is_known(line: RippleLine, model: FittedModel) -> bool:

@@ -9,12 +9,12 @@ gives it sidebands. They are fitted and removed with it, and are no waves of the
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
-from ident.diagnosis.judge.improvement import Improvement, improvement_of_blocks
+from ident.diagnosis.judge.improvement import MIN_T, Improvement, improvement_of_blocks
 from ident.diagnosis.judge.judge import MIN_TORQUE_SHARE
+from ident.diagnosis.ripple.lines import RippleLine, Vibration
 from ident.diagnosis.ripple.waves import MIN_SAMPLES, Carrier, JointSignal, least_squares, wave, wave_numbers
 from ident.dynamics.effects.periodogram import MAX_PHASE
 from ident.uncertainty import covariance
@@ -24,43 +24,20 @@ LOWEST, HIGHEST = 6.0, 3000.0
 """Range of the waves over the angle [1/turn]."""
 MAX_WAVES = 16
 """Number of waves per joint."""
-MIN_T = 3.0
-"""Student's t of the correlation of a wave with test rows; training rows have ruled out chance before."""
 MIN_DIFFERENCE_T = 2.0
 """Student's t from which a wave over the angle differs from one over time."""
 SAME_ORDER = 0.02
 """Relative difference of two orders up to which they are one ripple and a sideband of it."""
 
 
-@dataclass(frozen=True, eq=False)
-class Waves:
-    """Waves found in the residual of one joint."""
-
-    orders: Floats
-    """(k,) periods per turn (per 2 pi m of a prismatic joint) of the waves over the angle, the first found first."""
-    amplitudes: Floats
-    """(k, 2) of their sine and cosine [N m], the mean of all directions and speeds."""
-    half_widths: Floats
-    """(k, 3) half the 95 % intervals of sine, cosine and order."""
-    improvements: tuple[Improvement, ...]
-    """Of each wave, on the test rows, over the model without it."""
-    same_frequency: Floats
-    """(k,) frequency of a vibration that explains as much as the wave [Hz]; NaN if the wave is certain."""
-    frequencies: Floats
-    """(v,) of waves over time [Hz]."""
-    vibrations: Floats
-    """(v,) their amplitudes [N m]."""
-
-
-def search(signal: JointSignal, step: float) -> Waves:
+def search(signal: JointSignal, step: float) -> tuple[list[RippleLine], list[Vibration]]:
     """Find all waves in a `signal` whose encoder has the given `step` [rad or m]."""
     if min(signal.train.sum(), signal.test.sum()) < MIN_SAMPLES:
-        none = np.empty(0)
-        return Waves(none, np.empty((0, 2)), np.empty((0, 3)), (), none, none, none)
+        return [], []
     pursuit = _Pursuit(signal, step)
-    while len(pursuit.orders) + len(pursuit.frequencies) < MAX_WAVES and pursuit.extend():
+    while len(pursuit.orders) + len(pursuit.vibrations) < MAX_WAVES and pursuit.extend():
         pass
-    return pursuit.result()
+    return pursuit.lines(), pursuit.vibrations
 
 
 class _Pursuit:
@@ -68,11 +45,9 @@ class _Pursuit:
 
     def __init__(self, signal: JointSignal, step: float) -> None:
         self.signal = signal
-        self.orders: dict[int, float] = {}
-        """By the index of their columns."""
-        self.same: list[float] = []
-        self.frequencies: list[float] = []
-        self.vibrations: list[float] = []
+        self.orders: dict[int, tuple[float, float | None]] = {}
+        """By the index of their columns; with the frequency of a vibration that explains as much [Hz]."""
+        self.vibrations: list[Vibration] = []
         self.rest = signal.residual
         self._columns = np.empty((len(signal.residual), 0))
         angle = signal.angle[signal.train]
@@ -94,8 +69,7 @@ class _Pursuit:
                 break  # a vibration explains more: it comes first
             certain = self._is_better(ripple, vibration)
             if self._is_confirmed(ripple):
-                self.same.append(np.nan if certain else hertz)
-                self.orders[self._columns.shape[1]] = order
+                self.orders[self._columns.shape[1]] = order, None if certain or np.isnan(hertz) else hertz
                 return self._add(self.signal.over_angle.columns(order))
             if certain:  # the vibration is a part of a ripple, even if other waves still hide it from the test rows
                 hertz, vibration = np.nan, np.zeros_like(vibration)
@@ -103,8 +77,7 @@ class _Pursuit:
             return False
         columns = self.signal.over_time.columns(2 * np.pi * hertz)
         pairs = self.signal.over_time.coefficients(columns, self.rest)[self.signal.train]
-        self.frequencies.append(hertz)
-        self.vibrations.append(float(np.hypot(*pairs.T).max()))
+        self.vibrations.append(Vibration(self.signal.joint, hertz, float(np.hypot(*pairs.T).max())))
         trained = np.isin(self.signal.recording, self.signal.recording[self.signal.train])
         return self._add(columns * trained[:, None])  # in other recordings its phase is unknown
 
@@ -135,25 +108,26 @@ class _Pursuit:
         self.rest = self.signal.residual - self.signal.over_angle.fitted(self._columns, self.signal.residual)
         return True
 
-    def result(self) -> Waves:
-        """The waves with their amplitudes and uncertainty."""
+    def lines(self) -> list[RippleLine]:
+        """The waves over the angle with their amplitudes and uncertainty."""
+        if not self.orders:
+            return []
         signal, k = self.signal, len(self.orders)
-        estimates = np.array([self._estimate(*item) for item in self.orders.items()]).reshape(k, 2)
+        estimates = [self._estimate(index, order) for index, (order, _) in self.orders.items()]
         angle = np.nan_to_num(signal.angle)
-        waves = [signal.above(wave(angle, order)) for order in estimates[:, 0]]
-        columns = np.concatenate([self._columns[:, :0], *waves], axis=1)
+        columns = np.concatenate([signal.above(wave(angle, order)) for order, _ in estimates], axis=1)
         rest, pairs = self._left(columns)
-        others = (np.delete(columns, [2 * i, 2 * i + 1], axis=1) for i in range(k))
-        widths = _uncertainty(columns, np.where(signal.train, rest, np.nan)).half_width() if k else np.empty(0)
-        return Waves(
-            estimates[:, 0],
-            pairs.reshape(k, 2),
-            np.concatenate([widths.reshape(k, 2), estimates[:, 1:]], axis=1),
-            tuple(self._improvement(self._left(fewer)[0], rest, signal.test) for fewer in others),
-            np.array(self.same),
-            np.array(self.frequencies),
-            np.array(self.vibrations),
-        )
+        widths = _uncertainty(columns, np.where(signal.train, rest, np.nan)).half_width()
+        lines = []
+        for i, ((order, width), (_, same)) in enumerate(zip(estimates, self.orders.values(), strict=True)):
+            without = self._left(np.delete(columns, [2 * i, 2 * i + 1], axis=1))[0]
+            sine, cosine, of_sine, of_cosine = np.concatenate(
+                [pairs.reshape(k, 2)[i], widths.reshape(k, 2)[i]]
+            ).tolist()
+            improvement = self._improvement(without, rest, signal.test)
+            half_width = (of_sine, of_cosine, width)
+            lines.append(RippleLine(signal.joint, order, sine, cosine, half_width, improvement, same))
+        return lines
 
     def _left(self, columns: Floats) -> tuple[Floats, Floats]:
         """(n,) residual that `columns` (n, c) leave, and (c,) their coefficients, the same in all parts."""
@@ -184,7 +158,9 @@ class _Pursuit:
 
     def _is_known(self, orders: Floats | float) -> Bools:
         """Whether `orders` belong to a wave that was found."""
-        known: Bools = np.any([np.abs(orders - other) < SAME_ORDER * other for other in self.orders.values()], axis=0)
+        known: Bools = np.any(
+            [np.abs(orders - other) < SAME_ORDER * other for other, _ in self.orders.values()], axis=0
+        )
         return known
 
     def _is_better(self, first: Floats, second: Floats) -> bool:

@@ -30,7 +30,7 @@ class JointSignal:
     """The residual of one joint in all recordings, end to end, with the angle and the time of each sample."""
 
     def __init__(self, bands: Sequence[HighBand], joint: int) -> None:
-        self.bands = bands
+        self.bands, self.joint = bands, joint
         self.angle = np.concatenate([band.position[:, joint] for band in bands])
         self.velocity = np.nan_to_num(np.concatenate([band.velocity[:, joint] for band in bands]))
         self.time = np.concatenate([band.time for band in bands])

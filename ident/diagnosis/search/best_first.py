@@ -140,7 +140,9 @@ class BestFirst:
         """Models in which an effect that the effect `index` of `model` contains stands in its place."""
         term, library = model.terms[index], self._candidates.library
         for name in sorted({*term.effect.contains} & library.keys() - model.names):
-            yield self._fits.with_term(self._fits.without_effect(model, index), Term(name, library[name], term.joints))
+            yield self._fits.with_term(
+                self._fits.without_effect(model, index), Term(name, library[name], term.joints)
+            )
 
     def _answer(self) -> FittedModel:
         """The best model in which every effect is accepted; one without the least effect that is not, is one, too."""

@@ -18,10 +18,16 @@ MAX_ALTERNATIVES = 3
 """Alternatives that are named beside a finding: more are no explanation."""
 
 
-def review(candidates: Candidates, steps: Sequence[SelectionStep], reason: str = "") -> Selection:
-    """The selection that ends with the last of `steps`; `reason`: why what the judge would accept is not added."""
+def review(
+    candidates: Candidates, steps: Sequence[SelectionStep], reason: str = "", requested: bool = False
+) -> Selection:
+    """The selection that ends with the last of `steps`.
+
+    reason: why what the judge would accept is not added; requested: whether the user chose the effects, so that no
+    interval allows for the choice.
+    """
     model = steps[-1].model
-    findings = tuple(_finding(candidates, model, index) for index in range(len(model.terms)))
+    findings = tuple(_finding(candidates, model, index, requested) for index in range(len(model.terms)))
     extensions = {
         extended.terms[added_term(model, extended)].name: extended
         for extended in reversed(candidates.extensions(model, promising=False))
@@ -46,7 +52,7 @@ def _start(steps: Sequence[SelectionStep]) -> FittedModel:
     return [steps[0].model, *bare][-1]
 
 
-def _finding(candidates: Candidates, model: FittedModel, index: int) -> Finding:
+def _finding(candidates: Candidates, model: FittedModel, index: int, requested: bool) -> Finding:
     """The contribution and the alternatives of the effect `index`."""
     term = model.terms[index]
     reduced = candidates.fits.without_effect(model, index)
@@ -54,9 +60,10 @@ def _finding(candidates: Candidates, model: FittedModel, index: int) -> Finding:
     rivals: list[FittedModel] = []
     if not term.effect.mandatory and lines == 1:  # a single line of a spectrum has no alternative
         rivals = _rivals(candidates, reduced, model, index)
-    judgement = judge(reduced, model, index, compared=len(rivals) + 1)
+    compared = 1 if requested else len(rivals) + 1
+    judgement = judge(reduced, model, index, compared)
     names = [rival.terms[added_term(reduced, rival)].name for rival in _equivalent(reduced, model, index, rivals)]
-    return _as_finding(reduced, model, index, judgement, tuple(names[:MAX_ALTERNATIVES]), len(rivals) + 1)
+    return _as_finding(reduced, model, index, judgement, tuple(names[:MAX_ALTERNATIVES]), compared)
 
 
 def _rivals(candidates: Candidates, reduced: FittedModel, model: FittedModel, index: int) -> list[FittedModel]:

@@ -64,7 +64,7 @@ class Search:
         for name in names:
             before, model = model, self.add(model, name)
             steps.append(_step(name, model, before))
-        return review(self.candidates, steps, "it was not requested")
+        return review(self.candidates, steps, "it was not requested", requested=True)
 
     def truncated(self, selection: Selection, number: int, reason: str) -> Selection:
         """The `selection` up to step `number`; `reason`: why what would follow is no finding."""

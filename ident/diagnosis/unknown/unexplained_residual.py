@@ -7,7 +7,7 @@ import numpy as np
 
 from ident.data import cycle_statistics
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.ripple.ripple import Vibration
+from ident.diagnosis.ripple.lines import Vibration
 from ident.diagnosis.ripple.waves import least_squares, wave
 from ident.diagnosis.split.noise_floor import MIN_TORQUE_SHARE
 from ident.diagnosis.split.split_data import rms as rms_of

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.diagnosis.ripple.ripple import Vibration
+from ident.diagnosis.ripple.lines import Vibration
 from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual, estimate_unexplained, with_vibrations
 from recordings.recording import Recording
 from tests.ident import building
