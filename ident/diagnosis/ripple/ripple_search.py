@@ -24,8 +24,6 @@ LOWEST, HIGHEST = 6.0, 3000.0
 """Range of the waves over the angle [1/turn]."""
 MAX_WAVES = 16
 """Number of waves per joint."""
-MIN_DIFFERENCE_T = 2.0
-"""Student's t from which a wave over the angle differs from one over time."""
 SAME_ORDER = 0.02
 """Relative difference of two orders up to which they are one ripple and a sideband of it."""
 
@@ -165,7 +163,7 @@ class _Pursuit:
 
     def _is_better(self, first: Floats, second: Floats) -> bool:
         """Whether the change `first` (n,) explains significantly more than the `second` one."""
-        return self._improvement(self.rest - second, self.rest - first, self.signal.train).t > MIN_DIFFERENCE_T
+        return self._improvement(self.rest - second, self.rest - first, self.signal.train).is_supported
 
     def _improvement(self, before: Floats, after: Floats, rows: Bools) -> Improvement:
         """Improvement between two residuals (n,), on `rows`."""

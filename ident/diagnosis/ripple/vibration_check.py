@@ -11,7 +11,6 @@ import numpy as np
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import BLOCK_SECONDS, improvement_of_blocks
 from ident.diagnosis.ripple.ripple import EFFECT
-from ident.diagnosis.ripple.ripple_search import MIN_DIFFERENCE_T
 from ident.diagnosis.ripple.waves import least_squares, wave, wave_numbers
 from ident.diagnosis.search.selection import Finding, Selection
 from ident.dynamics.effects.periodogram import periodogram
@@ -60,7 +59,7 @@ def _differs_on_joint(model: FittedModel, finding: Finding, order: float, joint:
             rest = signal - columns @ least_squares(columns, signal)
             count = np.bincount(block)
             means.append(np.bincount(block, rest**2)[count > 0] / count[count > 0])
-    return bool(after) and (improvement_of_blocks(np.concatenate(before), np.concatenate(after)).t > MIN_DIFFERENCE_T)
+    return bool(after) and improvement_of_blocks(np.concatenate(before), np.concatenate(after)).is_supported
 
 
 def _best(time: Floats, signal: Floats, bandwidth: float) -> float:
