@@ -130,9 +130,10 @@ def diagnose(
     _check_effects(options.only, library, {**effects.unobservable, **effects.untested})
     search = Search(inputs.split, effects.observable, progress)
     selection = _select(search, inputs.initial_model(library, initial_model), options)
-    search, selection = _on_judged_rows(search, selection)
     progress("analysing the unexplained residual")
     selection, unexplained, learned = analyse_unexplained(search, selection, bool(options.only))
+    # All steps are scored on the rows that the last model can judge, so that their errors can be compared.
+    selection = selection.on(selection.model.on_judged_rows.split)
     progress("searching ripple above the low-pass")
     wanted = {name: effect for name, effect in effects.observable.items() if not options.only or name in options.only}
     ripple = find_ripple(selection.model, wanted)
@@ -149,13 +150,6 @@ def diagnose(
         tuple(problems(Facts(inputs.recordings, split.torque_rms, selection.model.noise_floor.rms))),
         bool(options.only),
     )
-
-
-def _on_judged_rows(search: Search, selection: Selection) -> tuple[Search, Selection]:
-    """Score all steps on the rows that the last model can judge, so that their errors can be compared."""
-    model = selection.model
-    split = model.split.judged(model.solution, model.noise_floor.rms)
-    return (search, selection) if split is model.split else (search.on(split), selection.on(split))
 
 
 def _check_effects(names: Sequence[str], library: Mapping[str, Effect], not_shown: Mapping[str, str]) -> None:

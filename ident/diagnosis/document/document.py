@@ -143,7 +143,7 @@ class FindingEntry(ConfigSection):
             effect=term.name,
             joints=tuple(joint + 1 for joint in term.joints),
             confusable_with=finding.alternatives,
-            evidence=EvidenceEntry.of(finding.evidence),
+            evidence=EvidenceEntry.of(finding.judgement.evidence),
             why=why,
             sentence=effect.sentence,
             symptom=effect.symptom,

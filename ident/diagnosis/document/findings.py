@@ -36,7 +36,7 @@ def found_effects(diagnosis: Diagnosis) -> list[FindingEntry]:
 
 def _found(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
     status: FindingStatus = "asked-for" if diagnosis.forced else "supported"
-    if diagnosis.forced and not finding.accepted:
+    if diagnosis.forced and not finding.judgement.accepted:
         status = "not-supported"
     in_model = finding.term.name in diagnosis.selection.steps[0].model.names
     share, (low, high) = finding.improvement.share, finding.improvement.interval
@@ -51,7 +51,7 @@ def _found(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
     if finding.alternatives:
         reasons.append(f"In its place, {' or '.join(finding.alternatives)} would explain these data as well.")
     if status == "not-supported":
-        evidence = EvidenceEntry.of(finding.evidence).in_words
+        evidence = EvidenceEntry.of(finding.judgement.evidence).in_words
         reasons = [f"It was requested, but held-out data do not confirm it: {evidence}."]
     where = (
         "the whole robot" if finding.term.effect.whole_robot else joint_numbers([j + 1 for j in finding.term.joints])
@@ -84,7 +84,7 @@ def _part(diagnosis: Diagnosis, finding: Finding) -> tuple[float, tuple[float, f
 def likely_effects(diagnosis: Diagnosis) -> Iterator[FindingEntry]:
     """The effects for which the evidence speaks, but which too few rows were held out to confirm."""
     for finding in diagnosis.selection.likely:
-        evidence = finding.evidence
+        evidence = finding.judgement.evidence
         yield FindingEntry.of(
             finding,
             f"It would take {evidence.gain:.0%} of the held-out mean square above the noise floor, but these data "

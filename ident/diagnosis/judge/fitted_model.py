@@ -59,6 +59,12 @@ class FittedModel:
         )
 
     @cached_property
+    def on_judged_rows(self) -> "FittedModel":
+        """The same model, scored on the rows alone that it can be judged by."""
+        split = self.split.judged(self.solution, self.noise_floor.rms)
+        return self if split is self.split else FittedModel(split, self.solution)
+
+    @cached_property
     def noise_floor(self) -> NoiseFloor:
         """The error that this model would leave if it were right."""
         return estimate_noise_floor(self.split, self.solution, self.residuals)

@@ -68,10 +68,10 @@ class Candidates:
             self._screened[key] = Screening(tuple(candidates), excluded, model.solution.loss)
         return self._screened[key]
 
-    def extensions(self, model: FittedModel, promising: bool = True) -> list[FittedModel]:
-        """`model` with each effect that shows more than chance would, refitted; the best first.
+    def extensions(self, model: FittedModel) -> list[FittedModel]:
+        """`model` with each of the effects that promise most and show more than chance would, refitted.
 
-        promising: only those that promise most.
+        The best comes first.
         """
         models: list[FittedModel] = []
         before = model.solution.loss
@@ -80,7 +80,7 @@ class Candidates:
                 continue
             best = before - min((each.solution.loss for each in models), default=before)
             enough = before - candidate.loss >= MIN_PROMISE * best or len(models) < WIDTH
-            if enough or not promising or _is_further_line(model, candidate):
+            if enough or _is_further_line(model, candidate):
                 models.append(self.add(model, candidate))
         return sorted(models, key=lambda extended: extended.solution.loss)
 

@@ -27,12 +27,6 @@ class Fits:
         self.split = split
         self._best: dict[Key, FittedModel] = {}
 
-    def on(self, split: SplitData) -> "Fits":
-        """The same models, judged on the rows of `split`, which has the same training rows in its fits."""
-        other = Fits(split)
-        other._best = {key: FittedModel(split, model.solution) for key, model in self._best.items()}
-        return other
-
     def best(self, model: FittedModel) -> FittedModel:
         """The best fit so far of the effects of `model`, which counts from now on."""
         key = key_of(model.solution.structure)

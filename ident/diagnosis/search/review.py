@@ -19,7 +19,10 @@ MAX_ALTERNATIVES = 3
 
 
 def review(
-    candidates: Candidates, steps: Sequence[SelectionStep], reason: str = "", requested: bool = False
+    candidates: Candidates,
+    steps: Sequence[SelectionStep],
+    reason: str = "that is worth less than its parameters",
+    requested: bool = False,
 ) -> Selection:
     """The selection that ends with the last of `steps`.
 
@@ -27,10 +30,14 @@ def review(
     interval allows for the choice.
     """
     model = steps[-1].model
-    findings = tuple(_finding(candidates, model, index, requested) for index in range(len(model.terms)))
+    all_findings = [_finding(candidates, model, index, requested) for index in range(len(model.terms))]
+    # Every robot has a mandatory effect, but not every recording shows it.
+    unseen = [each for each in all_findings if each.term.effect.mandatory and not each.judgement.accepted]
+    findings = tuple(each for each in all_findings if requested or each not in unseen)
     extensions = {
-        extended.terms[added_term(model, extended)].name: extended
-        for extended in reversed(candidates.extensions(model, promising=False))
+        name: candidates.add(model, candidate)
+        for name, candidate in candidates.screen(model).best.items()
+        if candidates.is_significant(model, candidate)
     }
     judged = {
         name: (extended, judge(model, extended, added_term(model, extended))) for name, extended in extensions.items()
@@ -40,9 +47,12 @@ def review(
         for extended, judgement in judged.values()
         if judgement.likely
     )
-    rejected = {name: judgement.rejection(reason) for name, (_, judgement) in judged.items() if not judgement.likely}
     first, last = (candidates.screen(each).reductions for each in (_start(steps), model))
-    rejected = {**_screened_out(candidates, model), **rejected}
+    rejected = {
+        **_screened_out(candidates, model),
+        **{name: judgement.rejection(reason) for name, (_, judgement) in judged.items() if not judgement.likely},
+        **{each.term.name: each.judgement.rejection(reason) for each in unseen},
+    }
     return Selection(tuple(steps), findings, likely, rejected, first, last)
 
 
@@ -116,8 +126,7 @@ def _as_finding(
     return Finding(
         after.terms[index],
         improvement,
-        judgement.evidence,
-        judgement.accepted,
+        judgement,
         alternatives,
         before.residuals,
         after.residuals,

@@ -25,21 +25,13 @@ class Search:
         self.fits, self._progress = Fits(split), progress
         self.candidates = Candidates(self.fits, library)
 
-    def on(self, split: SplitData) -> "Search":
-        """The same search, with models that are judged on the rows of `split`."""
-        other = Search(split, self.candidates.library, self._progress)
-        other.fits = self.fits.on(split)
-        other.candidates = Candidates(other.fits, self.candidates.library)
-        return other
-
     def start(self, structure: ModelStructure, x: Floats) -> tuple[FittedModel, list[SelectionStep]]:
         """Fit the initial model from `x` (K,) and add the mandatory effects; returns the model and its steps."""
         model = self.fits.fit(structure, x)
         steps = [SelectionStep(None, model, None)]
         for term in mandatory_terms(self.candidates.library, model):
             before, model = model, self.fits.with_term(model, term)
-            if judge(before, model).accepted:
-                steps.append(_step(term.name, model, before))
+            steps.append(_step(term.name, model, before))
         return model, steps
 
     def select(self, structure: ModelStructure, x: Floats) -> Selection:
@@ -62,19 +54,14 @@ class Search:
         """
         model, steps = self.start(structure, x)
         for name in names:
-            before, model = model, self.add(model, name)
-            steps.append(_step(name, model, before))
+            if not self.candidates.library[name].mandatory:  # these are there from the start
+                before, model = model, self.add(model, name)
+                steps.append(_step(name, model, before))
         return review(self.candidates, steps, "it was not requested", requested=True)
 
     def truncated(self, selection: Selection, number: int, reason: str) -> Selection:
         """The `selection` up to step `number`; `reason`: why what would follow is no finding."""
         return review(self.candidates, selection.steps[: number + 1], reason)
-
-    def with_mandatory(self, model: FittedModel) -> FittedModel:
-        """`model` with the mandatory effects that it lacks."""
-        for term in mandatory_terms(self.candidates.library, model):
-            model = self.fits.with_term(model, term)
-        return model
 
     def add(self, model: FittedModel, name: str) -> FittedModel:
         """Add the effect `name` to `model` and refit all parameters.

@@ -4,9 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-from ident.diagnosis.judge.evidence import Evidence, Rejection
+from ident.diagnosis.judge.evidence import Rejection
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import Improvement
+from ident.diagnosis.judge.judge import Judgement
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.structure import Term
 from recordings.recording import Floats
@@ -31,9 +32,8 @@ class Finding:
     term: Term
     improvement: Improvement
     """Loss of this improvement on the held-out rows if the effect is left out."""
-    evidence: Evidence
-    accepted: bool
-    """Whether the judge accepts it beside the rest of the model."""
+    judgement: Judgement
+    """What the judge says of it beside the rest of the model."""
     alternatives: tuple[str, ...]
     """Other effects that would explain these data equally well in its place, the closest first."""
     residuals_without: tuple[Floats, ...]

@@ -14,11 +14,16 @@ def analyse_unexplained(
 
     forced: whether the user chose the effects, which then stay.
     """
-    unexplained = estimate_unexplained(selection.model)
+    model = selection.model.on_judged_rows
+    unexplained = estimate_unexplained(model)
     if not unexplained.significant:
         return selection, unexplained, None
-    learned = fit_curves(selection.model, unexplained.dependences) if unexplained.dependences else None
+    learned = fit_curves(model, unexplained.dependences) if unexplained.dependences else None
     if forced:
         return selection, unexplained, learned
     exchanged, learned = remove_imitations(search, selection, learned)
-    return exchanged, unexplained if exchanged is selection else estimate_unexplained(exchanged.model), learned
+    return (
+        exchanged,
+        unexplained if exchanged is selection else estimate_unexplained(exchanged.model.on_judged_rows),
+        learned,
+    )

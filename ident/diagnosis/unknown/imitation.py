@@ -28,7 +28,7 @@ def remove_imitations(
     mandatory = [all(term.effect.mandatory for term in step.model.terms) for step in selection.steps]
     exchanges = {}
     for number in range(max(i for i, only in enumerate(mandatory) if only or not i), len(mandatory) - 1):
-        model = search.with_mandatory(selection.steps[number].model)
+        model = selection.steps[number].model.on_judged_rows
         dependences = estimate_unexplained(model).dependences
         if _beyond_own_motion(dependences):
             exchanges[number] = fit_curves(model, dependences)

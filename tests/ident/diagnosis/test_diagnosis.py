@@ -50,7 +50,7 @@ def test_unobservable_effect_is_refused_with_the_reason() -> None:
 def test_effect_of_an_impossible_sign_is_not_confirmed() -> None:
     diagnosis = diagnose([SAMPLE], [], library(), DiagnosisOptions(only=("air_drag",)))
     (finding,) = (each for each in diagnosis.selection.findings if each.term.name == "air_drag")
-    assert (finding.accepted, finding.evidence.gain) == (False, 0.0)
+    assert (finding.judgement.accepted, finding.judgement.evidence.gain) == (False, 0.0)
 
 
 def test_all_validation_recordings_are_scored_and_not_fitted(

@@ -209,7 +209,7 @@ def test_training_rows_decide_if_the_test_rows_cannot() -> None:
 def test_mandatory_effect_is_always_in_the_model_and_never_an_extension() -> None:
     effects = {"drag": building.effect(drag, mandatory=True), **USUAL}
     selection = select(split(spring), effects)
-    assert added(selection) == [None, "joint_spring"]
+    assert added(selection) == [None, "drag", "joint_spring"]
     assert [term.name for term in selection.steps[0].model.terms] == []
     assert final(selection) == {"drag", "joint_spring"}
     assert added(select(split(drag), {"drag": effects["drag"]})) == [None, "drag"]
@@ -239,7 +239,7 @@ def test_forced_effect_that_shows_nothing_is_refused(names: list[str], reason: s
 def test_forced_effect_of_an_impossible_sign_explains_nothing() -> None:
     chosen, begin = selector(split(lambda motion: -drag(motion)))
     (finding,) = chosen.select_forced(*begin, ["quadratic_friction"]).findings
-    assert (finding.accepted, finding.evidence.gain) == (False, 0.0)
+    assert (finding.judgement.accepted, finding.judgement.evidence.gain) == (False, 0.0)
 
 
 def test_truncated_selection_has_the_findings_of_its_last_step() -> None:
