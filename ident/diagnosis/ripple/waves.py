@@ -157,14 +157,14 @@ class Carrier:
 
     def power(self, rest: Floats, grid: Floats) -> tuple[Floats, Floats]:
         """(f,) periodogram of `rest` (n,) on the `grid` (f,), and (f,) the noise in it per degree of freedom."""
-        from scipy.stats import chi2
+        from scipy.special import chdtri
 
         unions = [(self.union == number) & self.signal.train for number in np.unique(self.union)]
         parts = [rows for rows in unions if rows.sum() >= MIN_SAMPLES]
         power = np.sum([periodogram(self.coordinate[rows], rest[rows], grid) for rows in parts], axis=0)
         blocks = np.array_split(power, max(len(power) // _WINDOW, 1))
         centres = np.cumsum([0, *(len(block) for block in blocks[:-1])]) + _WINDOW / 2
-        medians = [float(np.median(block)) / chi2.median(2 * len(parts)) for block in blocks]
+        medians = [float(np.median(block)) / float(chdtri(2 * len(parts), 0.5)) for block in blocks]
         return power, np.interp(np.arange(len(power)), centres, medians)
 
     def peaks(self, rest: Floats, grid: Floats, excluded: Bools) -> list[float]:
@@ -187,13 +187,13 @@ class Carrier:
 
         reduction: of the sum of squares of the training rows; rest: (n,) what is left.
         """
-        from scipy.stats import chi2
+        from scipy.special import chdtri
 
         if len(grid) < 2:
             return False
         columns = 2 * len(np.unique(self.part[self.signal.train]))
         noise = np.interp(number, grid, self.power(rest, grid)[1])
-        return bool(reduction > noise * chi2.isf(FALSE_ALARM * OVERSAMPLING / len(grid), columns))
+        return bool(reduction > noise * chdtri(columns, FALSE_ALARM * OVERSAMPLING / len(grid)))
 
 
 def least_squares(matrix: Floats, signal: Floats) -> Floats:
