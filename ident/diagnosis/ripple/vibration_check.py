@@ -43,7 +43,7 @@ def _differs_on_joint(model: FittedModel, finding: Finding, order: float, joint:
     before: list[Floats] = []
     after: list[Floats] = []
     for number, recording in enumerate(model.split.recordings):
-        residual = finding.residuals_without[number][:, joint]
+        residual = finding.before.residuals[number][:, joint]
         rows = model.split.scored[number][:, joint] & np.isfinite(residual)
         angle = recording.preprocessed.motion.position[:, joint]
         over_angle = recording.condition(np.where(np.isfinite(angle)[:, None], wave(angle, order), np.nan))

@@ -1,11 +1,11 @@
 """What a search has found: each effect with its evidence and its alternatives, and why the others are not there."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from ident.diagnosis.judge.equivalence import is_preferred, slack
 from ident.diagnosis.judge.evidence import Evidence, Rejection
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.judge.judge import Judgement, judge
+from ident.diagnosis.judge.judge import judge
 from ident.diagnosis.judge.price import is_significant
 from ident.diagnosis.judge.rules import OF_VALUES, objection
 from ident.diagnosis.judge.rules.simpler import simpler_effect
@@ -34,26 +34,21 @@ def review(
     # Every robot has a mandatory effect, but not every recording shows it.
     unseen = [each for each in all_findings if each.term.effect.mandatory and not each.judgement.accepted]
     findings = tuple(each for each in all_findings if requested or each not in unseen)
-    extensions = {
-        name: candidates.add(model, candidate)
-        for name, candidate in candidates.screen(model).best.items()
-        if candidates.is_significant(model, candidate)
-    }
-    judged = {
-        name: (extended, judge(model, extended, added_term(model, extended))) for name, extended in extensions.items()
-    }
-    likely = tuple(
-        _as_finding(model, extended, added_term(model, extended), judgement, (), 1)
-        for extended, judgement in judged.values()
-        if judgement.likely
-    )
+    others = [*_extensions(candidates, model), *unseen]
+    likely = tuple(each for each in others if each.judgement.likely)
+    rejected = {each.term.name: each.judgement.rejection(reason) for each in others if not each.judgement.likely}
     first, last = (candidates.screen(each).reductions for each in (_start(steps), model))
-    rejected = {
-        **_screened_out(candidates, model),
-        **{name: judgement.rejection(reason) for name, (_, judgement) in judged.items() if not judgement.likely},
-        **{each.term.name: each.judgement.rejection(reason) for each in unseen},
-    }
+    rejected = {**_screened_out(candidates, model), **rejected}
     return Selection(tuple(steps), findings, likely, rejected, first, last)
+
+
+def _extensions(candidates: Candidates, model: FittedModel) -> Iterator[Finding]:
+    """What the judge says of each effect that `model` could have in addition."""
+    for candidate in candidates.screen(model).best.values():
+        if candidates.is_significant(model, candidate):
+            extended = candidates.add(model, candidate)
+            index = added_term(model, extended)
+            yield Finding(extended.terms[index], model, extended, judge(model, extended, index))
 
 
 def _start(steps: Sequence[SelectionStep]) -> FittedModel:
@@ -73,7 +68,7 @@ def _finding(candidates: Candidates, model: FittedModel, index: int, requested: 
     compared = 1 if requested else len(rivals) + 1
     judgement = judge(reduced, model, index, compared)
     names = [rival.terms[added_term(reduced, rival)].name for rival in _equivalent(reduced, model, index, rivals)]
-    return _as_finding(reduced, model, index, judgement, tuple(names[:MAX_ALTERNATIVES]), compared)
+    return Finding(term, reduced, model, judgement, tuple(names[:MAX_ALTERNATIVES]), compared)
 
 
 def _rivals(candidates: Candidates, reduced: FittedModel, model: FittedModel, index: int) -> list[FittedModel]:
@@ -112,26 +107,6 @@ def _is_redundant(model: FittedModel, index: int, rival: FittedModel, added: int
     parameters = max(len(rival.solution.x) - len(model.solution.x), 0)
     losses, rows = (model.solution.loss, rival.solution.loss), model.split.independent_rows
     return name in rival.terms[added].effect.contains and not is_significant(*losses, parameters, rows)
-
-
-def _as_finding(
-    before: FittedModel,
-    after: FittedModel,
-    index: int,
-    judgement: Judgement,
-    alternatives: tuple[str, ...],
-    compared: int,
-) -> Finding:
-    improvement = after.improvement_over(before, compared=compared)
-    return Finding(
-        after.terms[index],
-        improvement,
-        judgement,
-        alternatives,
-        before.residuals,
-        after.residuals,
-        compared,
-    )
 
 
 def _screened_out(candidates: Candidates, model: FittedModel) -> dict[str, Rejection]:

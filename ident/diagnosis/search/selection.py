@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Literal
 
 from ident.diagnosis.judge.evidence import Rejection
@@ -10,7 +11,6 @@ from ident.diagnosis.judge.improvement import Improvement
 from ident.diagnosis.judge.judge import Judgement
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.structure import Term
-from recordings.recording import Floats
 
 Exclusion = Literal["collinear", "sign"]
 """collinear: other parameters reproduce its torque; sign: its coefficient would need an impossible sign."""
@@ -30,17 +30,21 @@ class Finding:
     """An effect of the last model, or one that may belong to it."""
 
     term: Term
-    improvement: Improvement
-    """Loss of this improvement on the held-out rows if the effect is left out."""
+    before: FittedModel
+    """Without the effect, refitted."""
+    after: FittedModel
+    """With it."""
     judgement: Judgement
     """What the judge says of it beside the rest of the model."""
-    alternatives: tuple[str, ...]
+    alternatives: tuple[str, ...] = ()
     """Other effects that would explain these data equally well in its place, the closest first."""
-    residuals_without: tuple[Floats, ...]
-    """(m, dof) residuals of the model without this effect, refitted, for each recording [N m]."""
-    residuals_with: tuple[Floats, ...]
     compared: int = 1
     """Number of models among which the held-out rows chose this effect; the interval allows for it."""
+
+    @cached_property
+    def improvement(self) -> Improvement:
+        """On the held-out rows, by the effect."""
+        return self.after.improvement_over(self.before, compared=self.compared)
 
 
 @dataclass(frozen=True, eq=False)

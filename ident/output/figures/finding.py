@@ -37,8 +37,8 @@ def before_after(diagnosis: Diagnosis, finding: Finding) -> go.Figure:
         forwards = axis_values("velocity", predictions, joint) > 0
         directions = {"solid": forwards, "dash": ~forwards} if axis in _TWO_DIRECTIONS else {"solid": forwards | True}
         for residuals, colour, name in (
-            (finding.residuals_without, theme.MEASURED, "without"),
-            (finding.residuals_with, theme.joint_colour(joint), "with"),
+            (finding.before.residuals, theme.MEASURED, "without"),
+            (finding.after.residuals, theme.joint_colour(joint), "with"),
         ):
             residual = np.concatenate([array[:, joint] for array in residuals])
             _samples(figure, x, residual, colour, column)
