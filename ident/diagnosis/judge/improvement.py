@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.diagnosis.split.split_data import SplitData
+from ident.diagnosis.split.split_data import TINY, SplitData
+from ident.uncertainty.covariance import LEVEL
 from recordings.recording import Bools, Floats, Ints
 
 MIN_T = 3.5
@@ -15,9 +16,6 @@ MIN_SHARE = 0.1
 significant."""
 BLOCK_SECONDS = 0.25
 """Rows closer than this are not independent: they are averaged to one block [s]."""
-_LEVEL = 0.95
-_TINY = 1e-12
-"""Relative differences below this are rounding errors, of which Student's t would make anything."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +62,7 @@ class Blocks:
 
         Each joint is weighted by its squared noise `floor` (dof,) [N m], so that noise counts the same in all joints.
         """
-        scale = np.maximum(floor, _TINY)
+        scale = np.maximum(floor, TINY)
         # An effect may be undefined in more rows than the model without it: compare where both are defined.
         pairs = zip(rows, before, after, strict=True)
         rows = [scored & np.isfinite(old) & np.isfinite(new) for scored, old, new in pairs]
@@ -99,14 +97,14 @@ def improvement_of_blocks(
     squares (b,) of what the second model changes; None: the same in all blocks.
     """
     difference = before - after
-    reduction = np.where(np.abs(difference) > _TINY * before, difference, 0.0)
+    reduction = np.where(np.abs(difference) > TINY * before, difference, 0.0)
     if len(reduction) < 3:
         return Improvement(0.0, (0.0, 0.0), 0.0, 0.0, 0.0)
     excess = before - noise
     share = float(np.clip(reduction.mean() / excess.mean(), -1.0, 1.0)) if excess.mean() > 0 else 0.0
     improvement = Improvement(
         share,
-        _ratio_interval(reduction, excess, 1 - (1 - _LEVEL) / compared),
+        _ratio_interval(reduction, excess, 1 - (1 - LEVEL) / compared),
         _standard_score(reduction, np.ones_like(reduction) if change is None else change),
         float(reduction.mean()),
         float(after.mean()) - noise,
@@ -135,7 +133,7 @@ def _standard_score(values: Floats, weights: Floats) -> float:
     errors = values - values.sum() / total * weights
     spread = float(np.sqrt((errors**2).sum() * blocks / (blocks - 1)))
     together = float(values.sum())
-    t = together / max(spread, _TINY * abs(together), float(np.finfo(float).tiny))
+    t = together / max(spread, TINY * abs(together), float(np.finfo(float).tiny))
     probability = max(float(stdtr(blocks - 1, -abs(t))), float(np.finfo(float).tiny))
     return float(np.copysign(ndtri(probability), t))
 

@@ -4,13 +4,12 @@ import numpy as np
 
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.rules.limits import extraordinary_joints
-from ident.diagnosis.split.split_data import rms
+from ident.diagnosis.split.split_data import TINY, rms
 
 PRICE = 15.0
 """Price of a parameter: times what it gains by fitting noise, which is 1 in n ln(mean square)."""
 EXTRAORDINARY_RATIO = 5.0
 """A strength that hardware seldom has is believed only where all else leaves this many times its mean square."""
-_TINY = 1e-12
 
 
 def chance_reduction(loss: float, independent_rows: float) -> float:
@@ -32,7 +31,7 @@ def score(model: FittedModel) -> float:
     floor = model.noise_floor.rms
     loss = 0.0
     for rows in (model.split.train, model.split.test):
-        error = np.maximum(np.maximum(rms(model.judged_residuals, rows), floor), _TINY)
+        error = np.maximum(np.maximum(rms(model.judged_residuals, rows), floor), TINY)
         loss += float((model.split.independent(rows) * 2 * np.log(error)).sum())
     return loss + PRICE * sum(entry.free for entry in model.solution.structure.parameters) + _prior(model)
 

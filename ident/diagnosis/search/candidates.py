@@ -18,8 +18,8 @@ from ident.threads import in_threads
 from recordings.recording import Floats
 
 WIDTH = 3
-"""Number of models that stay open, and of candidates that are fitted in any case: one that imitates another, the
-other, and a third that contains it."""
+"""Number of models that stay open, of candidates that are fitted in any case, and of alternatives that are named: one
+that imitates another, the other, and a third that contains it."""
 MIN_PROMISE = 0.8
 """Further candidates are fitted if screening promises this share of the best reduction: optimizing their shapes
 hardly adds more (97 effects of the part `chosen`: 0.8 to 1.2 times what was promised)."""

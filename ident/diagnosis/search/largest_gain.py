@@ -7,15 +7,14 @@ import numpy as np
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import block_counts
 from ident.diagnosis.search.screening import Candidate, Screener
-
-_TINY = 1e-12
+from ident.diagnosis.split.split_data import TINY
 
 
 class LargestGain:
     """The held-out rows of a model, weighted as the judge compares them."""
 
     def __init__(self, model: FittedModel) -> None:
-        split, floor = model.split.turned, np.maximum(model.noise_floor.rms, _TINY)
+        split, floor = model.split.turned, np.maximum(model.noise_floor.rms, TINY)
         judged = zip(split.train, model.judged_residuals, strict=True)
         rows = tuple(held_out & np.isfinite(residual) for held_out, residual in judged)
         counts = block_counts(split, rows)
@@ -38,4 +37,4 @@ class LargestGain:
         left = self._rest - basis @ (basis.T @ self._rest)
         excess = self._screener.loss - self._blocks
         reduction = self._screener.loss - float(left @ left)
-        return float(np.clip(reduction / max(excess, _TINY), 0.0, 1.0))
+        return float(np.clip(reduction / max(excess, TINY), 0.0, 1.0))

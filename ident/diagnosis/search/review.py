@@ -9,13 +9,10 @@ from ident.diagnosis.judge.judge import judge
 from ident.diagnosis.judge.price import is_significant
 from ident.diagnosis.judge.rules import OF_VALUES, objection
 from ident.diagnosis.judge.rules.simpler import simpler_effect
-from ident.diagnosis.search.candidates import Candidates
+from ident.diagnosis.search.candidates import WIDTH, Candidates
 from ident.diagnosis.search.fits import added_term
 from ident.diagnosis.search.largest_gain import LargestGain
 from ident.diagnosis.search.selection import Finding, Selection, SelectionStep
-
-MAX_ALTERNATIVES = 3
-"""Alternatives that are named beside a finding: more are no explanation."""
 
 
 def review(
@@ -68,7 +65,7 @@ def _finding(candidates: Candidates, model: FittedModel, index: int, requested: 
     compared = 1 if requested else len(rivals) + 1
     judgement = judge(reduced, model, index, compared)
     names = [rival.terms[added_term(reduced, rival)].name for rival in _equivalent(reduced, model, index, rivals)]
-    return Finding(term, reduced, model, judgement, tuple(names[:MAX_ALTERNATIVES]), compared)
+    return Finding(term, reduced, model, judgement, tuple(names[:WIDTH]), compared)
 
 
 def _rivals(candidates: Candidates, reduced: FittedModel, model: FittedModel, index: int) -> list[FittedModel]:

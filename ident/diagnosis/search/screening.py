@@ -14,7 +14,7 @@ import numpy as np
 from ident.diagnosis.search.initial_guesses import initial_guesses
 from ident.diagnosis.search.joint_subsets import Products, choose_joints
 from ident.diagnosis.search.selection import Exclusion
-from ident.diagnosis.split.split_data import SplitData
+from ident.diagnosis.split.split_data import TINY, SplitData
 from ident.dynamics.effects.base import Additive, Effect, Signal, Suggestion
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
@@ -30,7 +30,6 @@ _MAX_LINES = 4
 _LINEAR_RANGE = 0.7
 """The coefficient of a nonlinear effect may differ from the linearization point by this much (natural logarithm)
 before that point becomes a second initial guess."""
-_TINY = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +160,7 @@ class Screener:
             shapes = shapes.reshape(everywhere.instances, -1)[subset].ravel()
         scale = scale[subset]
         guesses = [np.concatenate([(coefficients.reshape(-1, c) * scale).ravel(), shapes])]
-        if isinstance(effect, Signal) and not (np.abs(np.log(np.abs(coefficients) + _TINY)) < _LINEAR_RANGE).all():
+        if isinstance(effect, Signal) and not (np.abs(np.log(np.abs(coefficients) + TINY)) < _LINEAR_RANGE).all():
             linearized_at = (np.sign(coefficients).reshape(-1, c) * scale).ravel()
             guesses.append(np.concatenate([linearized_at, shapes]))
         loss = max(self.loss - reduction, 0.0)

@@ -20,7 +20,7 @@ from ident.data import cycle_statistics, noise
 from ident.data.quantization import drive_errors
 from ident.data.spectral_lines import SpectralLine, strongest_lines
 from ident.data.trends import Trend
-from ident.diagnosis.split.split_data import SplitData, rms
+from ident.diagnosis.split.split_data import TINY, SplitData, rms
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.predicted_torque import TorquePredictor
 from ident.threads import in_threads
@@ -43,7 +43,6 @@ _QUANTIZATION_UNCERTAINTY = 0.36
 MIN_TORQUE_SHARE = 0.0035
 """Residuals below this share of the torque are not called structured: preprocessing may leave as much of a correct
 model."""
-_TINY = 1e-24
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +172,7 @@ def _encoder_mean_square(
     full, mechanism = (
         _clipped_mean_square(np.where(scored, torque, np.nan)) for torque in (prepared.condition(difference), fixed)
     )
-    amplification = np.maximum(full / np.maximum(mechanism, _TINY), 1.0)
+    amplification = np.maximum(full / np.maximum(mechanism, TINY**2), 1.0)
     expected: Floats = np.nanmean(np.where(prepared.usable, refitted, np.nan) ** 2, axis=0) * amplification
     if len(difference) != len(prepared.samples.position):  # a mean cycle: the repeating share is unknown
         return expected
@@ -219,7 +218,7 @@ def _loop_amplification(
         return np.ones(residual.shape[1])
     mean = np.nanmean(measured[:, complete], axis=0)
     variance = _robust_mean_square(measured[:, complete] - mean) / (len(measured) - 1)
-    ratio = (_robust_mean_square(mean) - variance) / np.maximum(_robust_mean_square(simulated) * repeating, _TINY)
+    ratio = (_robust_mean_square(mean) - variance) / np.maximum(_robust_mean_square(simulated) * repeating, TINY**2)
     return np.clip(ratio, 1.0, _MAX_AMPLIFICATION)
 
 

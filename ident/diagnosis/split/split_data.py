@@ -24,6 +24,8 @@ from ident.threads import in_threads
 from ident.uncertainty.propagated_errors import perturbed_draws
 from recordings.recording import Bools, Floats, Ints
 
+TINY = 1e-12
+"""Torque [N m] or share that counts as zero: smaller differences are rounding errors."""
 MAX_STANDSTILL = 0.25
 """Rows with a larger share of standstill are left out."""
 MAX_AMPLIFICATION = 2.0

@@ -7,6 +7,7 @@ import numpy as np
 
 from ident.data import cycle_statistics
 from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.improvement import MIN_SHARE
 from ident.diagnosis.ripple.lines import Vibration
 from ident.diagnosis.ripple.waves import least_squares, wave
 from ident.diagnosis.split.noise_floor import MIN_TORQUE_SHARE
@@ -14,9 +15,6 @@ from ident.diagnosis.split.split_data import rms as rms_of
 from ident.diagnosis.unknown.residual_dependence import ResidualDependence, find_dependences
 from recordings.recording import Floats
 
-MIN_JOINT_RATIO = 0.35
-"""Dependences are searched only for joints with this share of the largest unexplained residual: a missing effect of
-one joint spreads to the others through shared parameters."""
 _MAX_P_VALUE = 1e-3
 """p-value below which a repeating residual is significant."""
 
@@ -55,7 +53,9 @@ def estimate_unexplained(
     vibrates = np.array([_is_vibration(model, joint) for joint in range(len(total))])
     drifts = np.sqrt([max(trend.mean_square, 0.0) if trend else 0.0 for trend in floor.trends]) > floor.least
     relative = structured / split.torque_rms
-    searched = (repeats & (relative >= MIN_JOINT_RATIO * relative.max()) & ~vibrates) | drifts
+    # A missing effect of one joint spreads to the others through shared parameters.
+    large = relative**2 >= MIN_SHARE * (relative**2).max()
+    searched = (repeats & large & ~vibrates) | drifts
     if known is None:
         known = find_dependences(split, model.solution, residuals, np.flatnonzero(searched).tolist())
     variables = {variable for dependence in known for variable in dependence.variables}

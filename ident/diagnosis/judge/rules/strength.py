@@ -3,12 +3,11 @@
 import numpy as np
 
 from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.uncertainty.covariance import LEVEL
 from recordings.recording import Floats, Ints
 
 _MAX_LINE_WIDTH = 0.05
 """Largest half-width of the interval of a line's order, relative to it: a line is narrow."""
-_LEVEL = 0.95
-"""Confidence level at which a strength differs from zero."""
 
 
 def reason(before: FittedModel, after: FittedModel, index: int) -> str | None:
@@ -42,7 +41,7 @@ def resolved_instances(model: FittedModel, index: int) -> list[bool]:
     covariance = model.uncertainty.covariance + np.diag(model.propagated_variance)
     local = model.solution.structure.local_values(index, model.solution.x)
     instances = zip(local, local_entries(model, index), strict=True)
-    limit = chdtri(local.shape[1], 1 - _LEVEL)
+    limit = chdtri(local.shape[1], 1 - LEVEL)
     return [bool(wald_statistic(values, covariance, entries) > limit) for values, entries in instances]
 
 
