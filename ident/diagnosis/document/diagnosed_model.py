@@ -4,17 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.data.prepared_recording import PreparedRecording
+from ident.diagnosis.diagnosis import Diagnosis
+from ident.diagnosis.document.document import StepEntry
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.split.parameter_intervals import with_gain
 from ident.diagnosis.unknown.residual_test import residual_test
 from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual
-from ident.estimation.linear_fit import Fit, search_region
+from ident.dynamics.structure import ParameterEntry
+from ident.estimation.linear_fit import SEARCH_FACTOR, Fit, search_region
 from ident.estimation.problem import Estimate
-from ident.estimation.regression import Regression, linearize
+from ident.estimation.regression import linearize
 from ident.identification.identify import agreement, is_relative, model_of
-from ident.identification.model_file import Agreement, FitMethod, ModelFile
-from ident.identification.prediction import searched_parameters
+from ident.identification.model_file import Agreement, FitMethod, FittedParameter, ModelFile
+from ident.identification.prediction import effect_terms, searched_parameters
 from ident.uncertainty.assessment import assess, gain_uncertainty, interval_or_none
 from ident.uncertainty.sensitivity import Sensitivity
 from recordings.recording import Bools, Floats
@@ -23,56 +25,93 @@ METHOD = "wls"
 """The estimator that a diagnosis uses: least squares, weighted by the noise."""
 
 
+def diagnosed_model(diagnosis: Diagnosis, last: StepEntry) -> ModelFile:
+    """The last model of a `diagnosis` with the lines above the low-pass, and the errors of the `last` step."""
+    file, ripple = model_file(diagnosis.model, diagnosis.unexplained), diagnosis.ripple
+    structure, first = ripple.structure, len(diagnosis.model.solution.x)
+    terms = effect_terms(structure, ripple.x)
+    values = zip(structure.parameters[first:], ripple.x[first:].tolist(), ripple.half_widths.tolist(), strict=True)
+    lines = [(entry.linear, _of_line(entry, value, width)) for entry, value, width in values]
+    assert file.validate_ is not None
+    return file.model_copy(
+        update={
+            "effects": tuple(term.name for term in terms),
+            "terms": terms,
+            "parameters": (*file.parameters, *(parameter for linear, parameter in lines if linear)),
+            "searched": (*file.searched, *(parameter for linear, parameter in lines if not linear)),
+            "train": _with_errors(file.train, last.train_rms),
+            "validate_": _with_errors(file.validate_, last.held_out_rms),
+        }
+    )
+
+
+def _of_line(entry: ParameterEntry, value: float, width: float) -> FittedParameter:
+    """A parameter of a line above the low-pass; `width`: half its 95 % interval."""
+    interval = value - width, value + width
+    return FittedParameter(
+        name=entry.name,
+        value=value,
+        unit=entry.unit,
+        lower=-SEARCH_FACTOR * abs(value),
+        upper=SEARCH_FACTOR * abs(value),
+        at_bound=False,
+        paper_value=value,
+        ci95=interval,
+        shape_ci95=interval,
+    )
+
+
+def _with_errors(stated: Agreement, rms: tuple[float, ...]) -> Agreement:
+    """The agreement with the RMS errors that a document states, which may reach above the low-pass."""
+    return stated.model_copy(update={"fitted": replace(stated.fitted, rms=rms)})
+
+
 def model_file(model: FittedModel, unexplained: UnexplainedResidual, diagnosed: bool = True) -> ModelFile:
     """Describe `model` with its `unexplained` residual as a file.
 
     diagnosed: whether a diagnosis has searched that residual for effects.
     """
-    split, solution = model.split, model.solution
-    structure, x = solution.structure, solution.x
+    split, solution, uncertainty = model.split, model.solution, model.uncertainty
+    structure, x, linear = solution.structure, solution.x, solution.structure.linear
     regressions = [linearize(split.recordings[i], structure, x) for i in split.train_indices]
-    prepared, fit, linear = regressions[0].prepared, _fit(model, regressions), structure.linear
+    prepared = regressions[0].prepared
+    rows, torques = zip(*(regression.rows() for regression in regressions), strict=True)
+    bounds = search_region(structure.linear_parameters, np.concatenate(rows), np.concatenate(torques))
+    fit = Fit(Estimate(x[linear], solution.loss, np.array([solution.loss])), bounds, solution.row_count)
     relative = is_relative(prepared.recording)
     assessment, single = assess(regressions, fit, structure, METHOD, Sensitivity(None, ()), relative)
     # The model's own intervals also hold what quantization does to parameters, and the errors of what was searched.
     totals, shapes = parameter_intervals(model)
-    own = [
-        {
-            "ci95": interval_or_none(total),
-            "shape_ci95": interval_or_none(shape),
-            "std": std,
-            "degrees_of_freedom": None,
-        }
-        for total, shape, std in zip(
-            totals[linear], shapes[linear], _known(model.uncertainty.std[linear]), strict=True
+    correlation = tuple(map(_known, uncertainty.correlation[np.ix_(linear, linear)]))
+    own = zip(single, totals[linear], shapes[linear], _known(uncertainty.std[linear]), strict=True)
+    uncertainties = [
+        each.model_copy(
+            update={
+                "ci95": interval_or_none(total),
+                "shape_ci95": interval_or_none(shape),
+                "std": std,
+                "degrees_of_freedom": None,
+            }
         )
+        for each, total, shape, std in own
     ]
-    correlation = tuple(map(_known, model.uncertainty.correlation[np.ix_(linear, linear)]))
-    file = model_of(
-        regressions,
-        structure,
-        x,
-        fit,
-        FitMethod(
-            name=METHOD,
-            settings={},
-            seed=0,
-            objective=solution.loss,
-            rows=solution.row_count,
-            diagnostics={"selection": "ident diagnose"},
-        ),
-        prepared.method,
-        (
-            assessment.model_copy(update={"correlation": correlation}),
-            [each.model_copy(update=update) for each, update in zip(single, own, strict=True)],
-        ),
-        (_agreement(model, split.train), _agreement(model, split.test)),
+    method = FitMethod(
+        name=METHOD,
+        settings={},
+        seed=0,
+        objective=solution.loss,
+        rows=solution.row_count,
+        diagnostics={"selection": "ident diagnose"},
     )
-    update = {
-        "searched": searched_parameters(structure, x, shapes),
-        "residual_test": residual_test(model, unexplained, diagnosed),
-    }
-    return file.model_copy(update=update)
+    assessed = assessment.model_copy(update={"correlation": correlation}), uncertainties
+    agreements = _agreement(model, split.train), _agreement(model, split.test)
+    file = model_of(regressions, structure, x, fit, method, prepared.method, assessed, agreements)
+    return file.model_copy(
+        update={
+            "searched": searched_parameters(structure, x, shapes),
+            "residual_test": residual_test(model, unexplained, diagnosed),
+        }
+    )
 
 
 def parameter_intervals(model: FittedModel) -> tuple[Floats, Floats]:
@@ -80,16 +119,6 @@ def parameter_intervals(model: FittedModel) -> tuple[Floats, Floats]:
     recording, shapes = model.split.recordings[0].recording, model.shape_intervals
     totals = shapes if is_relative(recording) else with_gain(shapes, model.solution, gain_uncertainty(recording))
     return totals, shapes
-
-
-def _fit(model: FittedModel, regressions: list[Regression]) -> Fit:
-    """The linear parameters, as if a linear estimator had found them."""
-    structure = model.solution.structure
-    values = model.solution.x[structure.linear]
-    rows, torques = zip(*(regression.rows() for regression in regressions), strict=True)
-    bounds = search_region(structure.linear_parameters, np.concatenate(rows), np.concatenate(torques))
-    estimate = Estimate(values, model.solution.loss, np.array([model.solution.loss]))
-    return Fit(estimate, bounds, model.solution.row_count)
 
 
 def _known(values: Floats) -> tuple[float | None, ...]:
@@ -100,16 +129,6 @@ def _known(values: Floats) -> tuple[float | None, ...]:
 def _agreement(model: FittedModel, rows: tuple[Bools, ...]) -> Agreement:
     """Agreement of `model` on `rows` (m, dof) of each recording."""
     used = [i for i, selected in enumerate(rows) if selected.any()]
-    recordings: list[PreparedRecording] = [model.split.recordings[i] for i in used]
+    recordings = [model.split.recordings[i] for i in used]
     measured = [np.where(rows[i], prepared.torque, np.nan) for i, prepared in zip(used, recordings, strict=True)]
     return agreement(recordings, measured, [model.computed[i] for i in used])
-
-
-def with_errors(file: ModelFile, train: tuple[float, ...], validate: tuple[float, ...]) -> ModelFile:
-    """The `file` with the RMS errors that a document states, which may reach above the low-pass."""
-    assert file.validate_ is not None
-    agreements = {
-        "train": file.train.model_copy(update={"fitted": replace(file.train.fitted, rms=train)}),
-        "validate_": file.validate_.model_copy(update={"fitted": replace(file.validate_.fitted, rms=validate)}),
-    }
-    return file.model_copy(update=agreements)

@@ -5,14 +5,18 @@ from dataclasses import replace
 
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.document import (
-    EvidenceEntry,
+    AboveLowPass,
     FindingEntry,
-    FindingStatus,
     RejectedEntry,
+    VibrationEntry,
+    evidence_in_words,
     joint_numbers,
 )
-from ident.diagnosis.judge.evidence import RejectionStatus
+from ident.diagnosis.judge.evidence import Rejection, RejectionStatus
+from ident.diagnosis.judge.judge import evidence_of
+from ident.diagnosis.ripple.ripple import EFFECT, Ripple
 from ident.diagnosis.search.selection import Finding
+from ident.dynamics.structure import Term
 
 
 def merge_repeated(findings: Sequence[Finding]) -> list[Finding]:
@@ -29,18 +33,17 @@ def merge_repeated(findings: Sequence[Finding]) -> list[Finding]:
     return list(merged.values())
 
 
-def found_effects(diagnosis: Diagnosis) -> list[FindingEntry]:
-    """The effects of the last model, in the order in which they were added."""
-    return [_found(diagnosis, finding) for finding in merge_repeated(diagnosis.selection.findings)]
+def found_effects(diagnosis: Diagnosis) -> tuple[FindingEntry, ...]:
+    """The effects of the last model, in the order in which they were added, with the lines above the low-pass."""
+    findings = [_found(diagnosis, finding) for finding in merge_repeated(diagnosis.selection.findings)]
+    return with_ripple(findings, diagnosis.ripple)
 
 
 def _found(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
-    status: FindingStatus = "asked-for" if diagnosis.forced else "supported"
-    if diagnosis.forced and not finding.accepted:
-        status = "not-supported"
-    in_model = finding.term.name in diagnosis.selection.steps[0].model.names
+    term, steps = finding.term, diagnosis.selection.steps
+    in_model, confirmed = term.name in steps[0].model.names, finding.accepted or not diagnosis.forced
     share, (low, high) = finding.improvement.share, finding.improvement.interval
-    if added := not in_model and len(diagnosis.selection.steps) > 1:
+    if added := not in_model and len(steps) > 1:
         share, (low, high) = _part(diagnosis, finding)
     reasons = [
         f"It takes {share:.0%} ({low:.0%} to {high:.0%}) of the held-out mean square above the noise floor that the "
@@ -50,16 +53,16 @@ def _found(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
         reasons.append(f"The interval allows for the choice among {finding.compared} models.")
     if finding.alternatives:
         reasons.append(f"In its place, {' or '.join(finding.alternatives)} would explain these data as well.")
-    if status == "not-supported":
-        evidence = EvidenceEntry.of(finding.evidence).in_words
+    if not confirmed:
+        evidence = evidence_in_words(finding.evidence)
         reasons = [f"It was requested, but held-out data do not confirm it: {evidence}."]
-    where = (
-        "the whole robot" if finding.term.effect.whole_robot else joint_numbers([j + 1 for j in finding.term.joints])
-    )
+    where = "the whole robot" if term.effect.whole_robot else joint_numbers([joint + 1 for joint in term.joints])
     return FindingEntry.of(
-        finding,
+        term,
+        finding.evidence,
         " ".join((f"On {where}.", *reasons)),
-        status=status,
+        confusable_with=finding.alternatives,
+        status="not-supported" if not confirmed else "asked-for" if diagnosis.forced else "supported",
         in_model=in_model,
         share=share if added else None,
     )
@@ -71,14 +74,54 @@ def _part(diagnosis: Diagnosis, finding: Finding) -> tuple[float, tuple[float, f
     The fall is divided in proportion to what leaving out each effect alone would add to the mean square.
     """
     steps, first = diagnosis.selection.steps, diagnosis.selection.steps[0].model
-    added = [each for each in diagnosis.selection.findings if each.term.name not in first.names]
-    own, total = (
-        sum(max(each.improvement.reduction, 0.0) for each in effects)
-        for effects in ([each for each in added if each.term.name == finding.term.name], added)
-    )
+    added = [
+        (each.term.name, max(each.improvement.reduction, 0.0))
+        for each in diagnosis.selection.findings
+        if each.term.name not in first.names
+    ]
+    own, total = sum(loss for name, loss in added if name == finding.term.name), sum(loss for _, loss in added)
     fall = steps[-1].model.improvement_over(first, compared=finding.compared)
     part = own / total if total else 0.0
     return part * fall.share, (part * fall.interval[0], part * fall.interval[1])
+
+
+def with_ripple(findings: Sequence[FindingEntry], ripple: Ripple) -> tuple[FindingEntry, ...]:
+    """The `findings` with the lines above the low-pass, which join what was found of the effect below it."""
+    if not ripple.lines:
+        return tuple(findings)
+    above, by_name = _waves(ripple), {finding.effect: finding for finding in findings}
+    below = by_name.setdefault(EFFECT, above)
+    if below is not above:
+        joints, why = tuple(sorted({*below.joints, *above.joints})), f"{below.why} {above.why}"
+        by_name[EFFECT] = below.model_copy(update={"joints": joints, "why": why})
+    return tuple(by_name.values())
+
+
+def _waves(ripple: Ripple) -> FindingEntry:
+    """The lines above the low-pass as one finding; there is at least one."""
+    assert ripple.effect is not None  # there are no lines without it
+    joints = tuple(sorted({line.joint for line in ripple.lines}))
+    orders = {
+        joint: ", ".join(
+            f"{line.order:.6g} ± {line.half_width[2]:.1g}" for line in ripple.lines if line.joint == joint
+        )
+        for joint in joints
+    }
+    listing = "; ".join(f"joint {joint + 1}: {listed}" for joint, listed in orders.items())
+    warnings = [
+        f"At this speed a vibration of {line.same_frequency:.4g} Hz explains as much as the {line.order:.5g} periods "
+        f"per turn of joint {line.joint + 1}: only another speed tells them apart."
+        for line in ripple.lines
+        if line.same_frequency is not None
+    ]
+    why = f"Above the low-pass, held-out rows confirm waves over the angle (periods per turn), {listing}."
+    strongest = ripple.lines[0]
+    return FindingEntry.of(
+        Term(EFFECT, ripple.effect, joints),
+        evidence_of(strongest.improvement),
+        " ".join((why, *warnings)),
+        confusable_with=() if strongest.same_frequency is None else ("vibration",),
+    )
 
 
 def likely_effects(diagnosis: Diagnosis) -> Iterator[FindingEntry]:
@@ -86,10 +129,12 @@ def likely_effects(diagnosis: Diagnosis) -> Iterator[FindingEntry]:
     for finding in diagnosis.selection.likely:
         evidence = finding.evidence
         yield FindingEntry.of(
-            finding,
+            finding.term,
+            evidence,
             f"It would take {evidence.gain:.0%} of the held-out mean square above the noise floor, but these data "
             f"would confirm a gain of this size with a probability of {evidence.power or 0.0:.0%} only. Record a "
             "longer motion.",
+            confusable_with=finding.alternatives,
             status="likely",
         )
 
@@ -98,15 +143,6 @@ def rejected_effects(diagnosis: Diagnosis, named: set[str]) -> tuple[RejectedEnt
     """Every effect of the library that is not among the `named` ones, with the reason that weighs most."""
     selection, effects = diagnosis.selection, diagnosis.effects
     mechanism = diagnosis.split.recordings[0].recording.rig.mechanism
-    entries = {
-        name: RejectedEntry(
-            effect=name,
-            status=rejection.status,
-            evidence=EvidenceEntry.of(rejection.evidence) if rejection.evidence else None,
-            why=rejection.why,
-        )
-        for name, rejection in selection.rejected.items()
-    }
     contained = {name: finding.term.name for finding in selection.findings for name in finding.term.effect.contains}
     others = [name for name, effect in diagnosis.library.items() if mechanism not in effect.mechanisms]
     reasons: dict[RejectionStatus, Mapping[str, str]] = {
@@ -117,6 +153,33 @@ def rejected_effects(diagnosis: Diagnosis, named: set[str]) -> tuple[RejectedEnt
             **dict.fromkeys(others, f"It does not occur on a {mechanism} rig."),
         },
     }
+    rejected = dict(selection.rejected)
     for status, why in reasons.items():
-        entries |= {name: RejectedEntry(effect=name, status=status, why=why[name]) for name in why}
-    return tuple(entries[name] for name in diagnosis.library if name in entries and name not in named)
+        rejected |= {name: Rejection(status, reason) for name, reason in why.items()}
+    return tuple(
+        RejectedEntry(effect=name, **vars(rejected[name]))
+        for name in diagnosis.library
+        if name in rejected and name not in named
+    )
+
+
+def above_low_pass(ripple: Ripple) -> AboveLowPass | None:
+    """The band above the low-pass in numbers and words; None if it was not analysed."""
+    if not ripple.bands:
+        return None
+    highest = min(band.highest for band in ripple.bands)
+    shares = tuple(ripple.unexplained_share.tolist())
+    vibrations = tuple(
+        VibrationEntry(joint=each.joint + 1, frequency_hz=each.frequency, amplitude=each.amplitude)
+        for each in ripple.vibrations
+    )
+    names = ripple.model.split.recordings[0].recording.rig.joint_names
+    listing = ", ".join(f"{name} {share:.1%}" for name, share in zip(names, shares, strict=True))
+    why = (
+        f"Above the low-pass, up to {highest:g} Hz, only ripple and vibrations are searched. The rest, with the "
+        f"noise, is this share of the torque (RMS): {listing}."
+    )
+    if vibrations:
+        lines = ", ".join(f"{each.frequency_hz:.4g} Hz (joint {each.joint})" for each in vibrations)
+        why += f" Vibrations or electrical lines that keep their frequency: {lines}."
+    return AboveLowPass(low_hz=ripple.low, high_hz=highest, unexplained_share=shares, vibrations=vibrations, why=why)

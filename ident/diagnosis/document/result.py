@@ -1,17 +1,17 @@
 """The result of a diagnosis as a user receives it: the document, and the model with all effects found."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ident.diagnosis.diagnosis import Diagnosis, DiagnosisOptions, StatusCallback, diagnose
-from ident.diagnosis.document.diagnosed_model import model_file, with_errors
+from ident.diagnosis.document.diagnosed_model import diagnosed_model
 from ident.diagnosis.document.document import Document, FindingEntry, Verdict
-from ident.diagnosis.document.ripple_model import with_ripple_terms
 from ident.diagnosis.document.verdict import to_document
-from ident.dynamics.effects.library import library
+from ident.dynamics.effects.base import Effect
 from ident.identification.model import Model
+from ident.identification.model_file import ModelFile
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,22 +42,20 @@ class DiagnosisResult:
 
     def apply(self) -> Model:
         """The last model of the document, with all effects found: the same values, intervals and errors."""
-        file = model_file(self.diagnosis.model, self.diagnosis.unexplained)
-        last = self.document.steps[-1]
-        file = with_errors(file, last.train_rms, last.held_out_rms)
-        return Model(with_ripple_terms(file, self.diagnosis.ripple), self.diagnosis.library)
+        return Model(diagnosed_model(self.diagnosis, self.document.steps[-1]), self.diagnosis.library)
 
 
 def diagnosed(
-    files: Sequence[Path],
-    validate: Sequence[Path],
-    effect_files: Sequence[Path],
+    files: tuple[Path, ...],
+    validate: tuple[Path, ...],
+    effects: Mapping[str, Effect],
     options: DiagnosisOptions,
     progress: StatusCallback,
-    model: Model | None,
+    model: ModelFile | None = None,
 ) -> DiagnosisResult:
-    """Diagnose the recordings `files`, see `ident.diagnose`."""
-    # A file of the user is executed once: what the model was loaded with is there already.
-    effects = model.library if model and not effect_files else library(effect_files)
-    diagnosis = diagnose(files, validate, effects, options, progress, model.file if model else None)
-    return DiagnosisResult(to_document(diagnosis), diagnosis, tuple(files), tuple(validate), options)
+    """Diagnose the recordings `files` with a library of `effects`, see `ident.diagnose`.
+
+    model: whose effects are the start; None: the base model.
+    """
+    diagnosis = diagnose(files, validate, effects, options, progress, model)
+    return DiagnosisResult(to_document(diagnosis), diagnosis, files, validate, options)

@@ -1,13 +1,12 @@
-"""Convert a diagnosis to the document that is printed: sentences and numbers."""
+"""Convert a diagnosis to the document that is printed: verdict, sentences and numbers."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.advice import fit_command, next_motion
-from ident.diagnosis.document.bounds import bound_warnings
 from ident.diagnosis.document.diagnosed_model import parameter_intervals
 from ident.diagnosis.document.document import (
     Document,
@@ -17,32 +16,34 @@ from ident.diagnosis.document.document import (
     Remaining,
     StepEntry,
     Verdict,
+    evidence_in_words,
 )
-from ident.diagnosis.document.findings import found_effects, likely_effects, rejected_effects
-from ident.diagnosis.document.ripple_document import above_low_pass, ripple_step, step_errors, with_ripple
-from ident.diagnosis.document.verdict_rule import Remainder, sentence_of, verdict_of
-from ident.diagnosis.document.warnings import data_warnings, file_names
+from ident.diagnosis.document.findings import above_low_pass, found_effects, likely_effects, rejected_effects
+from ident.diagnosis.document.warnings import bound_warnings, data_warnings, file_names
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.improvement import MIN_SHARE
+from ident.diagnosis.ripple.ripple import EFFECT, Ripple
 from ident.diagnosis.search.selection import SelectionStep
 from ident.diagnosis.split.split_data import SplitData, rms
 from ident.dynamics.effects.learned_curve import effect_file_text
+from ident.dynamics.structure import ModelStructure
 from ident.identification.identify import is_relative
 from ident.uncertainty.assessment import gain_uncertainty, interval_or_none
 from recordings.recording import Floats
 
+_DETECTABLE = 0.03
+"""Share of the torque of a structured residual that an adequate model must not hide."""
+
 
 def to_document(diagnosis: Diagnosis) -> Document:
     """The document of a `diagnosis`."""
-    split, selection, ripple = diagnosis.split, diagnosis.selection, diagnosis.ripple
-    unexplained, floor = diagnosis.unexplained, selection.model.noise_floor
-    recording = split.recordings[0].recording
-    of_selection = [step_entry(split, step, step_errors(ripple, step.model)) for step in selection.steps]
-    steps = (*of_selection, *ripple_step(ripple, of_selection[-1]))
-    noise = ripple.with_noise(floor.rms)
+    split, ripple, unexplained = diagnosis.split, diagnosis.ripple, diagnosis.unexplained
+    recording, floor = split.recordings[0].recording, diagnosis.model.noise_floor
+    steps = (*(step_entry(step, ripple) for step in diagnosis.selection.steps), *ripple_step(ripple))
     torque = rms([data.torque for data in split.recordings], split.test)
-    findings = with_ripple(found_effects(diagnosis), ripple)
-    likely = tuple(likely_effects(diagnosis))
+    findings, likely = found_effects(diagnosis), tuple(likely_effects(diagnosis))
     missing = [entry for entry in findings if _is_missing(diagnosis, entry)]
-    verdict, sentence = _conclusion(diagnosis, findings, missing)
+    verdict, sentence = conclusion(diagnosis, findings, missing)
     blocked = verdict == "implausible-data"
     usual = {entry.name: entry.usual for entry in ripple.structure.parameters}
     return Document(
@@ -51,7 +52,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
         sentence=sentence,
         data_problems=diagnosis.data_problems,
         bandwidth_hz=ripple.upper,
-        noise_rms=_numbers(noise),
+        noise_rms=_numbers(ripple.with_noise(floor.rms)),
         noise_ci95=tuple(zip(*(_numbers(ripple.with_noise(side)) for side in floor.ci95.T), strict=True)),
         noise_source=floor.source,
         torque_rms=_numbers(split.torque_rms),
@@ -98,40 +99,59 @@ def write_learned_curve(diagnosis: Diagnosis, path: Path) -> LearnedCurveEntry |
     )
 
 
-def step_entry(
-    split: SplitData, step: SelectionStep, errors: Mapping[str, tuple[float, ...]] | None = None
-) -> StepEntry:
+def step_entry(step: SelectionStep, ripple: Ripple | None = None) -> StepEntry:
     """One model of the selection in numbers.
 
-    errors: its RMS errors up to the highest ripple, as the fields are called; None: below the low-pass.
+    ripple: up to which the errors reach; None: below the low-pass.
     """
     model = step.model
-    rows = {
-        "train_rms": split.train,
-        "held_out_rms": split.test,
-        "train_rms_all": split.train_all,
-        "held_out_rms_all": split.test_all,
-    }
-    totals, shapes = parameter_intervals(model)
-    values = zip(model.solution.structure.parameters, model.solution.x.tolist(), totals, shapes, strict=True)
     return StepEntry(
         added=step.added,
         effects=tuple(term.name for term in model.terms),
-        parameters={
-            entry.name: ParameterValue(
-                value=value,
-                unit=entry.unit,
-                ci95=interval_or_none(total),
-                shape_ci95=interval_or_none(shape),
-                meaning=entry.meaning,
-                lower=entry.lower if np.isfinite(entry.lower) else None,
-                upper=entry.upper if np.isfinite(entry.upper) else None,
-            )
-            for entry, value, total, shape in values
-            if entry.free or entry.term >= 0  # not friction of the mechanism that an effect replaces
-        },
-        **(errors or {name: _numbers(rms(model.residuals, scored)) for name, scored in rows.items()}),
+        parameters=_parameters(model.solution.structure, model.solution.x, *parameter_intervals(model)),
+        **_errors(ripple or Ripple(model, (), (), (), None), model),
     )
+
+
+def ripple_step(ripple: Ripple) -> tuple[StepEntry, ...]:
+    """The step that adds all lines above the low-pass to the last model of the selection; none without lines."""
+    if not ripple.lines:
+        return ()
+    totals, shapes = parameter_intervals(ripple.model)
+    lines = ripple.x[len(totals) :, None] + np.outer(ripple.half_widths, [-1.0, 1.0])
+    intervals = np.concatenate([totals, lines]), np.concatenate([shapes, np.full_like(lines, np.nan)])
+    step = StepEntry(
+        added=EFFECT,
+        effects=tuple(term.name for term in ripple.structure.terms),
+        parameters=_parameters(ripple.structure, ripple.x, *intervals),
+        **_errors(ripple, ripple.model, with_lines=True),
+    )
+    return (step,)
+
+
+def _errors(ripple: Ripple, model: FittedModel, with_lines: bool = False) -> dict[str, tuple[float, ...]]:
+    """Training and test errors of `model`, with or without the lines, as fields of a step."""
+    return {name: _numbers(error) for name, error in ripple.errors(model, with_lines).items()}
+
+
+def _parameters(structure: ModelStructure, x: Floats, totals: Floats, shapes: Floats) -> dict[str, ParameterValue]:
+    """The parameters `x` (K,) by name, without friction of the mechanism that an effect replaces.
+
+    totals, shapes: (K, 2) intervals with the uncertainty of the gain, and for a known gain; NaN where not known.
+    """
+    return {
+        entry.name: ParameterValue(
+            value=value,
+            unit=entry.unit,
+            ci95=interval_or_none(total),
+            shape_ci95=interval_or_none(shape),
+            meaning=entry.meaning,
+            lower=entry.lower if np.isfinite(entry.lower) else None,
+            upper=entry.upper if np.isfinite(entry.upper) else None,
+        )
+        for entry, value, total, shape in zip(structure.parameters, x.tolist(), totals, shapes, strict=True)
+        if entry.free or entry.term >= 0
+    }
 
 
 def describe_test_data(split: SplitData) -> str:
@@ -152,26 +172,54 @@ def _is_missing(diagnosis: Diagnosis, entry: FindingEntry) -> bool:
     return not (mandatory or entry.in_model or entry.status == "not-supported")
 
 
-def _conclusion(
+def conclusion(
     diagnosis: Diagnosis, findings: Sequence[FindingEntry], missing: Sequence[FindingEntry]
 ) -> tuple[Verdict, str]:
-    """The verdict, and its sentence; `missing`: those of the `findings` that the first model lacks."""
-    model, first, unexplained = diagnosis.model, diagnosis.selection.steps[0].model, diagnosis.unexplained
-    floor, split, lines = model.noise_floor, diagnosis.split, diagnosis.ripple.lines
-    left = Remainder(
-        rms(model.judged_residuals, split.scored), floor.rms, floor.limit, split.torque_rms, unexplained.significant
-    )
+    """The verdict, by the first rule that applies, and its sentence.
+
+    missing: those of the `findings` that the first model lacks.
+    """
+    model, first = diagnosis.model, diagnosis.selection.steps[0].model
+    floor, torque, lines = model.noise_floor, diagnosis.split.torque_rms, diagnosis.ripple.lines
+    exceeds = bool((rms(model.judged_residuals, diagnosis.split.scored) > floor.limit).any())
     blocking = [problem.why for problem in diagnosis.data_problems if problem.blocks]
-    taken = 1.0 if lines else model.improvement_over(first).share
-    verdict = verdict_of(bool(blocking), left, bool(missing or lines), taken)
     if blocking:
-        return verdict, " ".join(blocking)
+        return "implausible-data", " ".join(blocking)
+    trifle = bool(missing) and not lines and model.improvement_over(first).share < MIN_SHARE
+    verdict: Verdict = "undetermined"
+    if diagnosis.unexplained.significant or (exceeds and trifle):
+        verdict = "unknown-structure"
+    elif missing or lines:
+        verdict = "missing-effect"
+    elif not exceeds and (np.hypot(floor.rms, _DETECTABLE * torque) > floor.limit).all():
+        verdict = "adequate"
     names = " and ".join(entry.describe(diagnosis.library[entry.effect]) for entry in missing)
-    if not diagnosis.forced:
-        start = f"The model with {', '.join(sorted(first.names))}" if first.names else "The base model"
-        return verdict, sentence_of(verdict, left, start, names, unexplained.sentence)
-    asked = [f"{entry.effect}: {entry.evidence.in_words}" for entry in findings if entry.status == "not-supported"]
+    if diagnosis.forced:
+        return verdict, _sentence_on_requested(diagnosis, findings, names)
+    start = f"The model with {', '.join(sorted(first.names))}" if first.names else "The base model"
+    hidden = f"noise would hide a structured residual of {_DETECTABLE:.0%} of the torque"
+    reason = "the error exceeds the noise floor, but nothing in it repeats with the motion" if exceeds else hidden
+    beyond = f"{start} lacks {names}. Beyond this, a" if names else "A"
+    sentences: dict[Verdict, str] = {
+        "unknown-structure": f"{beyond} structured residual is left that no effect of the library explains: "
+        f"{diagnosis.unexplained.sentence}",
+        "missing-effect": f"{start} lacks {names}. With this added, no structured residual is left above the noise "
+        "floor.",
+        "adequate": "No structured residual is left above the noise floor: the model is adequate for these "
+        "recordings.",
+        "undetermined": f"No missing effect was found, but one may be missing: {reason}.",
+    }
+    return verdict, sentences[verdict]
+
+
+def _sentence_on_requested(diagnosis: Diagnosis, findings: Sequence[FindingEntry], names: str) -> str:
+    """The sentence on effects that the user requested; `names`: those that the first model lacks."""
+    asked = [
+        f"{entry.effect}: {evidence_in_words(entry.evidence)}"
+        for entry in findings
+        if entry.status == "not-supported"
+    ]
     doubt = f"Held-out data do not confirm the requested effects ({'; '.join(asked)}). " if not names else ""
-    remains = "a structured residual" if unexplained.significant else "no structured residual"
-    with_them = f"With {names or 'them'}, as requested, {remains} is left above the noise floor"
-    return verdict, f"{doubt}{with_them}: {unexplained.sentence}"
+    remains = "a structured residual" if diagnosis.unexplained.significant else "no structured residual"
+    rest = f"{remains} is left above the noise floor: {diagnosis.unexplained.sentence}"
+    return f"{doubt}With {names or 'them'}, as requested, {rest}"

@@ -44,8 +44,8 @@ class CheckedJoint(ConfigSection):
     """None where the readings are continuous."""
     drive_step: float | None
     torque_rms: float
-    noise_rms: float | None
-    """Noise floor; None if nothing repeats."""
+    noise_rms: float
+    """Noise floor."""
 
 
 class SmallestSize(ConfigSection):
@@ -146,7 +146,7 @@ def _recordings(inputs: DiagnosisInputs) -> tuple[CheckedRecording, ...]:
     return tuple(entries)
 
 
-def _joint(facts: JointFacts, noise_rms: float | None) -> CheckedJoint:
+def _joint(facts: JointFacts, noise_rms: float) -> CheckedJoint:
     return CheckedJoint(
         joint=facts.name,
         position_unit=facts.position_unit,

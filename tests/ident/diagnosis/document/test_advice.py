@@ -1,7 +1,6 @@
 """Commands that a user may run after a diagnosis: they are accepted by the command line."""
 
 import shlex
-from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -36,7 +35,8 @@ def diagnosed(train: Recording, *validate: Recording, forced: tuple[str, ...] = 
 
 
 def found(diagnosis: Diagnosis, *alternatives: str) -> FindingEntry:
-    return FindingEntry.of(replace(diagnosis.selection.findings[0], alternatives=alternatives), "")
+    finding = diagnosis.selection.findings[0]
+    return FindingEntry.of(finding.term, finding.evidence, "", confusable_with=alternatives)
 
 
 @pytest.fixture(scope="module")

@@ -62,6 +62,14 @@ def test_model_with_the_effects_found_has_the_planted_parameters(result: Diagnos
     np.testing.assert_allclose(values, [*building.parameters(), DRAG], rtol=0.05)
 
 
+def test_model_has_the_errors_that_the_document_states(result: DiagnosisResult) -> None:
+    last = result.document.steps[-1].model_copy(update={"train_rms": (1.0,), "held_out_rms": (2.0,)})
+    document = result.document.model_copy(update={"steps": (last,)})
+    file, before = replace(result, document=document).apply().file, result.apply().file
+    assert (file.train.fitted.rms, file.validate_ and file.validate_.fitted.rms) == ((1.0,), (2.0,))
+    assert file.train.fitted.r2 == before.train.fitted.r2
+
+
 def test_inputs_are_kept(result: DiagnosisResult) -> None:
     assert [path.name for path in (*result.files, *result.validate)] == ["0.mcap", "1.mcap"]
     assert result.diagnosis.forced
