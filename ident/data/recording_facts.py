@@ -4,8 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from pydantic import Field
 
 from ident.data.prepared_recording import PreparedRecording
+from recordings.config import ConfigSection
 from recordings.recording import Floats
 
 MOVING = 0.02
@@ -14,11 +16,11 @@ _FASTEST = 0.99
 """Quantile of the speed that counts as the highest: one wrong reading is no speed."""
 
 
-@dataclass(frozen=True)
-class JointFacts:
-    """Motion and torque of one joint."""
+class JointFacts(ConfigSection):
+    """Motion and torque of one joint, as documents state them."""
 
-    name: str
+    joint: str
+    """Its name."""
     position_unit: str
     effort_unit: str
     travel: float
@@ -29,13 +31,13 @@ class JointFacts:
     """Standard deviation of the speed while it moves, relative to its mean: 0 for one speed only."""
     forward_share: float
     """Share of the moving time in positive direction, 0 to 1."""
-    encoder_step: float
-    """[rad or m]; 0 where the readings are continuous."""
-    drive_step: float
-    """Of the voltage [V] or of the effort; 0 where it is continuous."""
+    encoder_step: float | None
+    """[rad or m]; None where the readings are continuous."""
+    drive_step: float | None
+    """Of the voltage [V] or of the effort; None where it is continuous."""
     torque_rms: float
     """[N m or N]"""
-    torque_spread: float
+    torque_spread: float = Field(exclude=True)
     """Standard deviation of the torque, relative to its RMS: 0 for a load that does not change."""
 
     @property
@@ -94,15 +96,15 @@ def _joint_facts(prepared: Sequence[PreparedRecording], joint: int) -> JointFact
     moving = speed > MOVING * highest
     rms = float(np.sqrt(np.mean(torque**2)))
     return JointFacts(
-        name=rig.joint_names[joint],
+        joint=rig.joint_names[joint],
         position_unit=rig.position_units[joint],
         effort_unit=rig.effort_units[joint],
         travel=float(np.ptp(position)),
         highest_speed=highest,
         speed_spread=float(speed[moving].std() / speed[moving].mean()) if moving.any() else 0.0,
         forward_share=float(np.mean(velocity[moving] > 0)) if moving.any() else 0.0,
-        encoder_step=max(float(each.encoder_step[joint]) for each in prepared),
-        drive_step=max(float(each.drive_step[joint]) for each in prepared),
+        encoder_step=max(float(each.encoder_step[joint]) for each in prepared) or None,
+        drive_step=max(float(each.drive_step[joint]) for each in prepared) or None,
         torque_rms=rms,
         torque_spread=float(torque.std()) / rms if rms else 0.0,
     )

@@ -8,37 +8,32 @@ from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.document import FindingEntry, NextMotion
 from ident.dynamics.effects.library import names as built_in
 from recordings.command_line import repeated
-from recordings.next_command import NEXT_MOTION, free_name, free_output
+from recordings.next_command import design, free_output
 
 
 def next_motion(diagnosis: Diagnosis, findings: Sequence[FindingEntry]) -> NextMotion | None:
     """The motion that discriminates the `findings` from their alternatives, or else one to confirm them."""
     split, library = diagnosis.split, diagnosis.library
-    files = list(dict.fromkeys(str(data.recording.path) for data in split.recordings))
-    output = ["-o", str(free_name(NEXT_MOTION))]
+    files = list(dict.fromkeys(data.recording.path for data in split.recordings))
     for finding in findings:
         # No motion discriminates effects that change with time; a vibration is no effect of the library.
         name = finding.effect
         alternatives = [each for each in finding.confusable_with if each in library and library[each].axis != "time"]
         if not alternatives or library[name].axis == "time":
             continue
-        pairs = [word for other in alternatives for word in ("--discriminate", name, other)]
-        joints = repeated("--joint", () if library[name].whole_robot else finding.joints)
-        effects = repeated(
-            "--effect-file", (f"{each}.py" for each in (name, *alternatives) if each not in built_in())
-        )
+        options = [
+            *(word for other in alternatives for word in ("--discriminate", name, other)),
+            *repeated("--joint", () if library[name].whole_robot else finding.joints),
+            *repeated("--effect-file", (f"{each}.py" for each in (name, *alternatives) if each not in built_in())),
+        ]
         return NextMotion(
             why=f"These recordings cannot distinguish {name} from {' or '.join(alternatives)}; another motion can.",
-            command=shlex.join(
-                ["ident", "design", *pairs, *joints, *repeated("--recording", files), *effects, *output]
-            ),
+            command=design(files, *options),
         )
-    if not split.other_motion and len(files) == 1:
-        return NextMotion(
-            why="A second, different motion would show whether the findings also hold for other motions.",
-            command=shlex.join(["ident", "design", *repeated("--recording", files), *output]),
-        )
-    return None
+    if split.other_motion or len(files) > 1:
+        return None
+    why = "A second, different motion would show whether the findings also hold for other motions."
+    return NextMotion(why=why, command=design(files))
 
 
 def fit_command(diagnosis: Diagnosis, path: Path, joints: Sequence[int]) -> str:

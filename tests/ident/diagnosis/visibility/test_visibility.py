@@ -25,7 +25,7 @@ COLUMNS = {
 def check(recording: Recording, *names: str, share: float = DEFAULT_SHARE) -> dict[str, EffectVisibility]:
     data = building.split([recording])
     effects = {name: effect for name, effect in observability(data, library()).observable.items() if name in names}
-    return {each.name: each for each in VisibilityCheck(data, building.fitted(data), effects).effects(share)}
+    return {each.name: each for each in VisibilityCheck(building.fitted(data), effects).effects(share)}
 
 
 def found(recording: Recording, name: str) -> list[str]:

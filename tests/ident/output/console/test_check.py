@@ -24,6 +24,7 @@ JOINT = CheckedJoint(
     encoder_step=None,
     drive_step=None,
     torque_rms=10.0,
+    torque_spread=1.0,
     noise_rms=0.5,
 )
 RECORDING = CheckedRecording(file="a.mcap", simulated=True, rate_hz=500.0, jitter=0.01, duration_s=8.0, cycles=2)
