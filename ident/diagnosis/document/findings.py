@@ -40,27 +40,27 @@ def found_effects(diagnosis: Diagnosis) -> tuple[FindingEntry, ...]:
 
 
 def _found(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
-    term, steps = finding.term, diagnosis.selection.steps
+    term, steps, improvement = finding.term, diagnosis.selection.steps, finding.improvement
     in_model, confirmed = term.name in steps[0].model.names, finding.accepted or not diagnosis.forced
-    share, (low, high) = finding.improvement.share, finding.improvement.interval
-    if added := not in_model and len(steps) > 1:
-        share, (low, high) = _part(diagnosis, finding)
-    reasons = [
-        f"It takes {share:.0%} ({low:.0%} to {high:.0%}) of the held-out mean square above the noise floor that the "
-        f"{'first model' if added else 'model without it'} leaves."
-    ]
-    if finding.compared > 1:
-        reasons.append(f"The interval allows for the choice among {finding.compared} models.")
-    if finding.alternatives:
-        reasons.append(f"In its place, {' or '.join(finding.alternatives)} would explain these data as well.")
-    if not confirmed:
-        evidence = evidence_in_words(finding.evidence)
-        reasons = [f"It was requested, but held-out data do not confirm it: {evidence}."]
+    added = not in_model and len(steps) > 1
+    share, (low, high) = _part(diagnosis, finding) if added else (improvement.share, improvement.interval)
+    evidence, others = evidence_in_words(finding.evidence), " or ".join(finding.alternatives)
     where = "the whole robot" if term.effect.whole_robot else joint_numbers([joint + 1 for joint in term.joints])
+    reasons = (
+        (True, f"On {where}."),
+        (
+            confirmed,
+            f"It takes {share:.0%} ({low:.0%} to {high:.0%}) of the held-out mean square above the noise floor that "
+            f"the {'first model' if added else 'model without it'} leaves.",
+        ),
+        (confirmed and finding.compared > 1, f"The interval allows for the choice among {finding.compared} models."),
+        (confirmed and others, f"In its place, {others} would explain these data as well."),
+        (not confirmed, f"It was requested, but held-out data do not confirm it: {evidence}."),
+    )
     return FindingEntry.of(
         term,
         finding.evidence,
-        " ".join((f"On {where}.", *reasons)),
+        " ".join(reason for applies, reason in reasons if applies),
         confusable_with=finding.alternatives,
         status="not-supported" if not confirmed else "asked-for" if diagnosis.forced else "supported",
         in_model=in_model,
@@ -175,11 +175,10 @@ def above_low_pass(ripple: Ripple) -> AboveLowPass | None:
     )
     names = ripple.model.split.recordings[0].recording.rig.joint_names
     listing = ", ".join(f"{name} {share:.1%}" for name, share in zip(names, shares, strict=True))
+    lines = ", ".join(f"{each.frequency_hz:.4g} Hz (joint {each.joint})" for each in vibrations)
     why = (
         f"Above the low-pass, up to {highest:g} Hz, only ripple and vibrations are searched. The rest, with the "
         f"noise, is this share of the torque (RMS): {listing}."
+        f"{f' Vibrations or electrical lines that keep their frequency: {lines}.' if lines else ''}"
     )
-    if vibrations:
-        lines = ", ".join(f"{each.frequency_hz:.4g} Hz (joint {each.joint})" for each in vibrations)
-        why += f" Vibrations or electrical lines that keep their frequency: {lines}."
     return AboveLowPass(low_hz=ripple.low, high_hz=highest, unexplained_share=shares, vibrations=vibrations, why=why)

@@ -7,7 +7,6 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.advice import fit_command, next_motion
-from ident.diagnosis.document.diagnosed_model import parameter_intervals
 from ident.diagnosis.document.document import (
     Document,
     FindingEntry,
@@ -24,6 +23,7 @@ from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_SHARE
 from ident.diagnosis.ripple.ripple import EFFECT, Ripple
 from ident.diagnosis.search.selection import SelectionStep
+from ident.diagnosis.split.parameter_intervals import with_gain
 from ident.diagnosis.split.split_data import SplitData, rms
 from ident.dynamics.effects.learned_curve import effect_file_text
 from ident.dynamics.structure import ModelStructure
@@ -42,7 +42,9 @@ def to_document(diagnosis: Diagnosis) -> Document:
     steps = (*(step_entry(step, ripple) for step in diagnosis.selection.steps), *ripple_step(ripple))
     torque = rms([data.torque for data in split.recordings], split.test)
     findings, likely = found_effects(diagnosis), tuple(likely_effects(diagnosis))
-    missing = [entry for entry in findings if _is_missing(diagnosis, entry)]
+    missing = [entry for entry in findings if not (entry.in_model or entry.status == "not-supported")]
+    # What every machine has is not missing.
+    missing = [entry for entry in missing if not diagnosis.library[entry.effect].mandatory]
     verdict, sentence = conclusion(diagnosis, findings, missing)
     blocked = verdict == "implausible-data"
     usual = {entry.name: entry.usual for entry in ripple.structure.parameters}
@@ -154,6 +156,13 @@ def _parameters(structure: ModelStructure, x: Floats, totals: Floats, shapes: Fl
     }
 
 
+def parameter_intervals(model: FittedModel) -> tuple[Floats, Floats]:
+    """(K, 2) 95 % intervals of the parameters of `model`: with the uncertainty of the gain, and for a known gain."""
+    recording, shapes = model.split.recordings[0].recording, model.shape_intervals
+    totals = shapes if is_relative(recording) else with_gain(shapes, model.solution, gain_uncertainty(recording))
+    return totals, shapes
+
+
 def describe_test_data(split: SplitData) -> str:
     """The data on which the models are validated, in words."""
     if split.other_motion:
@@ -164,12 +173,6 @@ def describe_test_data(split: SplitData) -> str:
 
 def _numbers(values: Floats) -> tuple[float, ...]:
     return tuple(values.tolist())
-
-
-def _is_missing(diagnosis: Diagnosis, entry: FindingEntry) -> bool:
-    """Whether the first model lacks what was found; what every machine has does not count."""
-    mandatory = diagnosis.library[entry.effect].mandatory
-    return not (mandatory or entry.in_model or entry.status == "not-supported")
 
 
 def conclusion(

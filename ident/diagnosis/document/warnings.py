@@ -53,11 +53,52 @@ def bound_warnings(
     yield from (sentence.format("; ".join(entries)) for sentence, entries in listed.items() if entries)
 
 
-def data_warnings(diagnosis: Diagnosis) -> Iterator[str]:
-    """Yield a sentence for everything that limits what the last model of a `diagnosis` is worth."""
-    split, model = diagnosis.split, diagnosis.model
-    if diagnosis.unexplained.significant and diagnosis.selection.findings:
-        yield "An effect is still missing: until it is found, the errors of parameters may exceed their intervals."
+def data_warnings(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """A sentence for everything that limits what the last model of a `diagnosis` is worth."""
+    split, model, recording = diagnosis.split, diagnosis.model, diagnosis.split.recordings[0].recording
+    truncated = file_names(split, [i for i, data in enumerate(split.recordings) if not data.recording.complete])
+    rows, parameters = split.independent_rows, len(model.solution.x)
+    unjudged = " and ".join(
+        f"{share:.1%} (joint {joint})" for joint, share in enumerate(split.unjudged_shares, start=1) if share
+    )
+    cases = (
+        (
+            diagnosis.unexplained.significant and diagnosis.selection.findings,
+            "An effect is still missing: until it is found, the errors of parameters may exceed their intervals.",
+        ),
+        *((True, sentence) for sentence in _hardly_distinct(model)),
+        (truncated, f"Truncated: {', '.join(truncated)}. The rest of the motion is not known."),
+        (
+            rows < _MIN_ROWS_PER_PARAMETER * parameters,
+            f"Too short: {rows:.0f} independent rows for {parameters} parameters. Effects that were not found may "
+            "still exist; record a longer motion.",
+        ),
+        *((True, sentence) for sentence in _disagreement(split, model)),
+        *((True, sentence) for sentence in extrapolation_warnings(split, model)),
+        (
+            split.standstill_share > _MIN_STANDSTILL,
+            f"{split.standstill_share:.0%} of the rows are left out of fits and errors: a joint is at or near "
+            "standstill there, where dry friction may take any value up to its limit.",
+        ),
+        (
+            unjudged,
+            f"Of the held-out rows, {unjudged} are not scored, where the model says nothing: outside of the travel "
+            "of the training data, for friction that changes along the travel; and where the amplifiers are so near "
+            "their limit, or in their dead band, that the voltage hardly depends on the torque. Train on a motion "
+            "that goes there, too, and a slower one.",
+        ),
+        (
+            is_relative(recording),
+            f"The torque gain is assumed, with an uncertainty of {recording.rig.torque.gain_uncertainty:.0%}: it "
+            "scales all torques alike. Parameters that are proportional to the torque are RELATIVE; their intervals "
+            "leave this factor out.",
+        ),
+    )
+    return tuple(sentence for applies, sentence in cases if applies)
+
+
+def _hardly_distinct(model: FittedModel) -> Iterator[str]:
+    """Yield which effects, and which parts of friction, the motion hardly distinguishes."""
     parameters = model.solution.structure.parameters
     for i, j, correlation in indistinguishable(model):
         yield (
@@ -65,23 +106,12 @@ def data_warnings(diagnosis: Diagnosis) -> Iterator[str]:
             f"distinguishes them (their errors correlate by {correlation:+.2f}), so one of the two effects may be "
             "all there is."
         )
-    for joint, share in enumerate(rarer_direction_share(split), start=1):
+    for joint, share in enumerate(rarer_direction_share(model.split), start=1):
         if share < MAX_RARE_SHARE:
             yield (
                 f"Joint {joint} moves in one of its directions only {share:.0%} of the time, so its Coulomb friction "
                 "and a constant offset are hardly distinct; record both directions equally."
             )
-    yield from _insufficient_data(split, len(parameters))
-    yield from _disagreement(split, model)
-    yield from extrapolation_warnings(split, model)
-    yield from _unscored_rows(split)
-    recording = split.recordings[0].recording
-    if is_relative(recording):
-        yield (
-            f"The torque gain is assumed, with an uncertainty of {recording.rig.torque.gain_uncertainty:.0%}: it "
-            "scales all torques alike. Parameters that are proportional to the torque are RELATIVE; their intervals "
-            "leave this factor out."
-        )
 
 
 def file_names(split: SplitData, selected: Sequence[int]) -> list[str]:
@@ -92,28 +122,14 @@ def file_names(split: SplitData, selected: Sequence[int]) -> list[str]:
     return list(dict.fromkeys(path.name if names.count(path.name) == 1 else str(path) for path in files))
 
 
-def _insufficient_data(split: SplitData, parameters: int) -> Iterator[str]:
-    """Whether recordings are truncated, or too short for this number of `parameters`."""
-    truncated = [i for i, data in enumerate(split.recordings) if not data.recording.complete]
-    if truncated:
-        yield f"Truncated: {', '.join(file_names(split, truncated))}. The rest of the motion is not known."
-    if split.independent_rows < _MIN_ROWS_PER_PARAMETER * parameters:
-        yield (
-            f"Too short: {split.independent_rows:.0f} independent rows for {parameters} parameters. Effects that "
-            "were not found may still exist; record a longer motion."
-        )
-
-
 def _disagreement(split: SplitData, model: FittedModel) -> Iterator[str]:
     """Whether the error of the last model is much larger on one of the files for the same purpose than on another."""
+    names = [file_names(split, [i])[0] for i in range(len(split.recordings))]
     for purpose, subset in (("training", split.train), ("held-out", split.test)):
-        rows: dict[str, list[int]] = {}
-        for i in (i for i, selected in enumerate(subset) if selected.any()):
-            rows.setdefault(file_names(split, [i])[0], []).append(i)
-        levels = {
-            name: np.linalg.norm(rms([model.residuals[i] for i in indices], [subset[i] for i in indices]))
-            for name, indices in rows.items()
-        }
+        levels = {}
+        for name in dict.fromkeys(name for name, rows in zip(names, subset, strict=True) if rows.any()):
+            parts = [i for i, other in enumerate(names) if other == name]
+            levels[name] = np.linalg.norm(rms([model.residuals[i] for i in parts], [subset[i] for i in parts]))
         least = min(levels.values(), default=0.0)
         if max(levels.values(), default=0.0) > _MAX_ERROR_RATIO * least > 0:
             listing = ", ".join(f"{name}: {level / least:.2g}" for name, level in levels.items())
@@ -154,22 +170,3 @@ def extrapolation_warnings(split: SplitData, model: FittedModel) -> Iterator[str
                 f"floor) is where {where} of the training data, in {of_rows:.0%} of the rows. Effects that occur "
                 "only there cannot be identified from the training data: train on a motion that goes there, too."
             )
-
-
-def _unscored_rows(split: SplitData) -> Iterator[str]:
-    """Rows that neither fits nor errors use, or no errors."""
-    if split.standstill_share > _MIN_STANDSTILL:
-        yield (
-            f"{split.standstill_share:.0%} of the rows are left out of fits and errors: a joint is at or near "
-            "standstill there, where dry friction may take any value up to its limit."
-        )
-    if split.unjudged_shares:
-        shares = " and ".join(
-            f"{share:.1%} (joint {joint})" for joint, share in enumerate(split.unjudged_shares, start=1) if share
-        )
-        yield (
-            f"Of the held-out rows, {shares} are not scored, where the model says nothing: outside of the travel of "
-            "the training data, for friction that changes along the travel; and where the amplifiers are so near "
-            "their limit, or in their dead band, that the voltage hardly depends on the torque. Train on a motion "
-            "that goes there, too, and a slower one."
-        )

@@ -69,8 +69,8 @@ def check(
         ),
         effects=(
             *sorted(judged, key=lambda entry: ranks.index(entry.status)),
-            *(adviser.untested(name, why) for name, why in effects.untested.items()),
-            *(adviser.unobservable(name, why) for name, why in effects.unobservable.items()),
+            *(adviser.unjudged(name, why, untested=True) for name, why in effects.untested.items()),
+            *(adviser.unjudged(name, why, untested=False) for name, why in effects.unobservable.items()),
         ),
     )
 
@@ -132,7 +132,7 @@ class Adviser:
     def _hidden(self, visibility: EffectVisibility) -> tuple[str, str, str | None]:
         """The same for an effect that this motion, or the noise, hides."""
         best, size = visibility.best, _size(visibility.best)
-        cause, record = self._cause(visibility.effect, self._facts.joints[best.joint or 0])
+        cause, record = self._cause(self._library[visibility.name], self._facts.joints[best.joint or 0])
         hidden = f"be {_percent(best.share)} of the torque ({size})" if best.share <= 1 else "exceed the whole torque"
         rest = "less is hidden in the noise"
         if best.outside < MOSTLY_REPRODUCED:
@@ -144,25 +144,30 @@ class Adviser:
             why = f"It would have to be larger than hardware has it ({size})."
         return f"{cause}{why}", record, self._command(visibility)
 
-    def unobservable(self, name: str, reason: str) -> CheckedEffect:
-        """The entry of an effect that recordings of this rig cannot show, for a `reason`."""
-        effect = self._library[name]
-        reported, measured = isinstance(effect, Signal) and effect.report, holds_torque(self._recording)
-        record = {
-            "Record the temperatures of the drives (temperature_1 ...) while the machine warms up.": "temperature"
-            in effect.needs,
-            "Record the voltage that the amplifiers are given (voltage_1 ...), not the torque.": reported
-            and measured,
-            "Record the command to the amplifiers, and say so in the rig file.": reported,
-        }
-        return CheckedEffect(effect=name, why=reason, record=next((text for text in record if record[text]), None))
+    def unjudged(self, name: str, reason: str, untested: bool) -> CheckedEffect:
+        """The entry of an effect that recordings of this rig cannot show, for a `reason`.
 
-    def untested(self, name: str, reason: str) -> CheckedEffect:
-        """The entry of an effect that lacks something in these recordings, for a `reason`."""
-        if "both directions" not in self._library[name].needs:
-            return CheckedEffect(effect=name, why=reason)
-        record = "Record a motion with both directions."
-        return CheckedEffect(effect=name, why=reason, record=record, command=design(self._files))
+        untested: they could show it, but these lack something.
+        """
+        effect = self._library[name]
+        reported = isinstance(effect, Signal) and effect.report
+        measured = reported and holds_torque(self._recording)
+        directions = untested and "both directions" in effect.needs
+        records = (
+            (directions, "Record a motion with both directions."),
+            (
+                "temperature" in effect.needs,
+                "Record the temperatures of the drives (temperature_1 ...) while the machine warms up.",
+            ),
+            (measured, "Record the voltage that the amplifiers are given (voltage_1 ...), not the torque."),
+            (reported, "Record the command to the amplifiers, and say so in the rig file."),
+        )
+        return CheckedEffect(
+            effect=name,
+            why=reason,
+            record=next((record for applies, record in records if applies), None),
+            command=design(self._files) if directions else None,
+        )
 
     def _cause(self, effect: Effect, joint: JointFacts) -> tuple[str, str]:
         """What the motion of a joint lacks to show the effect, if that is obvious, and what to record."""
@@ -200,11 +205,11 @@ class Adviser:
     def _command(self, visibility: EffectVisibility) -> str | None:
         """The command for the next recording."""
         run = self._recording.run
-        if visibility.effect.axis == "time":
+        if self._library[visibility.name].axis == "time":
             cycles = _MORE_CYCLES * max(run.cycles, 1)
             known = run.trajectory in trajectory_names()
             return f"daq record --traj {run.trajectory} --cycles {cycles}" if known else None
-        fitted = isinstance(visibility.effect, Additive) and self._can_design(visibility.name)
+        fitted = isinstance(self._library[visibility.name], Additive) and self._can_design(visibility.name)
         return design(self._files, *(("--with", visibility.name) if fitted else ()))
 
     def _can_design(self, name: str) -> bool:

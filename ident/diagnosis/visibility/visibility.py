@@ -5,8 +5,8 @@ by what a diagnosis asks of evidence. Then the torque is planted in place of the
 screened for it: those that explain as much of it are its imitations on this motion.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
@@ -53,7 +53,6 @@ class EffectVisibility:
     """What recordings can show of one effect."""
 
     name: str
-    effect: Effect
     joints: tuple[JointVisibility, ...]
     imitations: tuple[str, ...]
     """Effects that would explain it as well, the closest first."""
@@ -73,8 +72,8 @@ class VisibilityCheck:
 
     def __init__(self, model: FittedModel, library: Mapping[str, Effect]) -> None:
         solution = model.solution
-        self._split, self._rig, self._present = model.split, solution.structure.rig, model.names
-        self._library = {name: effect for name, effect in library.items() if name not in self._present}
+        self._split, self._rig = model.split, solution.structure.rig
+        self._library = {name: effect for name, effect in library.items() if name not in model.names}
         self._screener = Screener(model.split, solution).with_residuals(solution.residuals)
         self._weights = solution.weights
         self._weight: Floats = np.concatenate([weight[weight > 0] for weight in self._weights])
@@ -82,19 +81,14 @@ class VisibilityCheck:
         floor: Floats = np.maximum(model.noise_floor.rms, np.finfo(float).eps)
         self._floor: Floats = floor[self._joint]
 
-    def effects(self, share: float) -> list[EffectVisibility]:
-        """The visibility of every effect of the library that the base model lacks, for torques of this `share`."""
-        return [self._effect(name, effect, share) for name, effect in self._library.items()]
-
-    def _effect(self, name: str, effect: Effect, share: float) -> EffectVisibility:
-        term = Term.on_all_joints(name, effect, self._rig)
-        shown = [self._joints(term, shapes) for shapes in self._planted_shapes(term)]
-        alone = EffectVisibility(name, effect, min(shown, key=lambda joints: min(each.share for each in joints)), ())
-        visible = alone.visible_joints(share)
-        if not visible:
-            return alone
-        planted: Floats = share * np.sum([joint.torque for joint in visible], axis=0)
-        return EffectVisibility(name, effect, alone.joints, self._imitations(name, planted))
+    def effects(self, share: float) -> Iterator[EffectVisibility]:
+        """Yield every effect of the library that the base model lacks, judged for torques of this `share`."""
+        for name, effect in self._library.items():
+            term = Term.on_all_joints(name, effect, self._rig)
+            planted = (self._joints(term, shapes) for shapes in self._planted_shapes(term))
+            alone = EffectVisibility(name, min(planted, key=lambda joints: min(each.share for each in joints)), ())
+            torques = [share * joint.torque for joint in alone.visible_joints(share)]
+            yield replace(alone, imitations=self._imitations(name, np.sum(torques, axis=0))) if torques else alone
 
     def _planted_shapes(self, term: Term) -> list[Floats]:
         """Shapes (s,) with which a `term` is planted: typical ones, and every value of those that are an index.
@@ -125,23 +119,24 @@ class VisibilityCheck:
         torques = np.stack([columns, self._screener.orthogonal(columns)]) / self._weight[:, None]
         torques = torques.reshape(2, len(self._weight), term.instances, len(quantities))
         proper = [number for number, quantity in enumerate(quantities) if quantity.reduces_to]
-        joints = []
-        for instance, joint in enumerate((None,) if term.effect.whole_robot else term.joints):
-            judged = [
-                self._smallest(term, joint, number, sizes[number], torques[:, :, instance, number])
-                for number in proper or range(len(quantities))
-            ]
-            joints.append(min(judged, key=lambda each: each[0])[1])
-        return tuple(joints)
+        return tuple(
+            min(
+                (
+                    self._smallest(term, joint, number, sizes[number], torques[:, :, instance, number])
+                    for number in proper or range(len(quantities))
+                ),
+                key=lambda smallest: smallest.size,
+            )
+            for instance, joint in enumerate((None,) if term.effect.whole_robot else term.joints)
+        )
 
-    def _smallest(
-        self, term: Term, joint: int | None, number: int, guess: float, torques: Floats
-    ) -> tuple[float, JointVisibility]:
-        """The factor from the `guess` of the local parameter `number` to its smallest visible size, and this size.
+    def _smallest(self, term: Term, joint: int | None, number: int, guess: float, torques: Floats) -> JointVisibility:
+        """The smallest visible size of the local parameter `number` on a `joint`, as a multiple of a `guess`.
 
         torques: (2, r) torque of the guess, and its part that the base model cannot reproduce [N m].
         """
-        quantity, rows = term.local_parameters[number], self._rows(joint)
+        quantity = term.local_parameters[number]
+        rows = np.ones_like(self._joint, bool) if joint is None else self._joint == joint
         whole, visible = _rms(torques[0, rows]), _rms(torques[1, rows])
         torque_rms = self._split.torque_rms if joint is None else self._split.torque_rms[joint]
         torque, factor = max(_rms(torque_rms), np.finfo(float).eps), np.inf
@@ -150,7 +145,7 @@ class VisibilityCheck:
             in_floors = _rms(torques[1, rows] / self._floor[rows])
             factor = max(self._required_ratio(term, joint) / in_floors, MIN_TORQUE_SHARE * torque / visible)
         size = factor * abs(float(guess))
-        return factor, JointVisibility(
+        return JointVisibility(
             joint=joint,
             share=factor * share if np.isfinite(factor) else np.inf,
             outside=visible / whole if whole else 0.0,
@@ -174,11 +169,6 @@ class VisibilityCheck:
         """Equivalent number of independent ones among the `rows` (m, dof), at least 1; None: of all joints."""
         counts = self._split.independent(rows)
         return max(float(counts.sum() if joint is None else counts[joint]), 1.0)
-
-    def _rows(self, joint: int | None) -> Bools:
-        """(r,) rows of the joint."""
-        rows: Bools = np.ones(len(self._joint), bool) if joint is None else self._joint == joint
-        return rows
 
     def _imitations(self, name: str, torque: Floats) -> tuple[str, ...]:
         """Names of effects that explain the `torque` (r,) of the effect `name` as well."""

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ident.diagnosis.document.diagnosed_model import METHOD, model_file
+from ident.diagnosis.document.result import METHOD, model_file
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.split.split_data import rms
 from ident.diagnosis.unknown.unexplained_residual import estimate_unexplained

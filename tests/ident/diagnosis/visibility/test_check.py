@@ -24,7 +24,7 @@ def adviser(facts: RecordingFacts = FACTS, recording: Recording = RECORDING) -> 
 
 def visibility(name: str, *imitations: str, share: float = 0.01, outside: float = 0.9) -> EffectVisibility:
     joint = JointVisibility(0, share, outside, "a", "N m", 0.5, possible=True)
-    return EffectVisibility(name, library()[name], (joint,), imitations)
+    return EffectVisibility(name, (joint,), imitations)
 
 
 def facts(**changes: float) -> RecordingFacts:
@@ -106,16 +106,16 @@ def test_drift_takes_a_longer_recording_of_a_known_trajectory() -> None:
 )
 def test_what_a_recording_holds_decides_what_it_can_show(name: str, torque_measured: bool, expected: str) -> None:
     recording = RECORDING if torque_measured else replace(RECORDING, effort=None)
-    advice = adviser(recording=recording).unobservable(name, "Because.")
+    advice = adviser(recording=recording).unjudged(name, "Because.", untested=False)
     assert advice.why == "Because."
     assert expected in (advice.record or "")
 
 
 def test_what_hardware_excludes_cannot_be_recorded() -> None:
-    assert adviser().unobservable("encoder_eccentricity", "No turns.").record is None
+    assert adviser().unjudged("encoder_eccentricity", "No turns.", untested=False).record is None
 
 
 def test_an_effect_that_takes_both_directions_takes_a_motion_that_has_them() -> None:
-    advice = adviser().untested("position_dependent_friction", "Joint 1 ...")
+    advice = adviser().unjudged("position_dependent_friction", "Joint 1 ...", untested=True)
     assert "both directions" in (advice.record or "")
     assert advice.command == "ident design --recording 'a b.mcap' -o next.toml"
