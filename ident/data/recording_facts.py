@@ -1,7 +1,6 @@
 """What a recording holds: sampling, resolution, and which motions and torques occur."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from pydantic import Field
@@ -46,28 +45,30 @@ class JointFacts(ConfigSection):
         return min(self.forward_share, 1 - self.forward_share)
 
 
-@dataclass(frozen=True)
-class RecordingFacts:
-    """Sampling and joints of one recording, or of several together."""
+class RecordingFacts(ConfigSection):
+    """Sampling and joints of one recording, or of several together, as documents state them."""
 
-    rate: float
-    """[Hz]"""
+    file: str
+    """The first one."""
+    simulated: bool
+    rate_hz: float
     jitter: float
     """Standard deviation of the steps of time, relative to their median."""
-    duration: float
-    """[s]"""
+    duration_s: float
     cycles: int
     """0 if nothing repeats."""
-    joints: tuple[JointFacts, ...]
+    joints: tuple[JointFacts, ...] = Field(exclude=True)
 
 
 def recording_facts(prepared: Sequence[PreparedRecording]) -> RecordingFacts:
     """Facts about the `prepared` recordings, or excerpts, together."""
     first = prepared[0].recording
     return RecordingFacts(
-        rate=prepared[0].samples.rate,
+        file=str(first.path),
+        simulated=first.run.simulated,
+        rate_hz=prepared[0].samples.rate,
         jitter=max(_jitter(each.recording.time) for each in prepared),
-        duration=sum(float(np.ptp(each.recording.time)) for each in prepared),
+        duration_s=sum(float(np.ptp(each.recording.time)) for each in prepared),
         cycles=first.run.cycles,
         joints=tuple(_joint_facts(prepared, joint) for joint in range(first.rig.dof)),
     )

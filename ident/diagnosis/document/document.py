@@ -7,7 +7,7 @@ from typing import Any, Literal
 from ident.data_problems.facts import DataProblem
 from ident.diagnosis.judge.evidence import Evidence, RejectionStatus
 from ident.diagnosis.split.noise_floor import NoiseSource
-from ident.dynamics.effects.base import Effect, is_infinite
+from ident.dynamics.effects.base import is_infinite
 from ident.dynamics.structure import Term
 from recordings.config import ConfigSection, JsonDocument
 
@@ -123,11 +123,6 @@ class FindingEntry(ConfigSection):
             remedy=effect.remedy,
             **fields,
         )
-
-    def describe(self, effect: Effect) -> str:
-        """Name it with its joints and alternatives; `effect`: what the library says of it."""
-        joints = "" if effect.whole_robot else f" ({joint_numbers(self.joints)})"
-        return " or ".join((f"{self.effect}{joints}", *self.confusable_with))
 
 
 class RejectedEntry(ConfigSection):

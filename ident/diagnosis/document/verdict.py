@@ -16,17 +16,16 @@ from ident.diagnosis.document.document import (
     StepEntry,
     Verdict,
     evidence_in_words,
+    joint_numbers,
 )
 from ident.diagnosis.document.findings import above_low_pass, found_effects, likely_effects, rejected_effects
 from ident.diagnosis.document.warnings import bound_warnings, data_warnings, file_names
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_SHARE
 from ident.diagnosis.ripple.ripple import EFFECT, Ripple
-from ident.diagnosis.search.selection import SelectionStep
 from ident.diagnosis.split.parameter_intervals import with_gain
 from ident.diagnosis.split.split_data import SplitData, rms
 from ident.dynamics.effects.learned_curve import effect_file_text
-from ident.dynamics.structure import ModelStructure
 from ident.identification.identify import is_relative
 from ident.uncertainty.assessment import gain_uncertainty, interval_or_none
 from recordings.recording import Floats
@@ -39,7 +38,9 @@ def to_document(diagnosis: Diagnosis) -> Document:
     """The document of a `diagnosis`."""
     split, ripple, unexplained = diagnosis.split, diagnosis.ripple, diagnosis.unexplained
     recording, floor = split.recordings[0].recording, diagnosis.model.noise_floor
-    steps = (*(step_entry(step, ripple) for step in diagnosis.selection.steps), *ripple_step(ripple))
+    steps = [step_entry(step.added, step.model, ripple) for step in diagnosis.selection.steps]
+    if ripple.lines:
+        steps.append(step_entry(EFFECT, ripple.model, ripple, with_lines=True))
     torque = rms([data.torque for data in split.recordings], split.test)
     findings, likely = found_effects(diagnosis), tuple(likely_effects(diagnosis))
     missing = [entry for entry in findings if not (entry.in_model or entry.status == "not-supported")]
@@ -65,7 +66,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
         scale_uncertainty=gain_uncertainty(recording),
         simulated=any(data.recording.run.simulated for data in split.recordings),
         held_out=describe_test_data(split),
-        steps=steps,
+        steps=tuple(steps),
         findings=() if blocked else findings,
         likely=() if blocked else likely,
         rejected=rejected_effects(diagnosis, {entry.effect for entry in (*findings, *likely)}),
@@ -101,59 +102,43 @@ def write_learned_curve(diagnosis: Diagnosis, path: Path) -> LearnedCurveEntry |
     )
 
 
-def step_entry(step: SelectionStep, ripple: Ripple | None = None) -> StepEntry:
-    """One model of the selection in numbers.
+def step_entry(
+    added: str | None, model: FittedModel, ripple: Ripple | None = None, with_lines: bool = False
+) -> StepEntry:
+    """A `model` of the selection in numbers.
 
-    ripple: up to which the errors reach; None: below the low-pass.
+    ripple: up to which the errors reach; None: below the low-pass. with_lines: with the lines above the low-pass.
     """
-    model = step.model
+    alone = Ripple(model, (), (), (), None)
+    ripple = ripple or alone
+    whole = ripple if with_lines else alone
+    totals, shapes = parameter_intervals(model)
+    lines = whole.x[len(totals) :, None] + np.outer(whole.half_widths, [-1.0, 1.0])
+    entries = zip(
+        whole.structure.parameters,
+        whole.x.tolist(),
+        [*totals, *lines],
+        [*shapes, *np.full_like(lines, np.nan)],
+        strict=True,
+    )
     return StepEntry(
-        added=step.added,
-        effects=tuple(term.name for term in model.terms),
-        parameters=_parameters(model.solution.structure, model.solution.x, *parameter_intervals(model)),
-        **_errors(ripple or Ripple(model, (), (), (), None), model),
+        added=added,
+        effects=tuple(term.name for term in whole.structure.terms),
+        parameters={
+            entry.name: ParameterValue(
+                value=value,
+                unit=entry.unit,
+                ci95=interval_or_none(total),
+                shape_ci95=interval_or_none(shape),
+                meaning=entry.meaning,
+                lower=entry.lower if np.isfinite(entry.lower) else None,
+                upper=entry.upper if np.isfinite(entry.upper) else None,
+            )
+            for entry, value, total, shape in entries
+            if entry.free or entry.term >= 0  # not friction of the mechanism that an effect replaces
+        },
+        **{name: _numbers(error) for name, error in ripple.errors(model, with_lines).items()},
     )
-
-
-def ripple_step(ripple: Ripple) -> tuple[StepEntry, ...]:
-    """The step that adds all lines above the low-pass to the last model of the selection; none without lines."""
-    if not ripple.lines:
-        return ()
-    totals, shapes = parameter_intervals(ripple.model)
-    lines = ripple.x[len(totals) :, None] + np.outer(ripple.half_widths, [-1.0, 1.0])
-    intervals = np.concatenate([totals, lines]), np.concatenate([shapes, np.full_like(lines, np.nan)])
-    step = StepEntry(
-        added=EFFECT,
-        effects=tuple(term.name for term in ripple.structure.terms),
-        parameters=_parameters(ripple.structure, ripple.x, *intervals),
-        **_errors(ripple, ripple.model, with_lines=True),
-    )
-    return (step,)
-
-
-def _errors(ripple: Ripple, model: FittedModel, with_lines: bool = False) -> dict[str, tuple[float, ...]]:
-    """Training and test errors of `model`, with or without the lines, as fields of a step."""
-    return {name: _numbers(error) for name, error in ripple.errors(model, with_lines).items()}
-
-
-def _parameters(structure: ModelStructure, x: Floats, totals: Floats, shapes: Floats) -> dict[str, ParameterValue]:
-    """The parameters `x` (K,) by name, without friction of the mechanism that an effect replaces.
-
-    totals, shapes: (K, 2) intervals with the uncertainty of the gain, and for a known gain; NaN where not known.
-    """
-    return {
-        entry.name: ParameterValue(
-            value=value,
-            unit=entry.unit,
-            ci95=interval_or_none(total),
-            shape_ci95=interval_or_none(shape),
-            meaning=entry.meaning,
-            lower=entry.lower if np.isfinite(entry.lower) else None,
-            upper=entry.upper if np.isfinite(entry.upper) else None,
-        )
-        for entry, value, total, shape in zip(structure.parameters, x.tolist(), totals, shapes, strict=True)
-        if entry.free or entry.term >= 0
-    }
 
 
 def parameter_intervals(model: FittedModel) -> tuple[Floats, Floats]:
@@ -182,40 +167,58 @@ def conclusion(
 
     missing: those of the `findings` that the first model lacks.
     """
-    model, first = diagnosis.model, diagnosis.selection.steps[0].model
+    model, first, unexplained = diagnosis.model, diagnosis.selection.steps[0].model, diagnosis.unexplained
     floor, torque, lines = model.noise_floor, diagnosis.split.torque_rms, diagnosis.ripple.lines
-    exceeds = bool((rms(model.judged_residuals, diagnosis.split.scored) > floor.limit).any())
     blocking = [problem.why for problem in diagnosis.data_problems if problem.blocks]
-    if blocking:
-        return "implausible-data", " ".join(blocking)
-    trifle = bool(missing) and not lines and model.improvement_over(first).share < MIN_SHARE
-    verdict: Verdict = "undetermined"
-    if diagnosis.unexplained.significant or (exceeds and trifle):
-        verdict = "unknown-structure"
-    elif missing or lines:
-        verdict = "missing-effect"
-    elif not exceeds and (np.hypot(floor.rms, _DETECTABLE * torque) > floor.limit).all():
-        verdict = "adequate"
-    names = " and ".join(entry.describe(diagnosis.library[entry.effect]) for entry in missing)
-    if diagnosis.forced:
-        return verdict, _sentence_on_requested(diagnosis, findings, names)
+    exceeds = bool((rms(model.judged_residuals, diagnosis.split.scored) > floor.limit).any())
+    trifle = exceeds and missing and not lines and model.improvement_over(first).share < MIN_SHARE
+    hidden = bool((np.hypot(floor.rms, _DETECTABLE * torque) <= floor.limit).any())
+    names = " and ".join(
+        " or ".join((entry.effect + _where(diagnosis, entry), *entry.confusable_with)) for entry in missing
+    )
     start = f"The model with {', '.join(sorted(first.names))}" if first.names else "The base model"
-    hidden = f"noise would hide a structured residual of {_DETECTABLE:.0%} of the torque"
-    reason = "the error exceeds the noise floor, but nothing in it repeats with the motion" if exceeds else hidden
-    beyond = f"{start} lacks {names}. Beyond this, a" if names else "A"
-    sentences: dict[Verdict, str] = {
-        "unknown-structure": f"{beyond} structured residual is left that no effect of the library explains: "
-        f"{diagnosis.unexplained.sentence}",
-        "missing-effect": f"{start} lacks {names}. With this added, no structured residual is left above the noise "
-        "floor.",
-        "adequate": "No structured residual is left above the noise floor: the model is adequate for these "
-        "recordings.",
-        "undetermined": f"No missing effect was found, but one may be missing: {reason}.",
-    }
-    return verdict, sentences[verdict]
+    lacks = f"{start} lacks {names}"
+    open_question = "No missing effect was found, but one may be missing"
+    rules: tuple[tuple[object, Verdict, str], ...] = (
+        (blocking, "implausible-data", " ".join(blocking)),
+        (
+            unexplained.significant or trifle,
+            "unknown-structure",
+            f"{f'{lacks}. Beyond this, a' if names else 'A'} structured residual is left that no effect of the "
+            f"library explains: {unexplained.sentence}",
+        ),
+        (
+            missing or lines,
+            "missing-effect",
+            f"{lacks}. With this added, no structured residual is left above the noise floor.",
+        ),
+        (
+            exceeds,
+            "undetermined",
+            f"{open_question}: the error exceeds the noise floor, but nothing in it repeats with the motion.",
+        ),
+        (
+            hidden,
+            "undetermined",
+            f"{open_question}: noise would hide a structured residual of {_DETECTABLE:.0%} of the torque.",
+        ),
+        (
+            True,
+            "adequate",
+            "No structured residual is left above the noise floor: the model is adequate for these recordings.",
+        ),
+    )
+    verdict, sentence = next((verdict, sentence) for applies, verdict, sentence in rules if applies)
+    requested = diagnosis.forced and not blocking
+    return verdict, _on_requested(diagnosis, findings, names) if requested else sentence
 
 
-def _sentence_on_requested(diagnosis: Diagnosis, findings: Sequence[FindingEntry], names: str) -> str:
+def _where(diagnosis: Diagnosis, entry: FindingEntry) -> str:
+    whole = diagnosis.library[entry.effect].whole_robot
+    return "" if whole else f" ({joint_numbers(entry.joints)})"
+
+
+def _on_requested(diagnosis: Diagnosis, findings: Sequence[FindingEntry], names: str) -> str:
     """The sentence on effects that the user requested; `names`: those that the first model lacks."""
     asked = [
         f"{entry.effect}: {evidence_in_words(entry.evidence)}"

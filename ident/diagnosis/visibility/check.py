@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ident.data.prepared_recording import PreparedRecording
 from ident.data.recording_facts import JointFacts, RecordingFacts, recording_facts
 from ident.data.samples import holds_torque
 from ident.diagnosis.diagnosis import DiagnosisOptions, prepare_inputs
@@ -15,7 +14,6 @@ from ident.diagnosis.visibility.visibility_document import (
     CheckDocument,
     CheckedEffect,
     CheckedJoint,
-    CheckedRecording,
     SmallestSize,
 )
 from ident.dynamics.effects.base import Additive, Effect, Signal
@@ -61,7 +59,7 @@ def check(
         share=share,
         bandwidth_hz=prepared[0].bandwidth,
         recordings=tuple(
-            _checked_recording([data for data in prepared if data.recording.path == path])
+            recording_facts([data for data in prepared if data.recording.path == path])
             for path in dict.fromkeys(data.recording.path for data in prepared)
         ),
         joints=tuple(
@@ -72,19 +70,6 @@ def check(
             *(adviser.unjudged(name, why, untested=True) for name, why in effects.untested.items()),
             *(adviser.unjudged(name, why, untested=False) for name, why in effects.unobservable.items()),
         ),
-    )
-
-
-def _checked_recording(excerpts: Sequence[PreparedRecording]) -> CheckedRecording:
-    """One file; a long recording is prepared as several excerpts."""
-    facts, recording = recording_facts(excerpts), excerpts[0].recording
-    return CheckedRecording(
-        file=str(recording.path),
-        simulated=recording.run.simulated,
-        rate_hz=facts.rate,
-        jitter=facts.jitter,
-        duration_s=facts.duration,
-        cycles=facts.cycles,
     )
 
 
@@ -133,15 +118,15 @@ class Adviser:
         """The same for an effect that this motion, or the noise, hides."""
         best, size = visibility.best, _size(visibility.best)
         cause, record = self._cause(self._library[visibility.name], self._facts.joints[best.joint or 0])
-        hidden = f"be {_percent(best.share)} of the torque ({size})" if best.share <= 1 else "exceed the whole torque"
-        rest = "less is hidden in the noise"
-        if best.outside < MOSTLY_REPRODUCED:
-            rest = f"other parameters of the model reproduce all but {_percent(best.outside)} of it"
-        why = f"To be seen, it would have to {hidden}: {rest}."
-        if not np.isfinite(best.share):
-            why = "Other parameters of the model reproduce its torque on this motion."
-        elif not best.possible:
-            why = f"It would have to be larger than hardware has it ({size})."
+        seen = f"be {_percent(best.share)} of the torque ({size})" if best.share <= 1 else "exceed the whole torque"
+        reproduced = f"other parameters of the model reproduce all but {_percent(best.outside)} of it"
+        reasons = (
+            (not np.isfinite(best.share), "Other parameters of the model reproduce its torque on this motion."),
+            (not best.possible, f"It would have to be larger than hardware has it ({size})."),
+            (best.outside < MOSTLY_REPRODUCED, f"To be seen, it would have to {seen}: {reproduced}."),
+            (True, f"To be seen, it would have to {seen}: less is hidden in the noise."),
+        )
+        why = next(reason for applies, reason in reasons if applies)
         return f"{cause}{why}", record, self._command(visibility)
 
     def unjudged(self, name: str, reason: str, untested: bool) -> CheckedEffect:
@@ -175,7 +160,7 @@ class Adviser:
         causes = [
             (
                 axis == "time",
-                f"The recording lasts {self._facts.duration:.3g} s only. ",
+                f"The recording lasts {self._facts.duration_s:.3g} s only. ",
                 "Record for longer, from a cold start.",
             ),
             (

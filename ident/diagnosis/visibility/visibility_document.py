@@ -2,20 +2,8 @@
 
 from typing import Literal
 
-from ident.data.recording_facts import JointFacts
+from ident.data.recording_facts import JointFacts, RecordingFacts
 from recordings.config import ConfigSection, JsonDocument
-
-
-class CheckedRecording(ConfigSection):
-    """One recording."""
-
-    file: str
-    simulated: bool
-    rate_hz: float
-    jitter: float
-    """Standard deviation of the steps of time, relative to their median."""
-    duration_s: float
-    cycles: int
 
 
 class CheckedJoint(JointFacts):
@@ -56,7 +44,8 @@ class CheckDocument(JsonDocument):
     share: float
     """Size for which the effects are judged: RMS of their torque, relative to that of the joint."""
     bandwidth_hz: float
-    recordings: tuple[CheckedRecording, ...]
+    recordings: tuple[RecordingFacts, ...]
+    """Files; a long one is analysed in excerpts."""
     joints: tuple[CheckedJoint, ...]
     effects: tuple[CheckedEffect, ...]
     """Those that show first."""

@@ -5,9 +5,8 @@ from dataclasses import replace
 import pytest
 
 from ident.diagnosis.document.findings import above_low_pass, with_ripple
-from ident.diagnosis.document.verdict import ripple_step, step_entry
+from ident.diagnosis.document.verdict import step_entry
 from ident.diagnosis.ripple.ripple import Ripple
-from ident.diagnosis.search.selection import SelectionStep
 from tests.ident.diagnosis.ripple.test_ripple import found
 
 
@@ -17,8 +16,8 @@ def ripple() -> Ripple:
 
 
 def test_step_adds_all_lines_with_parameters_and_intervals(ripple: Ripple) -> None:
-    last = step_entry(SelectionStep(None, ripple.model, None), ripple)
-    (step,) = ripple_step(ripple)
+    last = step_entry(None, ripple.model, ripple)
+    step = step_entry("cogging", ripple.model, ripple, with_lines=True)
     assert step.effects == ("cogging",)
     assert step.parameters.keys() - last.parameters.keys() == {"cogging.a2", "cogging.b2", "cogging.N"}
     assert {name: step.parameters[name] for name in last.parameters} == last.parameters

@@ -56,10 +56,10 @@ def concluded(
         selection=SimpleNamespace(steps=[SimpleNamespace(model=model)]),
         ripple=SimpleNamespace(lines=()),
         unexplained=SimpleNamespace(significant=structured, sentence=""),
-        library={"stribeck": None},
+        library=library(),
         **{"forced": False, "data_problems": (), **fields},
     )
-    missing: Any = [SimpleNamespace(effect="stribeck", describe=lambda effect: "stribeck")] * found
+    missing: Any = [SimpleNamespace(effect="stribeck", joints=(1,), confusable_with=())] * found
     return conclusion(diagnosis, missing, missing)[0]
 
 

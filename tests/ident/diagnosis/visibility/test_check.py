@@ -28,7 +28,7 @@ def visibility(name: str, *imitations: str, share: float = 0.01, outside: float 
 
 
 def facts(**changes: float) -> RecordingFacts:
-    return replace(FACTS, joints=(FACTS.joints[0].model_copy(update=changes),))
+    return FACTS.model_copy(update={"joints": (FACTS.joints[0].model_copy(update=changes),)})
 
 
 def hidden(name: str, share: float = 0.1, outside: float = 0.9) -> EffectVisibility:

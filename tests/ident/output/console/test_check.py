@@ -4,11 +4,11 @@ import io
 
 from rich.console import Console
 
+from ident.data.recording_facts import RecordingFacts
 from ident.diagnosis.visibility.visibility_document import (
     CheckDocument,
     CheckedEffect,
     CheckedJoint,
-    CheckedRecording,
     SmallestSize,
 )
 from ident.output.console import check
@@ -27,7 +27,9 @@ JOINT = CheckedJoint(
     torque_spread=1.0,
     noise_rms=0.5,
 )
-RECORDING = CheckedRecording(file="a.mcap", simulated=True, rate_hz=500.0, jitter=0.01, duration_s=8.0, cycles=2)
+RECORDING = RecordingFacts(
+    joints=(), file="a.mcap", simulated=True, rate_hz=500.0, jitter=0.01, duration_s=8.0, cycles=2
+)
 
 
 def effect(name: str, **fields: object) -> CheckedEffect:
