@@ -16,7 +16,6 @@ from ident.diagnosis.judge.evidence import Rejection, RejectionStatus
 from ident.diagnosis.judge.judge import evidence_of
 from ident.diagnosis.ripple.ripple import EFFECT, Ripple
 from ident.diagnosis.search.selection import Finding
-from ident.dynamics.structure import Term
 
 
 def merge_repeated(findings: Sequence[Finding]) -> list[Finding]:
@@ -35,8 +34,8 @@ def merge_repeated(findings: Sequence[Finding]) -> list[Finding]:
 
 def found_effects(diagnosis: Diagnosis) -> tuple[FindingEntry, ...]:
     """The effects of the last model, in the order in which they were added, with the lines above the low-pass."""
-    findings = [_found(diagnosis, finding) for finding in merge_repeated(diagnosis.selection.findings)]
-    return with_ripple(findings, diagnosis.ripple)
+    merged = merge_repeated(diagnosis.selection.findings)
+    return with_ripple([_found(diagnosis, finding) for finding in merged], diagnosis.ripple)
 
 
 def _found(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
@@ -99,15 +98,11 @@ def with_ripple(findings: Sequence[FindingEntry], ripple: Ripple) -> tuple[Findi
 
 def _waves(ripple: Ripple) -> FindingEntry:
     """The lines above the low-pass as one finding; there is at least one."""
-    assert ripple.effect is not None  # there are no lines without it
     joints = tuple(sorted({line.joint for line in ripple.lines}))
-    orders = {
-        joint: ", ".join(
-            f"{line.order:.6g} ± {line.half_width[2]:.1g}" for line in ripple.lines if line.joint == joint
-        )
-        for joint in joints
-    }
-    listing = "; ".join(f"joint {joint + 1}: {listed}" for joint, listed in orders.items())
+    orders: dict[int, list[str]] = {joint: [] for joint in joints}
+    for line in ripple.lines:
+        orders[line.joint].append(f"{line.order:.6g} ± {line.half_width[2]:.1g}")
+    listing = "; ".join(f"joint {joint + 1}: {', '.join(listed)}" for joint, listed in orders.items())
     warnings = [
         f"At this speed a vibration of {line.same_frequency:.4g} Hz explains as much as the {line.order:.5g} periods "
         f"per turn of joint {line.joint + 1}: only another speed tells them apart."
@@ -115,12 +110,11 @@ def _waves(ripple: Ripple) -> FindingEntry:
         if line.same_frequency is not None
     ]
     why = f"Above the low-pass, held-out rows confirm waves over the angle (periods per turn), {listing}."
-    strongest = ripple.lines[0]
     return FindingEntry.of(
-        Term(EFFECT, ripple.effect, joints),
-        evidence_of(strongest.improvement),
+        replace(ripple.structure.terms[-1], joints=joints),
+        evidence_of(ripple.lines[0].improvement),
         " ".join((why, *warnings)),
-        confusable_with=() if strongest.same_frequency is None else ("vibration",),
+        confusable_with=() if ripple.lines[0].same_frequency is None else ("vibration",),
     )
 
 
@@ -143,14 +137,20 @@ def rejected_effects(diagnosis: Diagnosis, named: set[str]) -> tuple[RejectedEnt
     """Every effect of the library that is not among the `named` ones, with the reason that weighs most."""
     selection, effects = diagnosis.selection, diagnosis.effects
     mechanism = diagnosis.split.recordings[0].recording.rig.mechanism
-    contained = {name: finding.term.name for finding in selection.findings for name in finding.term.effect.contains}
-    others = [name for name, effect in diagnosis.library.items() if mechanism not in effect.mechanisms]
     reasons: dict[RejectionStatus, Mapping[str, str]] = {
-        "absorbed": {name: f"It is part of {whole}, which was added." for name, whole in contained.items()},
+        "absorbed": {
+            name: f"It is part of {finding.term.name}, which was added."
+            for finding in selection.findings
+            for name in finding.term.effect.contains
+        },
         "not-tested": effects.untested,
         "not-observable": {
             **effects.unobservable,
-            **dict.fromkeys(others, f"It does not occur on a {mechanism} rig."),
+            **{
+                name: f"It does not occur on a {mechanism} rig."
+                for name, effect in diagnosis.library.items()
+                if mechanism not in effect.mechanisms
+            },
         },
     }
     rejected = dict(selection.rejected)

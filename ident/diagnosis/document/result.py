@@ -38,8 +38,6 @@ class DiagnosisResult:
     """What `ident diagnose --json` prints."""
     diagnosis: Diagnosis
     """Models, residuals and data behind the document."""
-    files: tuple[Path, ...]
-    validate: tuple[Path, ...]
     options: DiagnosisOptions
 
     @property
@@ -74,7 +72,7 @@ def diagnosed(
     model: whose effects are the start; None: the base model.
     """
     diagnosis = diagnose(files, validate, effects, options, progress, model)
-    return DiagnosisResult(to_document(diagnosis), diagnosis, files, validate, options)
+    return DiagnosisResult(to_document(diagnosis), diagnosis, options)
 
 
 def _diagnosed_model(diagnosis: Diagnosis, last: StepEntry) -> ModelFile:

@@ -43,9 +43,11 @@ def to_document(diagnosis: Diagnosis) -> Document:
         steps.append(step_entry(EFFECT, ripple.model, ripple, with_lines=True))
     torque = rms([data.torque for data in split.recordings], split.test)
     findings, likely = found_effects(diagnosis), tuple(likely_effects(diagnosis))
-    missing = [entry for entry in findings if not (entry.in_model or entry.status == "not-supported")]
-    # What every machine has is not missing.
-    missing = [entry for entry in missing if not diagnosis.library[entry.effect].mandatory]
+    missing = [
+        entry
+        for entry in findings
+        if not (entry.in_model or entry.status == "not-supported" or diagnosis.library[entry.effect].mandatory)
+    ]
     verdict, sentence = conclusion(diagnosis, findings, missing)
     blocked = verdict == "implausible-data"
     usual = {entry.name: entry.usual for entry in ripple.structure.parameters}
@@ -173,11 +175,14 @@ def conclusion(
     exceeds = bool((rms(model.judged_residuals, diagnosis.split.scored) > floor.limit).any())
     trifle = exceeds and missing and not lines and model.improvement_over(first).share < MIN_SHARE
     hidden = bool((np.hypot(floor.rms, _DETECTABLE * torque) <= floor.limit).any())
-    names = " and ".join(
-        " or ".join((entry.effect + _where(diagnosis, entry), *entry.confusable_with)) for entry in missing
-    )
-    start = f"The model with {', '.join(sorted(first.names))}" if first.names else "The base model"
-    lacks = f"{start} lacks {names}"
+    named = [
+        entry.effect
+        + ("" if diagnosis.library[entry.effect].whole_robot else f" ({joint_numbers(entry.joints)})")
+        + "".join(f" or {other}" for other in entry.confusable_with)
+        for entry in missing
+    ]
+    names, start = " and ".join(named), f"The model with {', '.join(sorted(first.names))}"
+    lacks = f"{start if first.names else 'The base model'} lacks {names}"
     open_question = "No missing effect was found, but one may be missing"
     rules: tuple[tuple[object, Verdict, str], ...] = (
         (blocking, "implausible-data", " ".join(blocking)),
@@ -211,11 +216,6 @@ def conclusion(
     verdict, sentence = next((verdict, sentence) for applies, verdict, sentence in rules if applies)
     requested = diagnosis.forced and not blocking
     return verdict, _on_requested(diagnosis, findings, names) if requested else sentence
-
-
-def _where(diagnosis: Diagnosis, entry: FindingEntry) -> str:
-    whole = diagnosis.library[entry.effect].whole_robot
-    return "" if whole else f" ({joint_numbers(entry.joints)})"
 
 
 def _on_requested(diagnosis: Diagnosis, findings: Sequence[FindingEntry], names: str) -> str:

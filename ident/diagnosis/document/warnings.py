@@ -41,15 +41,16 @@ def bound_warnings(
         value, (low, high) = parameter.value, usual.get(name, (-np.inf, np.inf))
         lower = -np.inf if parameter.lower is None else parameter.lower
         upper = np.inf if parameter.upper is None else parameter.upper
-        if not lower <= value <= upper:
-            first, last = parameter.interval or (-np.inf, np.inf)
-            kind = _SURE if last < lower or first > upper else _UNCERTAIN
-            bound = f"below {lower:g}" if value < lower else f"above {upper:g}"
-        elif not low < value < high:
-            kind, bound = _UNUSUAL, f"at most {low:g}" if value <= low else f"at least {high:g}"
-        else:
-            continue
-        listed[kind].append(f"{name} = {parameter.in_words} is {bound}")
+        first, last = parameter.interval or (-np.inf, np.inf)
+        cases = (
+            (value < lower, _SURE if last < lower else _UNCERTAIN, f"below {lower:g}"),
+            (value > upper, _SURE if first > upper else _UNCERTAIN, f"above {upper:g}"),
+            (value <= low, _UNUSUAL, f"at most {low:g}"),
+            (value >= high, _UNUSUAL, f"at least {high:g}"),
+        )
+        outside, kind, bound = next((case for case in cases if case[0]), (False, "", ""))
+        if outside:
+            listed[kind].append(f"{name} = {parameter.in_words} is {bound}")
     yield from (sentence.format("; ".join(entries)) for sentence, entries in listed.items() if entries)
 
 
@@ -118,8 +119,7 @@ def file_names(split: SplitData, selected: Sequence[int]) -> list[str]:
     """File names of the `selected` recordings; with their folders where the names alone are ambiguous."""
     paths = [data.recording.path for data in split.recordings]
     names = [path.name for path in dict.fromkeys(paths)]
-    files = (paths[i] for i in selected)
-    return list(dict.fromkeys(path.name if names.count(path.name) == 1 else str(path) for path in files))
+    return list(dict.fromkeys(paths[i].name if names.count(paths[i].name) == 1 else str(paths[i]) for i in selected))
 
 
 def _disagreement(split: SplitData, model: FittedModel) -> Iterator[str]:

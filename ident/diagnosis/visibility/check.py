@@ -14,7 +14,6 @@ from ident.diagnosis.visibility.visibility_document import (
     CheckDocument,
     CheckedEffect,
     CheckedJoint,
-    SmallestSize,
 )
 from ident.dynamics.effects.base import Additive, Effect, Signal
 from ident.dynamics.effects.library import names as built_in
@@ -93,9 +92,7 @@ class Adviser:
             status="not-visible" if not visible else "confusable" if visibility.imitations else "visible",
             joints=tuple(number + 1 for numbers in joints for number in numbers),
             confusable_with=visibility.imitations,
-            smallest=SmallestSize(share=best.share, parameter=best.parameter, value=best.size, unit=best.unit)
-            if np.isfinite(best.share)
-            else None,
+            smallest=best.smallest if np.isfinite(best.smallest.share) else None,
             why=why,
             record=record,
             command=command,
@@ -104,7 +101,7 @@ class Adviser:
     def _shown(self, visibility: EffectVisibility) -> tuple[str, str | None, str | None]:
         """Why, what to record, and the command, for an effect that shows, alone or as one of several."""
         name, imitations, best = visibility.name, visibility.imitations, visibility.best
-        seen = f"It shows from {_percent(best.share)} of the torque on ({_size(best)})"
+        seen = f"It shows from {_percent(best.smallest.share)} of the torque on ({_size(best)})"
         if not imitations:
             return f"{seen}.", None, None
         why = f"{seen}, but {', '.join(imitations)} would explain as much of {_percent(self._share)}."
@@ -116,12 +113,12 @@ class Adviser:
 
     def _hidden(self, visibility: EffectVisibility) -> tuple[str, str, str | None]:
         """The same for an effect that this motion, or the noise, hides."""
-        best, size = visibility.best, _size(visibility.best)
+        best, size, share = visibility.best, _size(visibility.best), visibility.best.smallest.share
         cause, record = self._cause(self._library[visibility.name], self._facts.joints[best.joint or 0])
-        seen = f"be {_percent(best.share)} of the torque ({size})" if best.share <= 1 else "exceed the whole torque"
+        seen = f"be {_percent(share)} of the torque ({size})" if share <= 1 else "exceed the whole torque"
         reproduced = f"other parameters of the model reproduce all but {_percent(best.outside)} of it"
         reasons = (
-            (not np.isfinite(best.share), "Other parameters of the model reproduce its torque on this motion."),
+            (not np.isfinite(share), "Other parameters of the model reproduce its torque on this motion."),
             (not best.possible, f"It would have to be larger than hardware has it ({size})."),
             (best.outside < MOSTLY_REPRODUCED, f"To be seen, it would have to {seen}: {reproduced}."),
             (True, f"To be seen, it would have to {seen}: less is hidden in the noise."),
@@ -208,4 +205,4 @@ def _percent(share: float) -> str:
 
 def _size(joint: JointVisibility) -> str:
     where = "" if joint.joint is None else f", joint {joint.joint + 1}"
-    return f"{joint.parameter} = {joint.size:.2g} {joint.unit}{where}"
+    return f"{joint.smallest.parameter} = {joint.smallest.value:.2g} {joint.smallest.unit}{where}"

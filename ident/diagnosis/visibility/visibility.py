@@ -11,7 +11,7 @@ from itertools import product
 
 import numpy as np
 
-from ident.diagnosis.judge.equivalence import EQUIVALENT_SHARE, MIN_DECISIVE_REDUCTION
+from ident.diagnosis.judge.equivalence import MIN_DECISIVE_REDUCTION, slack
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_T
 from ident.diagnosis.judge.judge import MIN_TORQUE_SHARE
@@ -29,19 +29,25 @@ MAX_IMITATIONS = 4
 
 
 @dataclass(frozen=True)
+class SmallestSize:
+    """The size from which an effect shows; infinite if it never does."""
+
+    share: float
+    """RMS of its torque, relative to that of the joint."""
+    parameter: str
+    value: float
+    unit: str
+
+
+@dataclass(frozen=True)
 class JointVisibility:
-    """The smallest size at which an effect shows on one joint, or on the whole robot."""
+    """How well an effect shows on one joint, or on the whole robot."""
 
     joint: int | None
     """From 0; None: the whole robot."""
-    share: float
-    """RMS of the smallest visible torque of the effect, relative to the torque; infinite if none is visible."""
+    smallest: SmallestSize
     outside: float
     """RMS part of its torque that the base model cannot reproduce, 0 to 1."""
-    parameter: str
-    unit: str
-    size: float
-    """Value of this parameter at the smallest visible size."""
     possible: bool
     """False if hardware never has the effect as large."""
     torque: Floats = field(default_factory=lambda: np.zeros(0), repr=False)
@@ -59,12 +65,12 @@ class EffectVisibility:
 
     def visible_joints(self, share: float) -> tuple[JointVisibility, ...]:
         """Joints that show the effect if its torque is this `share` of that of the joint."""
-        return tuple(joint for joint in self.joints if joint.share <= share and joint.possible)
+        return tuple(joint for joint in self.joints if joint.smallest.share <= share and joint.possible)
 
     @property
     def best(self) -> JointVisibility:
         """The joint on which the effect shows best."""
-        return min(self.joints, key=lambda joint: (not joint.possible, joint.share))
+        return min(self.joints, key=lambda joint: (not joint.possible, joint.smallest.share))
 
 
 class VisibilityCheck:
@@ -86,7 +92,9 @@ class VisibilityCheck:
         for name, effect in self._library.items():
             term = Term.on_all_joints(name, effect, self._rig)
             planted = (self._joints(term, shapes) for shapes in self._planted_shapes(term))
-            alone = EffectVisibility(name, min(planted, key=lambda joints: min(each.share for each in joints)), ())
+            alone = EffectVisibility(
+                name, min(planted, key=lambda joints: min(each.smallest.share for each in joints)), ()
+            )
             torques = [share * joint.torque for joint in alone.visible_joints(share)]
             yield replace(alone, imitations=self._imitations(name, np.sum(torques, axis=0))) if torques else alone
 
@@ -125,7 +133,7 @@ class VisibilityCheck:
                     self._smallest(term, joint, number, sizes[number], torques[:, :, instance, number])
                     for number in proper or range(len(quantities))
                 ),
-                key=lambda smallest: smallest.size,
+                key=lambda judged: judged.smallest.value,
             )
             for instance, joint in enumerate((None,) if term.effect.whole_robot else term.joints)
         )
@@ -147,11 +155,13 @@ class VisibilityCheck:
         size = factor * abs(float(guess))
         return JointVisibility(
             joint=joint,
-            share=factor * share if np.isfinite(factor) else np.inf,
+            smallest=SmallestSize(
+                share=factor * share if np.isfinite(factor) else np.inf,
+                parameter=quantity.name,
+                value=size,
+                unit=quantity.unit_on(self._rig, joint or 0),
+            ),
             outside=visible / whole if whole else 0.0,
-            parameter=quantity.name,
-            unit=quantity.unit_on(self._rig, joint or 0),
-            size=size,
             possible=size <= min(quantity.upper, term.effect.max_amplitude or np.inf),
             torque=torques[1] / share if share else torques[1],
         )
@@ -177,24 +187,20 @@ class VisibilityCheck:
         for residual, weight, part in zip(residuals, self._weights, np.split(torque, ends[:-1]), strict=True):
             residual[weight > 0] = part
         screener = self._screener.with_residuals(residuals)
-        others = {
-            other: effect for other, effect in self._library.items() if other != name and name not in effect.contains
-        }
-        allowed = self._indecisive_loss(screener.loss)
-        candidates = [
-            candidate.term.name
-            for candidate in screener.screen(others)[0]
-            if candidate.loss <= allowed and all(plausible_instances(candidate.term, candidate.local_values))
-        ]
-        return tuple(dict.fromkeys(candidates))[:MAX_IMITATIONS]
-
-    def _indecisive_loss(self, loss: float) -> float:
-        """What an effect may leave of the `loss` of a planted torque without being ruled out by it."""
         noise = float(((self._weight * self._floor) ** 2).sum())
-        equivalent = max(EQUIVALENT_SHARE * loss, PRICE * noise / self._split.independent_rows)
-        return min(
-            equivalent, noise * max(MIN_DECISIVE_REDUCTION, (2 * MIN_T) ** 2 / self._independent(self._split.test))
+        # What an effect may leave of the planted torque, without being ruled out by it.
+        equivalent = slack(screener.loss + noise, noise, self._split.independent_rows)
+        indecisive = noise * max(MIN_DECISIVE_REDUCTION, (2 * MIN_T) ** 2 / self._independent(self._split.test))
+        candidates, _ = screener.screen(
+            {other: each for other, each in self._library.items() if other != name and name not in each.contains}
         )
+        names = [
+            candidate.term.name
+            for candidate in candidates
+            if candidate.loss <= min(equivalent, indecisive)
+            and all(plausible_instances(candidate.term, candidate.local_values))
+        ]
+        return tuple(dict.fromkeys(names))[:MAX_IMITATIONS]
 
 
 def _rms(values: Floats) -> float:

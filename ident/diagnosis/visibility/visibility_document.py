@@ -3,6 +3,7 @@
 from typing import Literal
 
 from ident.data.recording_facts import JointFacts, RecordingFacts
+from ident.diagnosis.visibility.visibility import SmallestSize
 from recordings.config import ConfigSection, JsonDocument
 
 
@@ -11,16 +12,6 @@ class CheckedJoint(JointFacts):
 
     noise_rms: float
     """Noise floor."""
-
-
-class SmallestSize(ConfigSection):
-    """The size from which an effect shows."""
-
-    share: float
-    """RMS of its torque, relative to that of the joint."""
-    parameter: str
-    value: float
-    unit: str
 
 
 class CheckedEffect(ConfigSection):

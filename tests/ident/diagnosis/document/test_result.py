@@ -39,7 +39,7 @@ def result(write: Callable[[Recording], Path], tmp_path_factory: pytest.TempPath
     )
     options = DiagnosisOptions(only=("quadratic_friction",))
     diagnosis = diagnose([train], [other], {"quadratic_friction": library()["quadratic_friction"]}, options)
-    return DiagnosisResult(to_document(diagnosis), diagnosis, (train,), (other,), options)
+    return DiagnosisResult(to_document(diagnosis), diagnosis, options)
 
 
 def test_findings_and_verdict_are_those_of_the_document(result: DiagnosisResult) -> None:
@@ -71,5 +71,5 @@ def test_model_has_the_errors_that_the_document_states(result: DiagnosisResult) 
 
 
 def test_inputs_are_kept(result: DiagnosisResult) -> None:
-    assert [path.name for path in (*result.files, *result.validate)] == ["0.mcap", "1.mcap"]
-    assert result.diagnosis.forced
+    assert result.document.recordings == ("0.mcap", "1.mcap")
+    assert result.options.only == ("quadratic_friction",)

@@ -9,7 +9,7 @@ import pytest
 
 from ident.data.recording_facts import RecordingFacts, recording_facts
 from ident.diagnosis.visibility.check import Adviser
-from ident.diagnosis.visibility.visibility import EffectVisibility, JointVisibility
+from ident.diagnosis.visibility.visibility import EffectVisibility, JointVisibility, SmallestSize
 from ident.dynamics.effects.library import library
 from recordings.recording import Recording
 from tests.ident import building
@@ -23,7 +23,7 @@ def adviser(facts: RecordingFacts = FACTS, recording: Recording = RECORDING) -> 
 
 
 def visibility(name: str, *imitations: str, share: float = 0.01, outside: float = 0.9) -> EffectVisibility:
-    joint = JointVisibility(0, share, outside, "a", "N m", 0.5, possible=True)
+    joint = JointVisibility(0, SmallestSize(share, "a", 0.5, "N m"), outside, possible=True)
     return EffectVisibility(name, (joint,), imitations)
 
 

@@ -5,11 +5,11 @@ import io
 from rich.console import Console
 
 from ident.data.recording_facts import RecordingFacts
+from ident.diagnosis.visibility.visibility import SmallestSize
 from ident.diagnosis.visibility.visibility_document import (
     CheckDocument,
     CheckedEffect,
     CheckedJoint,
-    SmallestSize,
 )
 from ident.output.console import check
 
