@@ -1,12 +1,15 @@
-"""What a diagnosis says of each effect of the library: found, likely, or rejected, with the reason."""
+"""What a diagnosis says of each effect of the library, with the reason, and the commands that follow."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import shlex
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.document import (
     AboveLowPass,
     FindingEntry,
+    NextMotion,
     RejectedEntry,
     VibrationEntry,
     evidence_in_words,
@@ -16,6 +19,9 @@ from ident.diagnosis.judge.evidence import Rejection, RejectionStatus
 from ident.diagnosis.judge.judge import evidence_of
 from ident.diagnosis.ripple.ripple import EFFECT, Ripple
 from ident.diagnosis.search.selection import Finding
+from ident.dynamics.effects.library import names as built_in
+from recordings.command_line import repeated
+from recordings.next_command import design, free_output
 
 
 def merge_repeated(findings: Sequence[Finding]) -> list[Finding]:
@@ -118,19 +124,20 @@ def _waves(ripple: Ripple) -> FindingEntry:
     )
 
 
-def likely_effects(diagnosis: Diagnosis) -> Iterator[FindingEntry]:
+def likely_effects(diagnosis: Diagnosis) -> tuple[FindingEntry, ...]:
     """The effects for which the evidence speaks, but which too few rows were held out to confirm."""
-    for finding in diagnosis.selection.likely:
-        evidence = finding.evidence
-        yield FindingEntry.of(
+    return tuple(
+        FindingEntry.of(
             finding.term,
-            evidence,
-            f"It would take {evidence.gain:.0%} of the held-out mean square above the noise floor, but these data "
-            f"would confirm a gain of this size with a probability of {evidence.power or 0.0:.0%} only. Record a "
-            "longer motion.",
+            finding.evidence,
+            f"It would take {finding.evidence.gain:.0%} of the held-out mean square above the noise floor, but these "
+            f"data would confirm a gain of this size with a probability of {finding.evidence.power or 0.0:.0%} only. "
+            "Record a longer motion.",
             confusable_with=finding.alternatives,
             status="likely",
         )
+        for finding in diagnosis.selection.likely
+    )
 
 
 def rejected_effects(diagnosis: Diagnosis, named: set[str]) -> tuple[RejectedEntry, ...]:
@@ -182,3 +189,58 @@ def above_low_pass(ripple: Ripple) -> AboveLowPass | None:
         f"{f' Vibrations or electrical lines that keep their frequency: {lines}.' if lines else ''}"
     )
     return AboveLowPass(low_hz=ripple.low, high_hz=highest, unexplained_share=shares, vibrations=vibrations, why=why)
+
+
+def next_motion(diagnosis: Diagnosis, findings: Sequence[FindingEntry]) -> NextMotion | None:
+    """The motion that discriminates the `findings` from their alternatives, or else one to confirm them."""
+    split, library = diagnosis.split, diagnosis.library
+    files = list(dict.fromkeys(data.recording.path for data in split.recordings))
+    for finding in findings:
+        # No motion discriminates effects that change with time; a vibration is no effect of the library.
+        name = finding.effect
+        alternatives = [each for each in finding.confusable_with if each in library and library[each].axis != "time"]
+        if not alternatives or library[name].axis == "time":
+            continue
+        options = [
+            *(word for other in alternatives for word in ("--discriminate", name, other)),
+            *repeated("--joint", () if library[name].whole_robot else finding.joints),
+            *repeated("--effect-file", (f"{each}.py" for each in (name, *alternatives) if each not in built_in())),
+        ]
+        return NextMotion(
+            why=f"These recordings cannot distinguish {name} from {' or '.join(alternatives)}; another motion can.",
+            command=design(files, *options),
+        )
+    if split.other_motion or len(files) > 1:
+        return None
+    why = "A second, different motion would show whether the findings also hold for other motions."
+    return NextMotion(why=why, command=design(files))
+
+
+def fit_command(diagnosis: Diagnosis, path: Path, joints: Sequence[int]) -> str:
+    """The command that fits the last model with the learned curves in the effect file `path`.
+
+    joints: those with a curve, from 1.
+    """
+    split, terms = diagnosis.split, diagnosis.model.terms
+    specified = [
+        term.name if term.effect.whole_robot else _specified(term.name, (joint + 1 for joint in term.joints))
+        for term in terms
+    ]
+    files = dict.fromkeys(str(split.recordings[i].recording.path) for i in split.train_indices)
+    held_out = [
+        str(data.recording.path) for data, rows in zip(split.recordings, split.test, strict=True) if rows.any()
+    ]
+    user_effects = (f"{name}.py" for name in sorted({term.name for term in terms} - set(built_in())))
+    return shlex.join(
+        [
+            *("ident", "fit", *files),
+            *repeated("--validate", held_out[:1] if split.other_motion else ()),
+            *repeated("--with", (*dict.fromkeys(specified), _specified(path.stem, joints))),
+            *repeated("--effect-file", (*user_effects, path)),
+            *map(str, free_output("-o", Path(next(iter(files))).with_suffix(".model.json"))),
+        ]
+    )
+
+
+def _specified(effect: str, joints: Iterable[int]) -> str:
+    return f"{effect}:{','.join(map(str, joints))}"

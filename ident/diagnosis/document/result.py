@@ -22,9 +22,9 @@ from ident.identification.identify import agreement, is_relative, model_of
 from ident.identification.model import Model
 from ident.identification.model_file import Agreement, FitMethod, FittedParameter, ModelFile
 from ident.identification.prediction import effect_terms, searched_parameters
-from ident.uncertainty.assessment import assess, interval_or_none
+from ident.uncertainty.assessment import assess, interval_or_none, number_or_none
 from ident.uncertainty.sensitivity import Sensitivity
-from recordings.recording import Bools, Floats
+from recordings.recording import Bools
 
 METHOD = "wls"
 """The estimator that a diagnosis uses: least squares, weighted by the noise."""
@@ -132,14 +132,14 @@ def model_file(model: FittedModel, unexplained: UnexplainedResidual, diagnosed: 
     assessment, single = assess(regressions, fit, structure, METHOD, Sensitivity(None, ()), relative)
     # The model's own intervals also hold what quantization does to parameters, and the errors of what was searched.
     totals, shapes = parameter_intervals(model)
-    correlation = tuple(map(_known, uncertainty.correlation[np.ix_(linear, linear)]))
-    own = zip(single, totals[linear], shapes[linear], _known(uncertainty.std[linear]), strict=True)
+    correlation = tuple(tuple(map(number_or_none, row)) for row in uncertainty.correlation[np.ix_(linear, linear)])
+    own = zip(single, totals[linear], shapes[linear], uncertainty.std[linear], strict=True)
     uncertainties = [
         each.model_copy(
             update={
                 "ci95": interval_or_none(total),
                 "shape_ci95": interval_or_none(shape),
-                "std": std,
+                "std": number_or_none(std),
                 "degrees_of_freedom": None,
             }
         )
@@ -164,14 +164,11 @@ def model_file(model: FittedModel, unexplained: UnexplainedResidual, diagnosed: 
     )
 
 
-def _known(values: Floats) -> tuple[float | None, ...]:
-    """The `values` (k,); None where they are not known."""
-    return tuple(value if np.isfinite(value) else None for value in values.tolist())
-
-
 def _agreement(model: FittedModel, rows: tuple[Bools, ...]) -> Agreement:
     """Agreement of `model` on `rows` (m, dof) of each recording."""
-    used = [i for i, selected in enumerate(rows) if selected.any()]
-    recordings = [model.split.recordings[i] for i in used]
-    measured = [np.where(rows[i], prepared.torque, np.nan) for i, prepared in zip(used, recordings, strict=True)]
-    return agreement(recordings, measured, [model.computed[i] for i in used])
+    used = [
+        (data, np.where(selected, data.torque, np.nan), computed)
+        for data, selected, computed in zip(model.split.recordings, rows, model.computed, strict=True)
+        if selected.any()
+    ]
+    return agreement(*zip(*used, strict=True))

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.document.advice import fit_command, next_motion
 from ident.diagnosis.document.document import (
     Document,
     FindingEntry,
@@ -18,7 +17,14 @@ from ident.diagnosis.document.document import (
     evidence_in_words,
     joint_numbers,
 )
-from ident.diagnosis.document.findings import above_low_pass, found_effects, likely_effects, rejected_effects
+from ident.diagnosis.document.findings import (
+    above_low_pass,
+    fit_command,
+    found_effects,
+    likely_effects,
+    next_motion,
+    rejected_effects,
+)
 from ident.diagnosis.document.warnings import bound_warnings, data_warnings, file_names
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_SHARE
@@ -42,7 +48,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
     if ripple.lines:
         steps.append(step_entry(EFFECT, ripple.model, ripple, with_lines=True))
     torque = rms([data.torque for data in split.recordings], split.test)
-    findings, likely = found_effects(diagnosis), tuple(likely_effects(diagnosis))
+    findings, likely = found_effects(diagnosis), likely_effects(diagnosis)
     missing = [
         entry
         for entry in findings

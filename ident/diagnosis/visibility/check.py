@@ -124,7 +124,7 @@ class Adviser:
             (True, f"To be seen, it would have to {seen}: less is hidden in the noise."),
         )
         why = next(reason for applies, reason in reasons if applies)
-        return f"{cause}{why}", record, self._command(visibility)
+        return f"{cause}{why}", record, self._command(visibility.name)
 
     def unjudged(self, name: str, reason: str, untested: bool) -> CheckedEffect:
         """The entry of an effect that recordings of this rig cannot show, for a `reason`.
@@ -133,7 +133,6 @@ class Adviser:
         """
         effect = self._library[name]
         reported = isinstance(effect, Signal) and effect.report
-        measured = reported and holds_torque(self._recording)
         directions = untested and "both directions" in effect.needs
         records = (
             (directions, "Record a motion with both directions."),
@@ -141,7 +140,10 @@ class Adviser:
                 "temperature" in effect.needs,
                 "Record the temperatures of the drives (temperature_1 ...) while the machine warms up.",
             ),
-            (measured, "Record the voltage that the amplifiers are given (voltage_1 ...), not the torque."),
+            (
+                reported and holds_torque(self._recording),
+                "Record the voltage that the amplifiers are given (voltage_1 ...), not the torque.",
+            ),
             (reported, "Record the command to the amplifiers, and say so in the rig file."),
         )
         return CheckedEffect(
@@ -184,15 +186,14 @@ class Adviser:
         ]
         return next((why, record) for applies, why, record in causes if applies)
 
-    def _command(self, visibility: EffectVisibility) -> str | None:
-        """The command for the next recording."""
-        run = self._recording.run
-        if self._library[visibility.name].axis == "time":
-            cycles = _MORE_CYCLES * max(run.cycles, 1)
-            known = run.trajectory in trajectory_names()
-            return f"daq record --traj {run.trajectory} --cycles {cycles}" if known else None
-        fitted = isinstance(self._library[visibility.name], Additive) and self._can_design(visibility.name)
-        return design(self._files, *(("--with", visibility.name) if fitted else ()))
+    def _command(self, name: str) -> str | None:
+        """The command that records the effect, or designs a motion that shows it; None if it is not known."""
+        effect, run = self._library[name], self._recording.run
+        if effect.axis != "time":
+            additive = isinstance(effect, Additive) and self._can_design(name)
+            return design(self._files, *(("--with", name) if additive else ()))
+        longer = f"daq record --traj {run.trajectory} --cycles {_MORE_CYCLES * max(run.cycles, 1)}"
+        return longer if run.trajectory in trajectory_names() else None
 
     def _can_design(self, name: str) -> bool:
         """Whether `ident design` knows the effect, and a motion can show it."""

@@ -9,8 +9,8 @@ import pytest
 from ident.commands.design import command as design
 from ident.commands.fit import command as fit
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.document.advice import fit_command, next_motion
 from ident.diagnosis.document.document import FindingEntry
+from ident.diagnosis.document.findings import fit_command, next_motion
 from ident.diagnosis.search.search import Search
 from ident.diagnosis.unknown.unexplained_residual import estimate_unexplained
 from ident.dynamics.effects.library import library
