@@ -91,10 +91,8 @@ class VisibilityCheck:
         """Yield every effect of the library that the base model lacks, judged for torques of this `share`."""
         for name, effect in self._library.items():
             term = Term.on_all_joints(name, effect, self._rig)
-            planted = (self._joints(term, shapes) for shapes in self._planted_shapes(term))
-            alone = EffectVisibility(
-                name, min(planted, key=lambda joints: min(each.smallest.share for each in joints)), ()
-            )
+            planted = [EffectVisibility(name, self._joints(term, each), ()) for each in self._planted_shapes(term)]
+            alone = min(planted, key=lambda each: min(joint.smallest.share for joint in each.joints))
             torques = [share * joint.torque for joint in alone.visible_joints(share)]
             yield replace(alone, imitations=self._imitations(name, np.sum(torques, axis=0))) if torques else alone
 
@@ -183,7 +181,7 @@ class VisibilityCheck:
     def _imitations(self, name: str, torque: Floats) -> tuple[str, ...]:
         """Names of effects that explain the `torque` (r,) of the effect `name` as well."""
         residuals = [np.zeros(weight.shape) for weight in self._weights]
-        ends = np.cumsum([np.count_nonzero(weight) for weight in self._weights])
+        ends = np.cumsum([np.count_nonzero(weight > 0) for weight in self._weights])
         for residual, weight, part in zip(residuals, self._weights, np.split(torque, ends[:-1]), strict=True):
             residual[weight > 0] = part
         screener = self._screener.with_residuals(residuals)
