@@ -12,9 +12,8 @@ from pathlib import Path
 import click
 import numpy as np
 
-from ident.diagnosis.diagnosis import DiagnosisOptions
-from ident.diagnosis.document.document import EvidenceEntry
-from ident.diagnosis.document.result import diagnosed
+import ident
+from ident.diagnosis.judge.evidence import Evidence
 from ident.identification.model import Model
 
 _TOLERANCE = 0.01
@@ -40,19 +39,19 @@ def main(folder: Path, count: int, seed: int) -> None:
 
 def differences(train: list[Path], validate: list[Path]) -> Iterator[tuple[str, str | None]]:
     """Every effect that is refuted or not confirmed, with what differs in its evidence, or None."""
-    result = diagnosed(train, validate, [], DiagnosisOptions(), lambda text: None, None)
+    result = ident.diagnose(train, validate)
     last = result.apply()
     for entry in result.document.rejected:
         if entry.status in ("refuted", "not-confirmed") and entry.evidence:
             yield entry.effect, _difference(entry.evidence, _asked_for(last, train, validate, entry.effect))
 
 
-def _asked_for(last: Model, train: list[Path], validate: list[Path], effect: str) -> EvidenceEntry:
-    result = diagnosed(train, validate, [], DiagnosisOptions(only=(effect,)), lambda text: None, last)
+def _asked_for(last: Model, train: list[Path], validate: list[Path], effect: str) -> Evidence:
+    result = ident.diagnose(train, validate, model=last, only=(effect,))
     return next(finding.evidence for finding in result.document.findings if finding.effect == effect)
 
 
-def _difference(stated: EvidenceEntry, asked: EvidenceEntry) -> str | None:
+def _difference(stated: Evidence, asked: Evidence) -> str | None:
     if stated.decided_by == "screening":
         exceeds = asked.gain > stated.gain + _TOLERANCE
         return f"gain {asked.gain:.3f} exceeds the bound {stated.gain:.3f}" if exceeds else None

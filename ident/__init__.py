@@ -168,12 +168,15 @@ def diagnose(
     """
     from ident.diagnosis.diagnosis import DiagnosisOptions
     from ident.diagnosis.document.result import diagnosed
+    from ident.dynamics.effects.library import library
 
     if model is not None:
         _check_model(model)
     held_out = _paths([validate] if isinstance(validate, (str, Path)) else validate or (), least=0)
     options = DiagnosisOptions(preprocessing, _cutoff(cutoff), _names(only), _names(without))
-    return diagnosed(_paths(files), held_out, _paths(effect_files, least=0), options, progress, model)
+    # A file of the user is executed once: what the model was loaded with is there already.
+    effects = model.library if model and not effect_files else library(_paths(effect_files, least=0))
+    return diagnosed(_paths(files), held_out, effects, options, progress, model.file if model else None)
 
 
 def _paths(files: Sequence[File], least: int = 1) -> tuple[Path, ...]:

@@ -3,7 +3,7 @@
 import json
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -14,6 +14,16 @@ class ConfigSection(BaseModel):
     """Base of all descriptions: immutable, and a misspelt key is an error."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class JsonDocument(ConfigSection):
+    """A document that a command prints, or writes to a file."""
+
+    schema_version: Literal[2] = Field(2, alias="schema")
+
+    def as_json(self) -> dict[str, Any]:
+        """The document as it is printed."""
+        return self.model_dump(mode="json", by_alias=True)
 
 
 ModelT = TypeVar("ModelT", bound=ConfigSection)

@@ -1,9 +1,12 @@
 """The commands that are printed as what comes next: none fails, or replaces a file, because an output exists."""
 
 import re
-from collections.abc import Sequence
+import shlex
+from collections.abc import Iterable, Sequence
 from itertools import count
 from pathlib import Path
+
+from recordings.command_line import repeated
 
 OWN_RIG = "RIG.toml stands for the rig file of your robot"
 """Note behind a command that records with a robot whose rig file is not known."""
@@ -43,3 +46,9 @@ def diagnosis(files: Sequence[Path], *options: object, model: Path | None = None
         apply += ["-o", better_name(model)]
     page = free_output("--report", files[0].with_suffix(".diagnose.html"))
     return ["ident", "diagnose", *files, *options, *apply, *page]
+
+
+def design(recordings: Iterable[Path], *options: object) -> str:
+    """The command that designs the motion to record next on the rig of the `recordings`."""
+    files = repeated("--recording", dict.fromkeys(recordings))
+    return shlex.join(["ident", "design", *map(str, options), *files, "-o", str(free_name(NEXT_MOTION))])

@@ -14,7 +14,7 @@ from benchmarks.hidden_effects.strengths import errors, interval_coverage
 
 _MANDATORY = "rod_inertia"
 _EXTRAPOLATION_TEXT = "outside of the"
-"""Words of the warning by `ident.diagnosis.document.extrapolation`."""
+"""Words of the warning by `ident.diagnosis.document.warnings`."""
 _LARGEST_GROUP = 4
 _EXTRA_VARIABLES = 1
 """Number of wrong variables that may be named in addition to all right ones."""

@@ -37,7 +37,7 @@ def command(files: tuple[Path, ...], share: float, effect_files: tuple[Path, ...
 
     from rich.console import Console
 
-    from ident.diagnosis.visibility.visibility_document import check
+    from ident.diagnosis.visibility.check import check
     from ident.dynamics.effects.library import library
     from ident.output.console import check as console_tables
     from recordings.progress import progress_bar

@@ -1,11 +1,12 @@
 """What a recording holds: sampling, resolution, and which motions and torques occur."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from pydantic import Field
 
 from ident.data.prepared_recording import PreparedRecording
+from recordings.config import ConfigSection
 from recordings.recording import Floats
 
 MOVING = 0.02
@@ -14,11 +15,11 @@ _FASTEST = 0.99
 """Quantile of the speed that counts as the highest: one wrong reading is no speed."""
 
 
-@dataclass(frozen=True)
-class JointFacts:
-    """Motion and torque of one joint."""
+class JointFacts(ConfigSection):
+    """Motion and torque of one joint, as documents state them."""
 
-    name: str
+    joint: str
+    """Its name."""
     position_unit: str
     effort_unit: str
     travel: float
@@ -29,13 +30,13 @@ class JointFacts:
     """Standard deviation of the speed while it moves, relative to its mean: 0 for one speed only."""
     forward_share: float
     """Share of the moving time in positive direction, 0 to 1."""
-    encoder_step: float
-    """[rad or m]; 0 where the readings are continuous."""
-    drive_step: float
-    """Of the voltage [V] or of the effort; 0 where it is continuous."""
+    encoder_step: float | None
+    """[rad or m]; None where the readings are continuous."""
+    drive_step: float | None
+    """Of the voltage [V] or of the effort; None where it is continuous."""
     torque_rms: float
     """[N m or N]"""
-    torque_spread: float
+    torque_spread: float = Field(exclude=True)
     """Standard deviation of the torque, relative to its RMS: 0 for a load that does not change."""
 
     @property
@@ -44,28 +45,30 @@ class JointFacts:
         return min(self.forward_share, 1 - self.forward_share)
 
 
-@dataclass(frozen=True)
-class RecordingFacts:
-    """Sampling and joints of one recording, or of several together."""
+class RecordingFacts(ConfigSection):
+    """Sampling and joints of one recording, or of several together, as documents state them."""
 
-    rate: float
-    """[Hz]"""
+    file: str
+    """The first one."""
+    simulated: bool
+    rate_hz: float
     jitter: float
     """Standard deviation of the steps of time, relative to their median."""
-    duration: float
-    """[s]"""
+    duration_s: float
     cycles: int
     """0 if nothing repeats."""
-    joints: tuple[JointFacts, ...]
+    joints: tuple[JointFacts, ...] = Field(exclude=True)
 
 
 def recording_facts(prepared: Sequence[PreparedRecording]) -> RecordingFacts:
     """Facts about the `prepared` recordings, or excerpts, together."""
     first = prepared[0].recording
     return RecordingFacts(
-        rate=prepared[0].samples.rate,
+        file=str(first.path),
+        simulated=first.run.simulated,
+        rate_hz=prepared[0].samples.rate,
         jitter=max(_jitter(each.recording.time) for each in prepared),
-        duration=sum(float(np.ptp(each.recording.time)) for each in prepared),
+        duration_s=sum(float(np.ptp(each.recording.time)) for each in prepared),
         cycles=first.run.cycles,
         joints=tuple(_joint_facts(prepared, joint) for joint in range(first.rig.dof)),
     )
@@ -94,15 +97,15 @@ def _joint_facts(prepared: Sequence[PreparedRecording], joint: int) -> JointFact
     moving = speed > MOVING * highest
     rms = float(np.sqrt(np.mean(torque**2)))
     return JointFacts(
-        name=rig.joint_names[joint],
+        joint=rig.joint_names[joint],
         position_unit=rig.position_units[joint],
         effort_unit=rig.effort_units[joint],
         travel=float(np.ptp(position)),
         highest_speed=highest,
         speed_spread=float(speed[moving].std() / speed[moving].mean()) if moving.any() else 0.0,
         forward_share=float(np.mean(velocity[moving] > 0)) if moving.any() else 0.0,
-        encoder_step=max(float(each.encoder_step[joint]) for each in prepared),
-        drive_step=max(float(each.drive_step[joint]) for each in prepared),
+        encoder_step=max(float(each.encoder_step[joint]) for each in prepared) or None,
+        drive_step=max(float(each.drive_step[joint]) for each in prepared) or None,
         torque_rms=rms,
         torque_spread=float(torque.std()) / rms if rms else 0.0,
     )

@@ -4,7 +4,6 @@ Deterministic: the same recordings, settings and seed give the same bytes.
 """
 
 import json
-from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
@@ -14,7 +13,7 @@ from pydantic import Field
 from ident.identification.goodness_of_fit import GoodnessOfFit
 from ident.uncertainty.assessment import Assessment, ParameterUncertainty
 from ident.uncertainty.time_delay import Delay
-from recordings.config import ConfigSection, validated
+from recordings.config import ConfigSection, JsonDocument, validated
 from recordings.errors import BadInput
 from recordings.files import replacement, sha256
 from recordings.recording import Recording
@@ -140,10 +139,9 @@ class ResidualTest(ConfigSection):
         }[self.verdict]
 
 
-class ModelFile(ConfigSection):
+class ModelFile(JsonDocument):
     """An identified model."""
 
-    schema_version: Literal[2] = Field(2, alias="schema")
     software: str = Field(default_factory=lambda: version("delta-workbench"))
     mechanism: MechanismName
     form: str | None = None
@@ -182,11 +180,6 @@ class ModelFile(ConfigSection):
         return tuple(
             entry for group in groups for entry, name in zip(entries, of_effect, strict=True) if name == group
         )
-
-    def as_json(self) -> Mapping[str, Any]:
-        """Return the document of the file."""
-        document: dict[str, Any] = self.model_dump(mode="json", by_alias=True)
-        return document
 
 
 def recording_source(recording: Recording) -> RecordingSource:

@@ -135,7 +135,7 @@ def assess(
         absolute=not relative,
         gain_uncertainty=gain,
         scale_uncertainty=scale,
-        correlation=tuple(tuple(_number(x) for x in row) for row in error.correlation),
+        correlation=tuple(tuple(number_or_none(x) for x in row) for row in error.correlation),
         condition_number=conditioning.condition,
         singular_values=conditioning.singular_values,
         inseparable=conditioning.combinations,
@@ -238,10 +238,10 @@ def _parameter_uncertainties(
 ) -> tuple[ParameterUncertainty, ...]:
     return tuple(
         ParameterUncertainty(
-            std=_number(error.std[i]),
+            std=number_or_none(error.std[i]),
             ci95=interval_or_none(intervals[i]),
             shape_ci95=interval_or_none(shapes[i]),
-            degrees_of_freedom=_number(error.degrees_of_freedom[i]),
+            degrees_of_freedom=number_or_none(error.degrees_of_freedom[i]),
             status=status,
             per_length_step=None
             if parameter_changes.per_length_step is None
@@ -276,5 +276,6 @@ def interval_or_none(limits: Floats) -> tuple[float, float] | None:
     return (low, high) if np.isfinite(limits).all() else None
 
 
-def _number(x: float) -> OptionalFloat:
+def number_or_none(x: float) -> OptionalFloat:
+    """`x`; None where it is not known."""
     return float(x) if np.isfinite(x) else None

@@ -203,7 +203,7 @@ class Engine:
             improvement, (label, terms, x) = step.step.improvement, step.spec
             self._step_views[step] = views.StepView(
                 label=label,
-                entry=verdict.step_entry(step.step.model.split, step.step),
+                entry=verdict.step_entry(step.step.added, step.step.model),
                 terms=terms,
                 x=x,
                 improvement=improvement.share if improvement else None,

@@ -1,6 +1,6 @@
 """Residual analysis of the current model, as in `ident compare`."""
 
-from ident.diagnosis.document.diagnosed_model import model_file
+from ident.diagnosis.document.result import model_file
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual, estimate_unexplained
 from ident.identification.model import Model

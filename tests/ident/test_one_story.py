@@ -190,7 +190,7 @@ def test_all_places_name_the_same_effect_with_the_same_figures(tell: Tell, case:
 )
 def test_a_model_without_the_effect_is_above_the_noise_everywhere(tell: Tell, case: str, tmp_path: Path) -> None:
     story = tell(MISSING[case][1])
-    train, other = story.result.files[0], story.result.validate[0]
+    train, other = (data.recording.path for data in story.result.diagnosis.split.recordings)
     bare = ident.fit([train], other, "ls")
     assert bare.file.residual_test is not None
     assert bare.file.residual_test.verdict == "above-noise"

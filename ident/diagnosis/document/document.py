@@ -2,22 +2,17 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import asdict
 from typing import Any, Literal
-
-from pydantic import Field
 
 from ident.data_problems.facts import DataProblem
 from ident.diagnosis.judge.evidence import Evidence, RejectionStatus
-from ident.diagnosis.search.selection import Finding
 from ident.diagnosis.split.noise_floor import NoiseSource
-from ident.dynamics.effects.base import Effect, is_infinite
-from recordings.config import ConfigSection
+from ident.dynamics.effects.base import is_infinite
+from ident.dynamics.structure import Term
+from recordings.config import ConfigSection, JsonDocument
 
 Verdict = Literal["adequate", "missing-effect", "unknown-structure", "undetermined", "implausible-data"]
 Numbers = tuple[float, ...]
-UNKNOWN_FLOOR = "unknown"
-"""In place of the noise floor, where it is not known."""
 
 
 class ParameterValue(ConfigSection):
@@ -86,46 +81,24 @@ def joint_numbers(joints: Sequence[int]) -> str:
     return f"joint{'s' if len(joints) > 1 else ''} {', '.join(map(str, joints))}"
 
 
-FindingStatus = Literal["supported", "likely", "asked-for", "not-supported"]
-"""The latter two apply to forced effects: requested and supported by the held-out rows, or not."""
-
-
-class EvidenceEntry(ConfigSection):
-    """The evidence for one effect beside one model."""
-
-    gain: float
-    """Share by which the held-out mean square above the noise floor falls; an upper bound if screening decided."""
-    gain_ci95: tuple[float, float] | None
-    t: float | None
-    t_required: float | None
-    power: float | None
-    """Probability that these held-out rows would confirm a gain of this size."""
-    decided_by: str
-    """The rule that decided."""
-
-    @classmethod
-    def of(cls, evidence: Evidence) -> "EvidenceEntry":
-        """The entry of the judge's record."""
-        return cls(**asdict(evidence))
-
-    @property
-    def in_words(self) -> str:
-        """Gain and Student's t beside what is required."""
-        t = "" if self.t is None else f", t = {self.t:.1f} where {self.t_required or 0.0:.1f} is required"
-        return f"gain {self.gain:.0%}{t}"
+def evidence_in_words(evidence: Evidence) -> str:
+    """Gain and Student's t beside what is required."""
+    t = "" if evidence.t is None else f", t = {evidence.t:.1f} where {evidence.t_required or 0.0:.1f} is required"
+    return f"gain {evidence.gain:.0%}{t}"
 
 
 class FindingEntry(ConfigSection):
     """An effect that was found, or is likely."""
 
     effect: str
-    status: FindingStatus = "supported"
+    status: Literal["supported", "likely", "asked-for", "not-supported"] = "supported"
+    """The latter two apply to forced effects: requested and supported by the held-out rows, or not."""
     in_model: bool = False
     """Whether the initial model already contained it."""
     joints: tuple[int, ...]
     """From 1."""
-    confusable_with: tuple[str, ...]
-    evidence: EvidenceEntry
+    confusable_with: tuple[str, ...] = ()
+    evidence: Evidence
     share: float | None = None
     """Its part of the held-out error above the noise floor of the first model: the parts of all findings add up to
     the fall to the last model. None if the first model has it, or above the low-pass."""
@@ -136,14 +109,13 @@ class FindingEntry(ConfigSection):
     remedy: str
 
     @classmethod
-    def of(cls, finding: Finding, why: str, **fields: Any) -> "FindingEntry":
-        """The entry of a `finding`; `fields`: those that say how it was found."""
-        term, effect = finding.term, finding.term.effect
+    def of(cls, term: Term, evidence: Evidence, why: str, **fields: Any) -> "FindingEntry":
+        """The entry of a `term` with what the library says of its effect; `fields`: how it was found."""
+        effect = term.effect
         return cls(
             effect=term.name,
             joints=tuple(joint + 1 for joint in term.joints),
-            confusable_with=finding.alternatives,
-            evidence=EvidenceEntry.of(finding.judgement.evidence),
+            evidence=evidence,
             why=why,
             sentence=effect.sentence,
             symptom=effect.symptom,
@@ -152,18 +124,13 @@ class FindingEntry(ConfigSection):
             **fields,
         )
 
-    def describe(self, effect: Effect) -> str:
-        """Name it with its joints and alternatives; `effect`: what the library says of it."""
-        joints = "" if effect.whole_robot else f" ({joint_numbers(self.joints)})"
-        return " or ".join((f"{self.effect}{joints}", *self.confusable_with))
-
 
 class RejectedEntry(ConfigSection):
     """An effect that was tested but not found, or could not be tested."""
 
     effect: str
     status: RejectionStatus
-    evidence: EvidenceEntry | None = None
+    evidence: Evidence | None = None
     """Beside the last model; None where it was not tested."""
     why: str
 
@@ -224,10 +191,9 @@ class NextMotion(ConfigSection):
     command: str
 
 
-class Document(ConfigSection):
+class Document(JsonDocument):
     """The complete result of a diagnosis."""
 
-    schema_version: Literal[2] = Field(2, alias="schema")
     verdict: Verdict
     sentence: str
     """The verdict in words."""
@@ -270,8 +236,3 @@ class Document(ConfigSection):
     def labels(self) -> list[str]:
         """Names of the models in `steps`."""
         return labels([step.effects for step in self.steps])
-
-    def as_json(self) -> dict[str, Any]:
-        """The document as it is printed."""
-        document: dict[str, Any] = self.model_dump(mode="json", by_alias=True)
-        return document

@@ -1,17 +1,33 @@
 """The result of a diagnosis as a user receives it: the document, and the model with all effects found."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ident.diagnosis.diagnosis import Diagnosis, DiagnosisOptions, StatusCallback, diagnose
-from ident.diagnosis.document.diagnosed_model import model_file, with_errors
-from ident.diagnosis.document.document import Document, FindingEntry, Verdict
-from ident.diagnosis.document.ripple_model import with_ripple_terms
-from ident.diagnosis.document.verdict import to_document
-from ident.dynamics.effects.library import library
+from ident.diagnosis.document.document import Document, FindingEntry, StepEntry, Verdict
+from ident.diagnosis.document.verdict import parameter_intervals, to_document
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.unknown.residual_test import residual_test
+from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual
+from ident.dynamics.effects.base import Effect
+from ident.dynamics.structure import ParameterEntry
+from ident.estimation.linear_fit import SEARCH_FACTOR, Fit, search_region
+from ident.estimation.problem import Estimate
+from ident.estimation.regression import linearize
+from ident.identification.identify import agreement, is_relative, model_of
 from ident.identification.model import Model
+from ident.identification.model_file import Agreement, FitMethod, FittedParameter, ModelFile
+from ident.identification.prediction import effect_terms, searched_parameters
+from ident.uncertainty.assessment import assess, interval_or_none, number_or_none
+from ident.uncertainty.sensitivity import Sensitivity
+from recordings.recording import Bools
+
+METHOD = "wls"
+"""The estimator that a diagnosis uses: least squares, weighted by the noise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,8 +38,6 @@ class DiagnosisResult:
     """What `ident diagnose --json` prints."""
     diagnosis: Diagnosis
     """Models, residuals and data behind the document."""
-    files: tuple[Path, ...]
-    validate: tuple[Path, ...]
     options: DiagnosisOptions
 
     @property
@@ -42,22 +56,119 @@ class DiagnosisResult:
 
     def apply(self) -> Model:
         """The last model of the document, with all effects found: the same values, intervals and errors."""
-        file = model_file(self.diagnosis.model, self.diagnosis.unexplained)
-        last = self.document.steps[-1]
-        file = with_errors(file, last.train_rms, last.held_out_rms)
-        return Model(with_ripple_terms(file, self.diagnosis.ripple), self.diagnosis.library)
+        return Model(_diagnosed_model(self.diagnosis, self.document.steps[-1]), self.diagnosis.library)
 
 
 def diagnosed(
-    files: Sequence[Path],
-    validate: Sequence[Path],
-    effect_files: Sequence[Path],
+    files: tuple[Path, ...],
+    validate: tuple[Path, ...],
+    effects: Mapping[str, Effect],
     options: DiagnosisOptions,
     progress: StatusCallback,
-    model: Model | None,
+    model: ModelFile | None = None,
 ) -> DiagnosisResult:
-    """Diagnose the recordings `files`, see `ident.diagnose`."""
-    # A file of the user is executed once: what the model was loaded with is there already.
-    effects = model.library if model and not effect_files else library(effect_files)
-    diagnosis = diagnose(files, validate, effects, options, progress, model.file if model else None)
-    return DiagnosisResult(to_document(diagnosis), diagnosis, tuple(files), tuple(validate), options)
+    """Diagnose the recordings `files` with a library of `effects`, see `ident.diagnose`.
+
+    model: whose effects are the start; None: the base model.
+    """
+    diagnosis = diagnose(files, validate, effects, options, progress, model)
+    return DiagnosisResult(to_document(diagnosis), diagnosis, options)
+
+
+def _diagnosed_model(diagnosis: Diagnosis, last: StepEntry) -> ModelFile:
+    """The last model of a `diagnosis` with the lines above the low-pass, and the errors of the `last` step."""
+    file, ripple = model_file(diagnosis.model, diagnosis.unexplained), diagnosis.ripple
+    structure, first = ripple.structure, len(diagnosis.model.solution.x)
+    terms = effect_terms(structure, ripple.x)
+    values = zip(structure.parameters[first:], ripple.x[first:].tolist(), ripple.half_widths.tolist(), strict=True)
+    lines = [(entry.linear, _of_line(entry, value, width)) for entry, value, width in values]
+    assert file.validate_ is not None
+    return file.model_copy(
+        update={
+            "effects": tuple(term.name for term in terms),
+            "terms": terms,
+            "parameters": (*file.parameters, *(parameter for linear, parameter in lines if linear)),
+            "searched": (*file.searched, *(parameter for linear, parameter in lines if not linear)),
+            "train": _with_errors(file.train, last.train_rms),
+            "validate_": _with_errors(file.validate_, last.held_out_rms),
+        }
+    )
+
+
+def _of_line(entry: ParameterEntry, value: float, width: float) -> FittedParameter:
+    """A parameter of a line above the low-pass; `width`: half its 95 % interval."""
+    interval = value - width, value + width
+    return FittedParameter(
+        name=entry.name,
+        value=value,
+        unit=entry.unit,
+        lower=-SEARCH_FACTOR * abs(value),
+        upper=SEARCH_FACTOR * abs(value),
+        at_bound=False,
+        paper_value=value,
+        ci95=interval,
+        shape_ci95=interval,
+    )
+
+
+def _with_errors(stated: Agreement, rms: tuple[float, ...]) -> Agreement:
+    """The agreement with the RMS errors that a document states, which may reach above the low-pass."""
+    return stated.model_copy(update={"fitted": replace(stated.fitted, rms=rms)})
+
+
+def model_file(model: FittedModel, unexplained: UnexplainedResidual, diagnosed: bool = True) -> ModelFile:
+    """Describe `model` with its `unexplained` residual as a file.
+
+    diagnosed: whether a diagnosis has searched that residual for effects.
+    """
+    split, solution, uncertainty = model.split, model.solution, model.uncertainty
+    structure, x, linear = solution.structure, solution.x, solution.structure.linear
+    regressions = [linearize(split.recordings[i], structure, x) for i in split.train_indices]
+    prepared = regressions[0].prepared
+    rows, torques = zip(*(regression.rows() for regression in regressions), strict=True)
+    bounds = search_region(structure.linear_parameters, np.concatenate(rows), np.concatenate(torques))
+    fit = Fit(Estimate(x[linear], solution.loss, np.array([solution.loss])), bounds, solution.row_count)
+    relative = is_relative(prepared.recording)
+    assessment, single = assess(regressions, fit, structure, METHOD, Sensitivity(None, ()), relative)
+    # The model's own intervals also hold what quantization does to parameters, and the errors of what was searched.
+    totals, shapes = parameter_intervals(model)
+    correlation = tuple(tuple(map(number_or_none, row)) for row in uncertainty.correlation[np.ix_(linear, linear)])
+    own = zip(single, totals[linear], shapes[linear], uncertainty.std[linear], strict=True)
+    uncertainties = [
+        each.model_copy(
+            update={
+                "ci95": interval_or_none(total),
+                "shape_ci95": interval_or_none(shape),
+                "std": number_or_none(std),
+                "degrees_of_freedom": None,
+            }
+        )
+        for each, total, shape, std in own
+    ]
+    method = FitMethod(
+        name=METHOD,
+        settings={},
+        seed=0,
+        objective=solution.loss,
+        rows=solution.row_count,
+        diagnostics={"selection": "ident diagnose"},
+    )
+    assessed = assessment.model_copy(update={"correlation": correlation}), uncertainties
+    agreements = _agreement(model, split.train), _agreement(model, split.test)
+    file = model_of(regressions, structure, x, fit, method, prepared.method, assessed, agreements)
+    return file.model_copy(
+        update={
+            "searched": searched_parameters(structure, x, shapes),
+            "residual_test": residual_test(model, unexplained, diagnosed),
+        }
+    )
+
+
+def _agreement(model: FittedModel, rows: tuple[Bools, ...]) -> Agreement:
+    """Agreement of `model` on `rows` (m, dof) of each recording."""
+    used = [
+        (data, np.where(selected, data.torque, np.nan), computed)
+        for data, selected, computed in zip(model.split.recordings, rows, model.computed, strict=True)
+        if selected.any()
+    ]
+    return agreement(*zip(*used, strict=True))

@@ -1,14 +1,11 @@
-"""Convert a diagnosis to the document that is printed: sentences and numbers."""
+"""Convert a diagnosis to the document that is printed: verdict, sentences and numbers."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.document.advice import fit_command, next_motion
-from ident.diagnosis.document.bounds import bound_warnings
-from ident.diagnosis.document.diagnosed_model import parameter_intervals
 from ident.diagnosis.document.document import (
     Document,
     FindingEntry,
@@ -17,32 +14,47 @@ from ident.diagnosis.document.document import (
     Remaining,
     StepEntry,
     Verdict,
+    evidence_in_words,
+    joint_numbers,
 )
-from ident.diagnosis.document.findings import found_effects, likely_effects, rejected_effects
-from ident.diagnosis.document.ripple_document import above_low_pass, ripple_step, step_errors, with_ripple
-from ident.diagnosis.document.verdict_rule import Remainder, sentence_of, verdict_of
-from ident.diagnosis.document.warnings import data_warnings, file_names
-from ident.diagnosis.search.selection import SelectionStep
+from ident.diagnosis.document.findings import (
+    above_low_pass,
+    fit_command,
+    found_effects,
+    likely_effects,
+    next_motion,
+    rejected_effects,
+)
+from ident.diagnosis.document.warnings import bound_warnings, data_warnings, file_names
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.improvement import MIN_SHARE
+from ident.diagnosis.ripple.ripple import EFFECT, Ripple
+from ident.diagnosis.split.parameter_intervals import with_gain
 from ident.diagnosis.split.split_data import SplitData, rms
 from ident.dynamics.effects.learned_curve import effect_file_text
 from ident.identification.identify import is_relative
 from ident.uncertainty.assessment import gain_uncertainty, interval_or_none
 from recordings.recording import Floats
 
+_DETECTABLE = 0.03
+"""Share of the torque of a structured residual that an adequate model must not hide."""
+
 
 def to_document(diagnosis: Diagnosis) -> Document:
     """The document of a `diagnosis`."""
-    split, selection, ripple = diagnosis.split, diagnosis.selection, diagnosis.ripple
-    unexplained, floor = diagnosis.unexplained, selection.model.noise_floor
-    recording = split.recordings[0].recording
-    of_selection = [step_entry(split, step, step_errors(ripple, step.model)) for step in selection.steps]
-    steps = (*of_selection, *ripple_step(ripple, of_selection[-1]))
-    noise = ripple.with_noise(floor.rms)
+    split, ripple, unexplained = diagnosis.split, diagnosis.ripple, diagnosis.unexplained
+    recording, floor = split.recordings[0].recording, diagnosis.model.noise_floor
+    steps = [step_entry(step.added, step.model, ripple) for step in diagnosis.selection.steps]
+    if ripple.lines:
+        steps.append(step_entry(EFFECT, ripple.model, ripple, with_lines=True))
     torque = rms([data.torque for data in split.recordings], split.test)
-    findings = with_ripple(found_effects(diagnosis), ripple)
-    likely = tuple(likely_effects(diagnosis))
-    missing = [entry for entry in findings if _is_missing(diagnosis, entry)]
-    verdict, sentence = _conclusion(diagnosis, findings, missing)
+    findings, likely = found_effects(diagnosis), likely_effects(diagnosis)
+    missing = [
+        entry
+        for entry in findings
+        if not (entry.in_model or entry.status == "not-supported" or diagnosis.library[entry.effect].mandatory)
+    ]
+    verdict, sentence = conclusion(diagnosis, findings, missing)
     blocked = verdict == "implausible-data"
     usual = {entry.name: entry.usual for entry in ripple.structure.parameters}
     return Document(
@@ -51,7 +63,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
         sentence=sentence,
         data_problems=diagnosis.data_problems,
         bandwidth_hz=ripple.upper,
-        noise_rms=_numbers(noise),
+        noise_rms=_numbers(ripple.with_noise(floor.rms)),
         noise_ci95=tuple(zip(*(_numbers(ripple.with_noise(side)) for side in floor.ci95.T), strict=True)),
         noise_source=floor.source,
         torque_rms=_numbers(split.torque_rms),
@@ -62,7 +74,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
         scale_uncertainty=gain_uncertainty(recording),
         simulated=any(data.recording.run.simulated for data in split.recordings),
         held_out=describe_test_data(split),
-        steps=steps,
+        steps=tuple(steps),
         findings=() if blocked else findings,
         likely=() if blocked else likely,
         rejected=rejected_effects(diagnosis, {entry.effect for entry in (*findings, *likely)}),
@@ -99,24 +111,27 @@ def write_learned_curve(diagnosis: Diagnosis, path: Path) -> LearnedCurveEntry |
 
 
 def step_entry(
-    split: SplitData, step: SelectionStep, errors: Mapping[str, tuple[float, ...]] | None = None
+    added: str | None, model: FittedModel, ripple: Ripple | None = None, with_lines: bool = False
 ) -> StepEntry:
-    """One model of the selection in numbers.
+    """A `model` of the selection in numbers.
 
-    errors: its RMS errors up to the highest ripple, as the fields are called; None: below the low-pass.
+    ripple: up to which the errors reach; None: below the low-pass. with_lines: with the lines above the low-pass.
     """
-    model = step.model
-    rows = {
-        "train_rms": split.train,
-        "held_out_rms": split.test,
-        "train_rms_all": split.train_all,
-        "held_out_rms_all": split.test_all,
-    }
+    alone = Ripple(model, (), (), (), None)
+    ripple = ripple or alone
+    whole = ripple if with_lines else alone
     totals, shapes = parameter_intervals(model)
-    values = zip(model.solution.structure.parameters, model.solution.x.tolist(), totals, shapes, strict=True)
+    lines = whole.x[len(totals) :, None] + np.outer(whole.half_widths, [-1.0, 1.0])
+    entries = zip(
+        whole.structure.parameters,
+        whole.x.tolist(),
+        [*totals, *lines],
+        [*shapes, *np.full_like(lines, np.nan)],
+        strict=True,
+    )
     return StepEntry(
-        added=step.added,
-        effects=tuple(term.name for term in model.terms),
+        added=added,
+        effects=tuple(term.name for term in whole.structure.terms),
         parameters={
             entry.name: ParameterValue(
                 value=value,
@@ -127,11 +142,18 @@ def step_entry(
                 lower=entry.lower if np.isfinite(entry.lower) else None,
                 upper=entry.upper if np.isfinite(entry.upper) else None,
             )
-            for entry, value, total, shape in values
+            for entry, value, total, shape in entries
             if entry.free or entry.term >= 0  # not friction of the mechanism that an effect replaces
         },
-        **(errors or {name: _numbers(rms(model.residuals, scored)) for name, scored in rows.items()}),
+        **{name: _numbers(error) for name, error in ripple.errors(model, with_lines).items()},
     )
+
+
+def parameter_intervals(model: FittedModel) -> tuple[Floats, Floats]:
+    """(K, 2) 95 % intervals of the parameters of `model`: with the uncertainty of the gain, and for a known gain."""
+    recording, shapes = model.split.recordings[0].recording, model.shape_intervals
+    totals = shapes if is_relative(recording) else with_gain(shapes, model.solution, gain_uncertainty(recording))
+    return totals, shapes
 
 
 def describe_test_data(split: SplitData) -> str:
@@ -146,32 +168,70 @@ def _numbers(values: Floats) -> tuple[float, ...]:
     return tuple(values.tolist())
 
 
-def _is_missing(diagnosis: Diagnosis, entry: FindingEntry) -> bool:
-    """Whether the first model lacks what was found; what every machine has does not count."""
-    mandatory = diagnosis.library[entry.effect].mandatory
-    return not (mandatory or entry.in_model or entry.status == "not-supported")
-
-
-def _conclusion(
+def conclusion(
     diagnosis: Diagnosis, findings: Sequence[FindingEntry], missing: Sequence[FindingEntry]
 ) -> tuple[Verdict, str]:
-    """The verdict, and its sentence; `missing`: those of the `findings` that the first model lacks."""
+    """The verdict, by the first rule that applies, and its sentence.
+
+    missing: those of the `findings` that the first model lacks.
+    """
     model, first, unexplained = diagnosis.model, diagnosis.selection.steps[0].model, diagnosis.unexplained
-    floor, split, lines = model.noise_floor, diagnosis.split, diagnosis.ripple.lines
-    left = Remainder(
-        rms(model.judged_residuals, split.scored), floor.rms, floor.limit, split.torque_rms, unexplained.significant
-    )
+    floor, torque, lines = model.noise_floor, diagnosis.split.torque_rms, diagnosis.ripple.lines
     blocking = [problem.why for problem in diagnosis.data_problems if problem.blocks]
-    taken = 1.0 if lines else model.improvement_over(first).share
-    verdict = verdict_of(bool(blocking), left, bool(missing or lines), taken)
-    if blocking:
-        return verdict, " ".join(blocking)
-    names = " and ".join(entry.describe(diagnosis.library[entry.effect]) for entry in missing)
-    if not diagnosis.forced:
-        start = f"The model with {', '.join(sorted(first.names))}" if first.names else "The base model"
-        return verdict, sentence_of(verdict, left, start, names, unexplained.sentence)
-    asked = [f"{entry.effect}: {entry.evidence.in_words}" for entry in findings if entry.status == "not-supported"]
+    exceeds = bool((rms(model.judged_residuals, diagnosis.split.scored) > floor.limit).any())
+    trifle = exceeds and missing and not lines and model.improvement_over(first).share < MIN_SHARE
+    hidden = bool((np.hypot(floor.rms, _DETECTABLE * torque) <= floor.limit).any())
+    named = [
+        entry.effect
+        + ("" if diagnosis.library[entry.effect].whole_robot else f" ({joint_numbers(entry.joints)})")
+        + "".join(f" or {other}" for other in entry.confusable_with)
+        for entry in missing
+    ]
+    names, start = " and ".join(named), f"The model with {', '.join(sorted(first.names))}"
+    lacks = f"{start if first.names else 'The base model'} lacks {names}"
+    open_question = "No missing effect was found, but one may be missing"
+    rules: tuple[tuple[object, Verdict, str], ...] = (
+        (blocking, "implausible-data", " ".join(blocking)),
+        (
+            unexplained.significant or trifle,
+            "unknown-structure",
+            f"{f'{lacks}. Beyond this, a' if names else 'A'} structured residual is left that no effect of the "
+            f"library explains: {unexplained.sentence}",
+        ),
+        (
+            missing or lines,
+            "missing-effect",
+            f"{lacks}. With this added, no structured residual is left above the noise floor.",
+        ),
+        (
+            exceeds,
+            "undetermined",
+            f"{open_question}: the error exceeds the noise floor, but nothing in it repeats with the motion.",
+        ),
+        (
+            hidden,
+            "undetermined",
+            f"{open_question}: noise would hide a structured residual of {_DETECTABLE:.0%} of the torque.",
+        ),
+        (
+            True,
+            "adequate",
+            "No structured residual is left above the noise floor: the model is adequate for these recordings.",
+        ),
+    )
+    verdict, sentence = next((verdict, sentence) for applies, verdict, sentence in rules if applies)
+    requested = diagnosis.forced and not blocking
+    return verdict, _on_requested(diagnosis, findings, names) if requested else sentence
+
+
+def _on_requested(diagnosis: Diagnosis, findings: Sequence[FindingEntry], names: str) -> str:
+    """The sentence on effects that the user requested; `names`: those that the first model lacks."""
+    asked = [
+        f"{entry.effect}: {evidence_in_words(entry.evidence)}"
+        for entry in findings
+        if entry.status == "not-supported"
+    ]
     doubt = f"Held-out data do not confirm the requested effects ({'; '.join(asked)}). " if not names else ""
-    remains = "a structured residual" if unexplained.significant else "no structured residual"
-    with_them = f"With {names or 'them'}, as requested, {remains} is left above the noise floor"
-    return verdict, f"{doubt}{with_them}: {unexplained.sentence}"
+    remains = "a structured residual" if diagnosis.unexplained.significant else "no structured residual"
+    rest = f"{remains} is left above the noise floor: {diagnosis.unexplained.sentence}"
+    return f"{doubt}With {names or 'them'}, as requested, {rest}"

@@ -1,16 +1,17 @@
 """Warnings about recordings, and about what follows from them, that limit the validity of a diagnosis."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from ident.data.samples import holds_torque
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.document.extrapolation import extrapolation_warnings
+from ident.diagnosis.document.document import ParameterValue
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.indistinguishable import indistinguishable
 from ident.diagnosis.split.observability import MAX_RARE_SHARE, rarer_direction_share
 from ident.diagnosis.split.split_data import SplitData, rms
+from ident.diagnosis.split.training_range import outside_of_range, training_range
+from ident.identification.identify import is_relative
 
 _MIN_ROWS_PER_PARAMETER = 20
 """With fewer independent rows per parameter, small effects are not significant."""
@@ -18,38 +19,87 @@ _MIN_STANDSTILL = 0.01
 """Below this share of all rows, those near standstill are not reported."""
 _MAX_ERROR_RATIO = 1.5
 """Largest plausible ratio between the errors on different recordings."""
+_MIN_BLAME = 0.7
+"""Share by which the error above the noise floor must be smaller in the rows inside of the range of the training data
+than in all rows."""
+_SURE = "Impossible: {}. A missing effect takes this part, or the sign of a torque or an angle is reversed."
+_UNCERTAIN = (
+    "Impossible, though perhaps by chance: {}. These data determine it poorly: the interval has possible values."
+)
+_UNUSUAL = "Unusual: {}. Look at the part itself before you compensate it: another effect may be taken for it."
 
 
-def data_warnings(diagnosis: Diagnosis) -> Iterator[str]:
-    """Yield a sentence for everything that limits what the last model of a `diagnosis` is worth."""
-    split, model = diagnosis.split, diagnosis.model
-    if diagnosis.unexplained.significant and diagnosis.selection.findings:
-        yield "An effect is still missing: until it is found, the errors of parameters may exceed their intervals."
-    yield from _known_together(model)
-    yield from _rare_direction(split)
-    yield from _insufficient_data(split, model)
-    yield from _disagreement(split, model)
-    yield from extrapolation_warnings(split, model)
-    yield from _unscored_rows(split)
-    recording = split.recordings[0].recording
-    if recording.rig.torque.gain_source == "assumed" and not holds_torque(recording):
-        yield (
+def bound_warnings(
+    parameters: Mapping[str, ParameterValue], usual: Mapping[str, tuple[float, float]]
+) -> Iterator[str]:
+    """Yield sentences that list the parameters outside of their physical bounds, and those of unusual size.
+
+    usual: by name, where hardware usually stays between two values, ends excluded.
+    """
+    listed: dict[str, list[str]] = {_SURE: [], _UNCERTAIN: [], _UNUSUAL: []}
+    for name, parameter in parameters.items():
+        value, (low, high) = parameter.value, usual.get(name, (-np.inf, np.inf))
+        lower = -np.inf if parameter.lower is None else parameter.lower
+        upper = np.inf if parameter.upper is None else parameter.upper
+        first, last = parameter.interval or (-np.inf, np.inf)
+        cases = (
+            (value < lower, _SURE if last < lower else _UNCERTAIN, f"below {lower:g}"),
+            (value > upper, _SURE if first > upper else _UNCERTAIN, f"above {upper:g}"),
+            (value <= low, _UNUSUAL, f"at most {low:g}"),
+            (value >= high, _UNUSUAL, f"at least {high:g}"),
+        )
+        outside, kind, bound = next((case for case in cases if case[0]), (False, "", ""))
+        if outside:
+            listed[kind].append(f"{name} = {parameter.in_words} is {bound}")
+    yield from (sentence.format("; ".join(entries)) for sentence, entries in listed.items() if entries)
+
+
+def data_warnings(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """A sentence for everything that limits what the last model of a `diagnosis` is worth."""
+    split, model, recording = diagnosis.split, diagnosis.model, diagnosis.split.recordings[0].recording
+    truncated = file_names(split, [i for i, data in enumerate(split.recordings) if not data.recording.complete])
+    rows, parameters = split.independent_rows, len(model.solution.x)
+    unjudged = " and ".join(
+        f"{share:.1%} (joint {joint})" for joint, share in enumerate(split.unjudged_shares, start=1) if share
+    )
+    cases = (
+        (
+            diagnosis.unexplained.significant and diagnosis.selection.findings,
+            "An effect is still missing: until it is found, the errors of parameters may exceed their intervals.",
+        ),
+        *((True, sentence) for sentence in _hardly_distinct(model)),
+        (truncated, f"Truncated: {', '.join(truncated)}. The rest of the motion is not known."),
+        (
+            rows < _MIN_ROWS_PER_PARAMETER * parameters,
+            f"Too short: {rows:.0f} independent rows for {parameters} parameters. Effects that were not found may "
+            "still exist; record a longer motion.",
+        ),
+        *((True, sentence) for sentence in _disagreement(split, model)),
+        *((True, sentence) for sentence in extrapolation_warnings(split, model)),
+        (
+            split.standstill_share > _MIN_STANDSTILL,
+            f"{split.standstill_share:.0%} of the rows are left out of fits and errors: a joint is at or near "
+            "standstill there, where dry friction may take any value up to its limit.",
+        ),
+        (
+            unjudged,
+            f"Of the held-out rows, {unjudged} are not scored, where the model says nothing: outside of the travel "
+            "of the training data, for friction that changes along the travel; and where the amplifiers are so near "
+            "their limit, or in their dead band, that the voltage hardly depends on the torque. Train on a motion "
+            "that goes there, too, and a slower one.",
+        ),
+        (
+            is_relative(recording),
             f"The torque gain is assumed, with an uncertainty of {recording.rig.torque.gain_uncertainty:.0%}: it "
             "scales all torques alike. Parameters that are proportional to the torque are RELATIVE; their intervals "
-            "leave this factor out."
-        )
+            "leave this factor out.",
+        ),
+    )
+    return tuple(sentence for applies, sentence in cases if applies)
 
 
-def file_names(split: SplitData, selected: Sequence[int]) -> list[str]:
-    """File names of the `selected` recordings; with their folders where the names alone are ambiguous."""
-    paths = list(dict.fromkeys(data.recording.path for data in split.recordings))
-    all_names = [path.name for path in paths]
-    files = (split.recordings[i].recording.path for i in selected)
-    return list(dict.fromkeys(path.name if all_names.count(path.name) == 1 else str(path) for path in files))
-
-
-def _known_together(model: FittedModel) -> Iterator[str]:
-    """Coefficients of two effects that the motion hardly distinguishes."""
+def _hardly_distinct(model: FittedModel) -> Iterator[str]:
+    """Yield which effects, and which parts of friction, the motion hardly distinguishes."""
     parameters = model.solution.structure.parameters
     for i, j, correlation in indistinguishable(model):
         yield (
@@ -57,11 +107,7 @@ def _known_together(model: FittedModel) -> Iterator[str]:
             f"distinguishes them (their errors correlate by {correlation:+.2f}), so one of the two effects may be "
             "all there is."
         )
-
-
-def _rare_direction(split: SplitData) -> Iterator[str]:
-    """Whether a joint moves mainly in one direction."""
-    for joint, share in enumerate(rarer_direction_share(split), start=1):
+    for joint, share in enumerate(rarer_direction_share(model.split), start=1):
         if share < MAX_RARE_SHARE:
             yield (
                 f"Joint {joint} moves in one of its directions only {share:.0%} of the time, so its Coulomb friction "
@@ -69,31 +115,21 @@ def _rare_direction(split: SplitData) -> Iterator[str]:
             )
 
 
-def _insufficient_data(split: SplitData, model: FittedModel) -> Iterator[str]:
-    """Whether recordings are truncated or too short."""
-    truncated = [i for i, data in enumerate(split.recordings) if not data.recording.complete]
-    if truncated:
-        yield f"Truncated: {', '.join(file_names(split, truncated))}. The rest of the motion is not known."
-    rows, parameters = split.independent_rows, len(model.solution.x)
-    if rows < _MIN_ROWS_PER_PARAMETER * parameters:
-        yield (
-            f"Too short: {rows:.0f} independent rows for {parameters} parameters. Effects that were not found may "
-            "still exist; record a longer motion."
-        )
+def file_names(split: SplitData, selected: Sequence[int]) -> list[str]:
+    """File names of the `selected` recordings; with their folders where the names alone are ambiguous."""
+    paths = [data.recording.path for data in split.recordings]
+    names = [path.name for path in dict.fromkeys(paths)]
+    return list(dict.fromkeys(paths[i].name if names.count(paths[i].name) == 1 else str(paths[i]) for i in selected))
 
 
 def _disagreement(split: SplitData, model: FittedModel) -> Iterator[str]:
     """Whether the error of the last model is much larger on one of the files for the same purpose than on another."""
+    names = [file_names(split, [i])[0] for i in range(len(split.recordings))]
     for purpose, subset in (("training", split.train), ("held-out", split.test)):
-        rows: dict[str, list[int]] = {}
-        for i, selected in enumerate(subset):
-            if selected.any():
-                (name,) = file_names(split, [i])
-                rows.setdefault(name, []).append(i)
-        levels = {
-            name: np.linalg.norm(rms([model.residuals[i] for i in indices], [subset[i] for i in indices]))
-            for name, indices in rows.items()
-        }
+        levels = {}
+        for name in dict.fromkeys(name for name, rows in zip(names, subset, strict=True) if rows.any()):
+            parts = [i for i, other in enumerate(names) if other == name]
+            levels[name] = np.linalg.norm(rms([model.residuals[i] for i in parts], [subset[i] for i in parts]))
         least = min(levels.values(), default=0.0)
         if max(levels.values(), default=0.0) > _MAX_ERROR_RATIO * least > 0:
             listing = ", ".join(f"{name}: {level / least:.2g}" for name, level in levels.items())
@@ -103,20 +139,34 @@ def _disagreement(split: SplitData, model: FittedModel) -> Iterator[str]:
             )
 
 
-def _unscored_rows(split: SplitData) -> Iterator[str]:
-    """Rows that neither fits nor errors use, or no errors."""
-    if split.standstill_share > _MIN_STANDSTILL:
-        yield (
-            f"{split.standstill_share:.0%} of the rows are left out of fits and errors: a joint is at or near "
-            "standstill there, where dry friction may take any value up to its limit."
-        )
-    if split.unjudged_shares:
-        shares = " and ".join(
-            f"{share:.1%} (joint {joint})" for joint, share in enumerate(split.unjudged_shares, start=1) if share
-        )
-        yield (
-            f"Of the held-out rows, {shares} are not scored, where the model says nothing: outside of the travel of "
-            "the training data, for friction that changes along the travel; and where the amplifiers are so near "
-            "their limit, or in their dead band, that the voltage hardly depends on the torque. Train on a motion "
-            "that goes there, too, and a slower one."
-        )
+def extrapolation_warnings(split: SplitData, model: FittedModel) -> Iterator[str]:
+    """Yield a sentence for each joint whose held-out error is above the noise mostly out of the range of training.
+
+    An effect that occurs only outside of that range, such as backlash without load reversal or saturation that was
+    never reached, cannot be identified from the training data. The error in those rows is no evidence against the
+    model.
+    """
+    floor, rig = model.noise_floor, split.recordings[0].recording.rig
+    scored, residual = (np.concatenate(parts) for parts in (split.test, model.residuals))
+    quantities = {
+        "torque": ([data.torque for data in split.recordings], rig.effort_units),
+        "speed": ([data.motion.velocity for data in split.recordings], [f"{unit}/s" for unit in rig.position_units]),
+        "position": ([data.motion.position for data in split.recordings], rig.position_units),
+    }
+    failed = split.other_motion & (rms(model.residuals, split.test) > floor.limit)
+    for joint in np.flatnonzero(failed).tolist():
+        rows = scored[:, joint] & np.isfinite(residual[:, joint])
+        excess = residual[rows, joint] ** 2 - floor.rms[joint] ** 2
+        shares: dict[str, tuple[float, float]] = {}
+        for name, (signals, units) in quantities.items():
+            low, high = training_range(signals, split.train)
+            outside = np.concatenate(outside_of_range(signals, low, high))[rows, joint]
+            where = f"its {name} is outside of the {low[joint]:.3g} to {high[joint]:.3g} {units[joint]}"
+            shares[where] = float(excess[outside].sum() / excess.sum()), float(outside.mean())
+        where, (of_error, of_rows) = max(shares.items(), key=lambda item: item[1][0] - item[1][1])
+        if of_error - of_rows > _MIN_BLAME * (1 - of_rows):
+            yield (
+                f"Joint {joint + 1}: {min(of_error, 1.0):.0%} of the held-out error (mean square above the noise "
+                f"floor) is where {where} of the training data, in {of_rows:.0%} of the rows. Effects that occur "
+                "only there cannot be identified from the training data: train on a motion that goes there, too."
+            )

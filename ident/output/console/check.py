@@ -3,7 +3,6 @@
 from rich.console import Console
 from rich.table import Table
 
-from ident.diagnosis.document.document import UNKNOWN_FLOOR
 from ident.diagnosis.visibility.visibility_document import CheckDocument, CheckedEffect, CheckedJoint
 
 _EVEN = 1e-4
@@ -57,7 +56,7 @@ def _joint_table(joints: tuple[CheckedJoint, ...]) -> Table:
             f"{100 * joint.forward_share:.0f} %",
             f"{joint.encoder_step:.2g} {joint.position_unit}" if joint.encoder_step else "none",
             f"{joint.torque_rms:.3g} {joint.effort_unit}",
-            UNKNOWN_FLOOR if joint.noise_rms is None else f"{joint.noise_rms:.2g} {joint.effort_unit}",
+            f"{joint.noise_rms:.2g} {joint.effort_unit}",
         )
     return table
 

@@ -7,7 +7,6 @@ from rich.markup import escape
 from rich.table import Table
 
 from ident.diagnosis.document.document import (
-    UNKNOWN_FLOOR,
     Document,
     FindingEntry,
     LearnedCurveEntry,
@@ -103,8 +102,7 @@ def _step_table(document: Document) -> Table:
     if _differs_notably(document.steps[-1]):
         last = document.steps[-1]
         table.add_row("last model, on all rows", *_rms_cells(last.train_rms_all, last.held_out_rms_all))
-    floors = (UNKNOWN_FLOOR if value is None else f"{value:.3g}" for value in document.noise_rms)
-    table.add_row("noise floor, with quantization", *floors, style="green")
+    table.add_row("noise floor, with quantization", *(f"{value:.3g}" for value in document.noise_rms), style="green")
     table.add_row("measured torque", *(f"{value:.3g}" for value in document.torque_rms), style="dim")
     return table
 

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose
-from ident.diagnosis.document.result import DiagnosisResult
-from ident.diagnosis.document.verdict import to_document
+from ident.diagnosis.diagnosis import DiagnosisOptions
+from ident.diagnosis.document.result import DiagnosisResult, diagnosed
 from ident.diagnosis.unknown.residual_test import scored_predictions
 from ident.dynamics.effects.library import library
 from ident.estimation.axis_response import AxisResponse, axis_response
@@ -110,10 +109,7 @@ def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportCon
     held_out = compare_all(request.held_out) if request.held_out else {}
     diagnosis = None
     if request.diagnose:
-        options = DiagnosisOptions()
-        diagnosed = diagnose(request.recordings, request.held_out, effects, options, progress)
-        files = request.recordings, request.held_out
-        diagnosis = DiagnosisResult(to_document(diagnosed), diagnosed, *files, options)
+        diagnosis = diagnosed(request.recordings, request.held_out, effects, DiagnosisOptions(), progress)
     return assemble(request, models, analyses, held_out, diagnosis, responses)
 
 

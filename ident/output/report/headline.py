@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ident.diagnosis.document.document import UNKNOWN_FLOOR, Document
+from ident.diagnosis.document.document import Document
 from ident.output.figures.theme import number, percent
 from ident.output.report.contents import ReportContents
 
@@ -58,16 +58,13 @@ def nothing_more_is_missing(contents: ReportContents) -> tuple[str, str] | None:
     if not complete:
         return None
     effects = [name for name in missing if name not in library or not library[name].mandatory]
-    known = None not in document.noise_rms
-    title = "Nothing more is missing" if known else "Nothing more was found"
-    remains = (
-        "no structured residual is left above the noise floor"
-        if known
-        else "whether more is missing is not known, because nothing repeats"
-    )
+    remains = "no structured residual is left above the noise floor"
     models = " and ".join(complete)
     have = "has" if len(complete) == 1 else "have"
-    return title, f"{models} {have} what the base model lacks, {', '.join(effects)}; with it, {remains}."
+    return (
+        "Nothing more is missing",
+        f"{models} {have} what the base model lacks, {', '.join(effects)}; with it, {remains}.",
+    )
 
 
 def _error_reduction(document: Document) -> Iterator[str]:
@@ -86,8 +83,7 @@ def _error_reduction(document: Document) -> Iterator[str]:
 
 def _floor(document: Document, joint: int) -> str:
     """Return the noise floor in words."""
-    floor = document.noise_rms[joint]
-    return UNKNOWN_FLOOR if floor is None else f"{number(floor, 2)}\u00a0{document.effort_units[joint]}"
+    return f"{number(document.noise_rms[joint], 2)}\u00a0{document.effort_units[joint]}"
 
 
 def _next_motion(document: Document) -> Iterator[str]:

@@ -11,9 +11,9 @@ from tests.ident import building
 
 def test_even_samples_of_a_motion_with_reversals() -> None:
     facts = recording_facts([building.prepared(building.record(2, noise=0.01, encoder_step=1e-4))])
-    assert (facts.rate, facts.cycles) == (building.RATE, 4)
+    assert (facts.rate_hz, facts.cycles) == (building.RATE, 4)
     assert facts.jitter < 1e-9
-    assert facts.duration == pytest.approx(16, abs=0.1)
+    assert facts.duration_s == pytest.approx(16, abs=0.1)
     for joint in facts.joints:
         assert joint.encoder_step == pytest.approx(1e-4)
         assert joint.speed_spread > 0.2
@@ -38,5 +38,5 @@ def test_a_drift_has_one_direction() -> None:
 def test_several_recordings_count_together() -> None:
     narrow, wide = (building.prepared(building.record(size=size)) for size in (0.5, 1.0))
     together = recording_facts([narrow, wide])
-    assert together.duration == pytest.approx(2 * recording_facts([narrow]).duration)
+    assert together.duration_s == pytest.approx(2 * recording_facts([narrow]).duration_s)
     assert together.joints[0].travel == pytest.approx(recording_facts([wide]).joints[0].travel)

@@ -1,7 +1,6 @@
 """Commands that a user may run after a diagnosis: they are accepted by the command line."""
 
 import shlex
-from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -10,8 +9,8 @@ import pytest
 from ident.commands.design import command as design
 from ident.commands.fit import command as fit
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.document.advice import fit_command, next_motion
 from ident.diagnosis.document.document import FindingEntry
+from ident.diagnosis.document.findings import fit_command, next_motion
 from ident.diagnosis.search.search import Search
 from ident.diagnosis.unknown.unexplained_residual import estimate_unexplained
 from ident.dynamics.effects.library import library
@@ -36,7 +35,8 @@ def diagnosed(train: Recording, *validate: Recording, forced: tuple[str, ...] = 
 
 
 def found(diagnosis: Diagnosis, *alternatives: str) -> FindingEntry:
-    return FindingEntry.of(replace(diagnosis.selection.findings[0], alternatives=alternatives), "")
+    finding = diagnosis.selection.findings[0]
+    return FindingEntry.of(finding.term, finding.judgement.evidence, "", confusable_with=alternatives)
 
 
 @pytest.fixture(scope="module")

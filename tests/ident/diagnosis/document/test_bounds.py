@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose
-from ident.diagnosis.document.bounds import bound_warnings
 from ident.diagnosis.document.document import ParameterValue
 from ident.diagnosis.document.verdict import to_document
+from ident.diagnosis.document.warnings import bound_warnings
 from ident.dynamics.effects.library import library
 from ident.dynamics.structure import ModelStructure, Term
 from recordings.recording import Recording

@@ -6,13 +6,13 @@ from rich.console import Console
 
 from ident.diagnosis.document.document import (
     Document,
-    EvidenceEntry,
     FindingEntry,
     ParameterValue,
     Remaining,
     StepEntry,
     labels,
 )
+from ident.diagnosis.judge.evidence import Evidence
 from ident.dynamics.effects.base import INFINITE_TIME
 from ident.output.console import diagnosis
 from ident.output.report.sections import parameter_values
@@ -21,7 +21,7 @@ ADDED = ParameterValue(value=7.25, unit="s", ci95=None, meaning="when it is adde
 REMOVED = ParameterValue(
     value=INFINITE_TIME, unit="s", ci95=None, meaning="when it is taken off again", lower=None, upper=INFINITE_TIME
 )
-EVIDENCE = EvidenceEntry(gain=0.5, gain_ci95=(0.4, 0.6), t=9.0, t_required=3.5, power=1.0, decided_by="held-out")
+EVIDENCE = Evidence(gain=0.5, gain_ci95=(0.4, 0.6), t=9.0, t_required=3.5, power=1.0, decided_by="held-out")
 PARAMETERS = {"payload_change.t_c": ADDED, "payload_change.t_e": REMOVED}
 
 

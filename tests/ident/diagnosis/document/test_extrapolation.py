@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnosis.document.extrapolation import extrapolation_warnings
+from ident.diagnosis.document.warnings import extrapolation_warnings
 from recordings.rig import simulated_rig
 
 _ROWS = 2000

@@ -39,7 +39,7 @@ def result(write: Callable[[Recording], Path], tmp_path_factory: pytest.TempPath
     )
     options = DiagnosisOptions(only=("quadratic_friction",))
     diagnosis = diagnose([train], [other], {"quadratic_friction": library()["quadratic_friction"]}, options)
-    return DiagnosisResult(to_document(diagnosis), diagnosis, (train,), (other,), options)
+    return DiagnosisResult(to_document(diagnosis), diagnosis, options)
 
 
 def test_findings_and_verdict_are_those_of_the_document(result: DiagnosisResult) -> None:
@@ -62,6 +62,14 @@ def test_model_with_the_effects_found_has_the_planted_parameters(result: Diagnos
     np.testing.assert_allclose(values, [*building.parameters(), DRAG], rtol=0.05)
 
 
+def test_model_has_the_errors_that_the_document_states(result: DiagnosisResult) -> None:
+    last = result.document.steps[-1].model_copy(update={"train_rms": (1.0,), "held_out_rms": (2.0,)})
+    document = result.document.model_copy(update={"steps": (last,)})
+    file, before = replace(result, document=document).apply().file, result.apply().file
+    assert (file.train.fitted.rms, file.validate_ and file.validate_.fitted.rms) == ((1.0,), (2.0,))
+    assert file.train.fitted.r2 == before.train.fitted.r2
+
+
 def test_inputs_are_kept(result: DiagnosisResult) -> None:
-    assert [path.name for path in (*result.files, *result.validate)] == ["0.mcap", "1.mcap"]
-    assert result.diagnosis.forced
+    assert result.document.recordings == ("0.mcap", "1.mcap")
+    assert result.options.only == ("quadratic_friction",)

@@ -4,13 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from ident.diagnosis.document.document import StepEntry
-from ident.diagnosis.document.ripple_document import (
-    above_low_pass,
-    ripple_step,
-    step_errors,
-    with_ripple,
-)
+from ident.diagnosis.document.findings import above_low_pass, with_ripple
+from ident.diagnosis.document.verdict import step_entry
 from ident.diagnosis.ripple.ripple import Ripple
 from tests.ident.diagnosis.ripple.test_ripple import found
 
@@ -21,10 +16,11 @@ def ripple() -> Ripple:
 
 
 def test_step_adds_all_lines_with_parameters_and_intervals(ripple: Ripple) -> None:
-    last = StepEntry(added=None, effects=(), parameters={}, **step_errors(ripple, ripple.model))
-    (step,) = ripple_step(ripple, last)
+    last = step_entry(None, ripple.model, ripple)
+    step = step_entry("cogging", ripple.model, ripple, with_lines=True)
     assert step.effects == ("cogging",)
-    assert list(step.parameters) == ["cogging.a2", "cogging.b2", "cogging.N"]
+    assert step.parameters.keys() - last.parameters.keys() == {"cogging.a2", "cogging.b2", "cogging.N"}
+    assert {name: step.parameters[name] for name in last.parameters} == last.parameters
     low, high = step.parameters["cogging.N"].ci95 or (0.0, 0.0)
     assert low < 160.0 < high
     assert step.held_out_rms[1] < last.held_out_rms[1]

@@ -25,7 +25,7 @@ COLUMNS = {
 def check(recording: Recording, *names: str, share: float = DEFAULT_SHARE) -> dict[str, EffectVisibility]:
     data = building.split([recording])
     effects = {name: effect for name, effect in observability(data, library()).observable.items() if name in names}
-    return {each.name: each for each in VisibilityCheck(data, building.fitted(data), effects).effects(share)}
+    return {each.name: each for each in VisibilityCheck(building.fitted(data), effects).effects(share)}
 
 
 def found(recording: Recording, name: str) -> list[str]:
@@ -39,11 +39,11 @@ def found(recording: Recording, name: str) -> list[str]:
 def test_a_diagnosis_finds_what_is_larger_than_the_smallest_visible_size(name: str) -> None:
     best = check(building.record(noise=NOISE), name)[name].best
     assert best.possible
-    assert 0 < best.share < DEFAULT_SHARE
+    assert 0 < best.smallest.share < DEFAULT_SHARE
 
     def hidden(factor: float) -> Recording:
         def torque(motion: Motion) -> Floats:
-            return factor * best.size * np.asarray(COLUMNS[name](motion))
+            return factor * best.smallest.value * np.asarray(COLUMNS[name](motion))
 
         return building.record(noise=NOISE, extra=torque)
 
@@ -55,13 +55,13 @@ def test_the_smallest_size_grows_with_the_noise() -> None:
     quiet, loud = (
         check(building.record(noise=noise), "quadratic_friction")["quadratic_friction"].best for noise in (0.02, 0.2)
     )
-    assert loud.share > 3 * quiet.share
+    assert loud.smallest.share > 3 * quiet.smallest.share
     assert loud.outside == pytest.approx(quiet.outside, rel=0.01)
 
 
 def test_one_direction_does_not_show_an_offset() -> None:
     visibility = check(building.record(noise=NOISE, drift=20.0), "torque_offset")["torque_offset"]
-    assert visibility.best.share == np.inf
+    assert visibility.best.smallest.share == np.inf
     assert not visibility.visible_joints(1.0)
 
 

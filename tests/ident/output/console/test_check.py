@@ -4,12 +4,12 @@ import io
 
 from rich.console import Console
 
+from ident.data.recording_facts import RecordingFacts
+from ident.diagnosis.visibility.visibility import SmallestSize
 from ident.diagnosis.visibility.visibility_document import (
     CheckDocument,
     CheckedEffect,
     CheckedJoint,
-    CheckedRecording,
-    SmallestSize,
 )
 from ident.output.console import check
 
@@ -24,9 +24,12 @@ JOINT = CheckedJoint(
     encoder_step=None,
     drive_step=None,
     torque_rms=10.0,
-    noise_rms=None,
+    torque_spread=1.0,
+    noise_rms=0.5,
 )
-RECORDING = CheckedRecording(file="a.mcap", simulated=True, rate_hz=500.0, jitter=0.01, duration_s=8.0, cycles=2)
+RECORDING = RecordingFacts(
+    joints=(), file="a.mcap", simulated=True, rate_hz=500.0, jitter=0.01, duration_s=8.0, cycles=2
+)
 
 
 def effect(name: str, **fields: object) -> CheckedEffect:
@@ -53,7 +56,7 @@ def test_effects_stand_in_groups_with_what_to_record() -> None:
     )
     assert "SIMULATED" in text
     assert "a.mcap: 500 Hz, steps jitter by 1 %, 8 s, 2 cycles" in text
-    assert "unknown" in text
+    assert "0.5 N m" in text
     assert "\n  stribeck: Because." in text, "all joints need no list"
     assert "\n  cogging (joint 2): Because." in text
     assert "would explain it as well" not in text, "no group without effects"

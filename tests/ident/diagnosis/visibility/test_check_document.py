@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 import ident
-from ident.diagnosis.visibility.visibility_document import CheckDocument, check
+from ident.diagnosis.visibility.check import check
+from ident.diagnosis.visibility.visibility_document import CheckDocument
 from ident.dynamics.effects.library import library
 from recordings.recording import Recording
 from tests.foreign.pairs import TRAIN, VALIDATE, Setting, make
