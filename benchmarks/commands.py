@@ -1,7 +1,7 @@
 """Measure time and peak memory of the commands `ident fit` and `ident diagnose` for several lengths of recordings.
 
 The recordings contain a hidden effect. `--against CHECKOUT` runs the two commands of this and of another checkout in
-turn on the same recordings, and prints the ratios of their times.
+turn on the same recordings, and prints the ratios of their times and of their peak memory.
 """
 
 import argparse
@@ -44,27 +44,33 @@ def compare(other: Path) -> None:
         folder = Path(name)
         demo, held_out = record(folder, "fig5a", "fig5b")
         long = _long_and_fast(folder)
+        validate, page = ["--validate", str(held_out)], ["--report", str(folder / "page.html"), "--force"]
         for title, arguments in (
             ("fit", ["fit", str(demo), "-o", str(folder / "model.json"), "--force"]),
             ("diagnose", ["diagnose", str(demo), "--json"]),
-            ("diagnose, another recording held out", ["diagnose", str(demo), "--validate", str(held_out), "--json"]),
+            ("diagnose, another recording held out", ["diagnose", str(demo), *validate, "--json"]),
+            ("the same with its page", ["diagnose", str(demo), *validate, *page]),
             (f"diagnose, {LONG:.0f} s at {FAST:.0f} Hz", ["diagnose", str(long), "--json"]),
         ):
-            pairs = [(_seconds(HERE, arguments), _seconds(other, arguments)) for _ in range(PAIRS + 1)][1:]
-            here, there = (statistics.median(times) for times in zip(*pairs, strict=True))
-            ratios = sorted(a / b for a, b in pairs)
-            print(
-                f"command: ident {title}: {here:.2f} s here, {there:.2f} s there; ratio "
-                f"{statistics.median(ratios):.2f} ({ratios[0]:.2f} to {ratios[-1]:.2f})",
-                flush=True,
+            pairs = [(_ident(HERE, arguments), _ident(other, arguments)) for _ in range(PAIRS + 1)][1:]
+            here, there = zip(*pairs, strict=True)
+            _print_ratio(f"ident {title}", "s", *([each[0] for each in side] for side in (here, there)))
+            _print_ratio(
+                f"ident {title}: memory", "MB", *([each[1] / 1e6 for each in side] for side in (here, there))
             )
 
 
-def _seconds(code: Path, arguments: Sequence[str]) -> float:
-    command = [sys.executable, "-c", "from ident.cli import main; main()", *arguments]
-    start = time.perf_counter()
-    subprocess.run(command, check=True, capture_output=True, cwd=code, env=os.environ | {"PYTHONPATH": str(code)})
-    return time.perf_counter() - start
+def _ident(code: Path, arguments: Sequence[str]) -> tuple[float, float]:
+    return run([sys.executable, "-c", "from ident.cli import main; main()", *arguments], code)
+
+
+def _print_ratio(title: str, unit: str, here: Sequence[float], there: Sequence[float]) -> None:
+    ratios = sorted(a / b for a, b in zip(here, there, strict=True))
+    print(
+        f"command: {title}: {statistics.median(here):.2f} {unit} here, {statistics.median(there):.2f} {unit} there; "
+        f"ratio {statistics.median(ratios):.2f} ({ratios[0]:.2f} to {ratios[-1]:.2f})",
+        flush=True,
+    )
 
 
 def measure() -> None:
@@ -114,10 +120,12 @@ def _measure(title: str, command: Sequence[str]) -> None:
     print(f"command: {title}: {seconds:.2f} s, at most {memory / 1e6:.0f} MB", flush=True)
 
 
-def run(command: Sequence[str]) -> tuple[float, float]:
-    """Run `command` to its end; return its duration [s] and peak memory [bytes]."""
-    start = time.perf_counter()
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+def run(command: Sequence[str], code: Path = HERE) -> tuple[float, float]:
+    """Run `command` to its end on the packages of `code`; return its duration [s] and peak memory [bytes]."""
+    start, environment = time.perf_counter(), os.environ | {"PYTHONPATH": str(code)}
+    process = subprocess.Popen(
+        command, cwd=code, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
