@@ -1,6 +1,6 @@
 """Errors of parameters that the residual's scatter does not show, because they repeat with the motion."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -85,34 +85,31 @@ class PropagatedErrors:
 
     def variance(self) -> Floats:
         """(K,) mean square error due to the steps of all signals and to effects; 0 where not identifiable."""
-        variance = self.encoder_variance() + self.drive_variance() + self.effect_variance()
-        return variance + self.attenuation_bias() ** 2
+        return self.covariance().diagonal().copy()
 
-    def effect_variance(self) -> Floats:
-        """(K,) variance due to what effects idealize (their perturbed reports); 0 where not identifiable."""
+    def covariance(self) -> Floats:
+        """(K, K) the same with the products of the errors of two parameters, which may imitate each other."""
+        shifts = np.array([*self.encoder_shifts(), *self.effect_shifts(), self.attenuation_bias()])
+        covariance: Floats = shifts.T @ shifts + np.diag(self.drive_variance())
+        return covariance
+
+    def effect_shifts(self) -> Iterator[Floats]:
+        """(K,) changes due to what each effect idealizes (its perturbed report); 0 where not identifiable."""
         structure, x = self._solution.structure, self._solution.x
-        variance = np.zeros(len(x))
         for index, _, effect in structure.signals:
             if effect.perturbed_report is not None:
                 perturbed = structure.with_effect(index, replace(effect, report=effect.perturbed_report))
                 errors = [each.torque(perturbed, x) - each.torque(structure, x) for each in self._predictors]
-                variance += self._shift(errors) ** 2
-        return variance
+                yield self._shift(errors)
 
-    def encoder_variance(self) -> Floats:
-        """(K,) variance due to the steps of the encoders; 0 where not identifiable."""
+    def encoder_shifts(self) -> Iterator[Floats]:
+        """(K,) changes due to the steps of the encoders; their squares add up to the mean square error."""
         structure, x = self._solution.structure, self._solution.x
         nominal = [predictor.torque(structure, x) for predictor in self._predictors]
-        shifts = np.array(
-            [
-                self._shift(
-                    [predictor.torque(structure, x) - torque for predictor, torque in zip(draw, nominal, strict=True)]
-                )
-                for draw in self._perturbed
-            ]
-        )
-        variance: Floats = self._repetition * np.mean(shifts**2, axis=0)
-        return variance
+        for draw in self._perturbed:
+            pairs = zip(draw, nominal, strict=True)
+            shift = self._shift([predictor.torque(structure, x) - torque for predictor, torque in pairs])
+            yield np.sqrt(self._repetition / len(self._perturbed)) * shift
 
     def attenuation_bias(self) -> Floats:
         """(K,) bias due to the steps of the encoders; 0 where not identifiable.

@@ -75,14 +75,14 @@ class FittedModel:
         return parameter_uncertainty(self.split, self.solution)
 
     @cached_property
-    def propagated_variance(self) -> Floats:
-        """(K,) mean square error of its parameters that repeats with the motion; 0 where not identifiable."""
-        return propagated_errors(self.split, self.solution).variance()
+    def propagated_covariance(self) -> Floats:
+        """(K, K) errors of its parameters that repeat with the motion; 0 where not identifiable."""
+        return propagated_errors(self.split, self.solution).covariance()
 
     @property
     def standard_errors(self) -> Floats:
         """(K,) standard errors of its parameters, due to noise and propagated errors; NaN where not identifiable."""
-        errors: Floats = np.sqrt(self.uncertainty.std**2 + self.propagated_variance)
+        errors: Floats = np.sqrt(self.uncertainty.std**2 + self.propagated_covariance.diagonal())
         return errors
 
     @cached_property

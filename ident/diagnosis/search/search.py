@@ -91,13 +91,17 @@ class Search:
         return min(accepted, key=score, default=None)
 
     def _exchanged(self, model: FittedModel) -> Iterator[tuple[FittedModel, FittedModel]]:
-        """`model` with a curve in place of the effects that it contains; before it, with the best of these alone."""
+        """`model` with a curve in place of the effects that it contains, and of one other that helps to imitate it.
+
+        With each comes the model before it: that with the best of the effects that it replaces alone.
+        """
         for name, effect in self.candidates.library.items():
             contained = model.names & set(effect.contains)
-            if effect.curve and contained:
-                bare = self._without(model, contained)
+            others = [{term.name} for term in model.terms if not term.effect.mandatory and term.name not in contained]
+            for replaced in [contained, *map(contained.union, others)] if effect.curve and contained else []:
+                bare = self._without(model, replaced)
                 if (candidate := self.candidates.named(bare, name)) is not None:
-                    alone = (self._without(model, contained - {each}) for each in contained)
+                    alone = (self._without(model, replaced - {each}) for each in replaced)
                     yield min(alone, key=score), self.candidates.add(bare, candidate)
 
     def _without(self, model: FittedModel, names: Collection[str]) -> FittedModel:

@@ -38,7 +38,7 @@ def resolved_instances(model: FittedModel, index: int) -> list[bool]:
     """
     from scipy.special import chdtri
 
-    covariance = model.uncertainty.covariance + np.diag(model.propagated_variance)
+    covariance = model.uncertainty.covariance + model.propagated_covariance
     local = model.solution.structure.local_values(index, model.solution.x)
     instances = zip(local, local_entries(model, index), strict=True)
     limit = chdtri(local.shape[1], 1 - LEVEL)
