@@ -12,7 +12,8 @@ from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import Improvement
 from ident.diagnosis.judge.price import EXTRAORDINARY_RATIO, score
 from ident.diagnosis.judge.rules import OF_INTERVALS, OF_VALUES, objection
-from ident.diagnosis.judge.rules.strength import resolved_instances
+from ident.diagnosis.judge.rules.strength import local_entries, resolved_instances
+from ident.diagnosis.search.search import Search
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.base import Effect
@@ -190,6 +191,22 @@ def drag(motion: Motion) -> Floats:
 @pytest.mark.parametrize(("extra", "reason"), [(drag, None), (None, "its strength is zero within its interval")])
 def test_strength_that_may_be_zero_is_not_resolved(extra: building.Torque | None, reason: str | None) -> None:
     assert unresolved(building.fitted(data(extra=extra), "quadratic_friction")) == reason
+
+
+@pytest.mark.parametrize(("size", "encoder_step", "resolved"), [(0.3, 1e-3, True), (0.05, 3e-3, False)])
+def test_knots_of_a_curve_err_together(size: float, encoder_step: float, resolved: bool) -> None:
+    """The first curve is there, though each of its knots may be zero; the second is made by coarse encoders."""
+
+    def curve(motion: Motion) -> Floats:
+        return size * np.sin(2.2 * motion.position)
+
+    recording = building.record(noise=0.05, encoder_step=encoder_step, extra=curve)
+    search = Search(building.split([recording]), {"position_torque": library()["position_torque"]}, lambda text: None)
+    structure = building.structure(recording)
+    model = search.add(search.start(structure, building.start(structure))[0], "position_torque")
+    entries = local_entries(model, 0)[0]
+    assert (np.abs(model.solution.x[entries]) < 2 * model.standard_errors[entries]).all() == resolved
+    assert resolved_instances(model, 0) == [resolved]
 
 
 def test_effect_is_not_named_on_joints_where_its_reported_interval_holds_zero() -> None:
