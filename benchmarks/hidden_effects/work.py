@@ -6,15 +6,23 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from multiprocessing import get_context
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
-from benchmarks.hidden_effects.cases import Case
 
+class Named(Protocol):
+    """What can be processed."""
+
+    @property
+    def name(self) -> str:
+        """Shown when it is done."""
+
+
+C = TypeVar("C", bound=Named)
 T = TypeVar("T")
 
 
 def run_all(
-    task: Callable[[Case], T], todo: Sequence[Case], jobs: int, what: str, summary: Callable[[T], str] = str
+    task: Callable[[C], T], todo: Sequence[C], jobs: int, what: str, summary: Callable[[T], str] = str
 ) -> Iterator[T]:
     """Yield the result of `task` for each case, in order of completion. Closing the generator stops running tasks."""
     # One process per job: multithreaded libraries would compete for the cores.
@@ -31,7 +39,7 @@ def run_all(
             yield result
 
 
-def _with_case(task: Callable[[Case], T], case: Case) -> tuple[Case, T]:
+def _with_case(task: Callable[[C], T], case: C) -> tuple[C, T]:
     return case, task(case)
 
 

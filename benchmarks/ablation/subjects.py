@@ -1,0 +1,190 @@
+"""Cases of the ablation: simulated robots, traps and real machines, each with its outcome and a score."""
+
+import signal
+import tempfile
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from benchmarks.ablation import variants, watching
+from benchmarks.hidden_effects.cases import Case
+
+TODAY = "today"
+"""In place of a variant: the diagnosis as it is."""
+PATIENCE = 600
+"""Longest time for a diagnosis [s]."""
+_FAILED = -99
+"""Score of a diagnosis that ends in an error."""
+_CLAIMS = {"right": 2, "or": 1, "wrong": -1}
+"""Points for a claim about a real machine; for any other judgement 0."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a diagnosis said."""
+
+    text: str
+    """Verdict, variables and findings with their joints and alternatives."""
+    score: int
+    """More is better; comparable within one case."""
+
+
+class Subject(Protocol):
+    """A case."""
+
+    @property
+    def name(self) -> str:
+        """Unique name."""
+
+    def diagnose(self) -> Outcome:
+        """Diagnose it."""
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A recorded case of `benchmarks.hidden_effects`: 1 point if it is right."""
+
+    case: Case
+    root: Path
+
+    @property
+    def name(self) -> str:
+        """Name of its folder."""
+        return self.case.name
+
+    def diagnose(self) -> Outcome:
+        """Diagnose and judge it."""
+        from benchmarks.hidden_effects import diagnosing, scoring
+        from drivers.simulated.seal import sealed_path, unseal
+
+        line = diagnosing.diagnose(self.case, self.root, "")
+        truth = unseal(sealed_path(self.root / self.name / "train.mcap"))
+        if "error" in line:
+            return Outcome(f"error {line['error']}", _FAILED)
+        return Outcome(text_of(line["document"]), int(scoring.judge(self.case, truth, line).right))
+
+
+@dataclass(frozen=True)
+class Trap:
+    """A trap: 2 points if nothing is named, 1 if another name than the false ones is."""
+
+    kind: str
+    seed: int
+
+    @property
+    def name(self) -> str:
+        """Kind and seed."""
+        return f"trap-{self.kind}-{self.seed}"
+
+    def diagnose(self) -> Outcome:
+        """Make and diagnose it."""
+        from benchmarks.hidden_effects import traps
+
+        document = traps.diagnose_trap(self.kind, self.seed)  # type: ignore[arg-type]
+        score = 0 if traps.false_names(document) else 1 if document.findings else 2
+        return Outcome(text_of(document.as_json()), score)
+
+
+@dataclass(frozen=True)
+class Machine:
+    """Data of a real machine: the sum of the points of all claims."""
+
+    manifest: str
+    folder: Path
+
+    @property
+    def name(self) -> str:
+        """That of its manifest."""
+        return f"real-{self.manifest}"
+
+    def diagnose(self) -> Outcome:
+        """Import and diagnose it."""
+        from benchmarks.real import data_set, diagnosing
+
+        manifest = next(each for each in data_set.manifests() if each.name == self.manifest)
+        with tempfile.TemporaryDirectory() as scratch:
+            outcome = diagnosing.diagnose(manifest, self.folder, Path(scratch))
+        points = sum(_CLAIMS.get(judgement, 0) for _, judgement in outcome.claims)
+        return Outcome(text_of(outcome.document or {}), points)
+
+
+def text_of(document: Mapping[str, Any]) -> str:
+    """Verdict, variables and findings of a diagnosis in one line."""
+    findings = [
+        "|".join([entry["effect"], *entry["confusable_with"]]) + "".join(f" {joint}" for joint in entry["joints"])
+        for entry in document["findings"]
+    ]
+    variables = ",".join(document["remaining"]["depends_on"])
+    return "; ".join([f"{document['verdict']} {variables}".strip(), *findings])
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A case, and the variant that diagnoses it."""
+
+    subject: Subject
+    variant: str = TODAY
+
+    @property
+    def name(self) -> str:
+        """Both names."""
+        return f"{self.subject.name} {self.variant}"
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What came of a pair."""
+
+    case: str
+    variant: str
+    seconds: float
+    """Time of the processor."""
+    outcome: Outcome
+    near: frozenset[str] = frozenset()
+    """Variants that change a comparison; known where the case was watched."""
+    used: frozenset[str] = frozenset()
+    """Variants of constants that are used otherwise."""
+
+
+def watch(pair: Pair) -> Trial:
+    """Diagnose a case as today and note which variants can change it."""
+    watching.install()
+    watching.NEAR.clear()
+    watching.USED.clear()
+    trial = try_(pair)
+    used = {key + factor for key in watching.USED for factor in variants.FACTORS}
+    return Trial(trial.case, TODAY, trial.seconds, trial.outcome, frozenset(watching.NEAR), frozenset(used))
+
+
+def try_(pair: Pair) -> Trial:
+    """Diagnose a case by a variant."""
+    from ident.threads import compute_alone
+
+    compute_alone()
+    with nullcontext() if pair.variant == TODAY else variants.applied(pair.variant):
+        start = time.process_time()
+        try:
+            with _alarm():
+                outcome = pair.subject.diagnose()
+        except Exception as error:  # any error is an outcome; the other pairs continue
+            outcome = Outcome(f"error {type(error).__name__}: {error}", _FAILED)
+        seconds = time.process_time() - start
+    return Trial(pair.subject.name, pair.variant, round(seconds, 2), outcome)
+
+
+@contextmanager
+def _alarm() -> Iterator[None]:
+    """Raise TimeoutError in the main thread if the block takes longer than PATIENCE."""
+    signal.signal(signal.SIGALRM, _raise)
+    signal.alarm(PATIENCE)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+
+
+def _raise(number: int, frame: object) -> None:
+    raise TimeoutError(f"no diagnosis within {PATIENCE} s")
