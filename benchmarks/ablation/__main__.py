@@ -1,6 +1,5 @@
 """`python -m benchmarks.ablation [--cases N] [--hours H]`: which rules and constants the verdicts need."""
 
-import math
 import signal
 from collections.abc import Sequence
 from functools import partial
@@ -16,8 +15,6 @@ from benchmarks.hidden_effects.parts import cases
 from benchmarks.hidden_effects.sources import digest
 
 RESULTS = Path("benchmarks/ablation/results.tsv")
-_LEAST = 0.1
-"""Shortest mean time of a diagnosis that is believed [s]."""
 
 
 @click.command()
@@ -40,8 +37,9 @@ _LEAST = 0.1
 def main(count: int, traps: int, data: Path, hours: float, seed: int, jobs: int, folder: Path, path: Path) -> None:
     """Watch the diagnosis of all cases, then diagnose pairs of case and variant that can matter; print a table.
 
-    Variants are a rule of the judge off, and half or twice a constant of `ident/diagnosis`. Cases are the first of the
-    part `chosen`, traps, and real machines. What is done is not repeated: the same command continues. Ctrl-C stops.
+    Variants are a rule of the judge or another idea off, and half or twice a constant of `ident/diagnosis`. Cases are
+    the first of the part `chosen`, traps, and real machines. What is done is not repeated: the same command
+    continues. Ctrl-C stops.
     """
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
@@ -88,15 +86,14 @@ def _machines(data: Path) -> list[Subject]:
 
 def _try(results: Results, every: Sequence[Subject], seed: int, jobs: int, hours: float) -> None:
     """Try pairs until none is left, or until all of them together took so many `hours`."""
-    while (left := 3600 * hours - results.seconds) > 0 and (todo := results.todo(every, seed)):
-        mean = sum(trial.seconds for trial in results.today.values()) / len(results.today)
-        batch = todo[: math.ceil(left / max(mean, _LEAST))]
-        trials = work.run_all(subjects.try_, batch, jobs, f"{hours:g} h: try", _summary)
-        for trial in trials:
-            results.add(trial)
-            if results.seconds > 3600 * hours:
-                trials.close()
-                break
+    if results.seconds > 3600 * hours:
+        return
+    trials = work.run_all(subjects.try_, results.todo(every, seed), jobs, f"{hours:g} h: try", _summary)
+    for trial in trials:
+        results.add(trial)
+        if results.seconds > 3600 * hours:
+            trials.close()
+            return
 
 
 def _summary(trial: Trial) -> str:
@@ -111,8 +108,6 @@ def _print(results: Results, every: Sequence[Subject], seed: int) -> None:
         f"seed {seed}: {len(results.today)} cases, {len(results.tried)} pairs tried in {results.seconds / 3600:.2f} "
         f"processor hours, {left} not tried"
     )
-    for text in variants.captured():
-        click.echo(f"not changed everywhere: {text} takes its value when it is defined")
 
 
 main()

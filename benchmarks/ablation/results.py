@@ -32,7 +32,11 @@ class Results:
         if not path.exists():
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text("\n".join(head) + "\n", encoding="utf-8")
-        lines = path.read_text(encoding="utf-8").splitlines()
+        text = path.read_text(encoding="utf-8")
+        if not text.endswith("\n"):  # the last line was interrupted
+            text = text[: text.rfind("\n") + 1]
+            path.write_text(text, encoding="utf-8")
+        lines = text.splitlines()
         if lines[:2] != head:
             raise SystemExit(
                 f"{path}: results of the sources {sources} expected, others found; take another --results"

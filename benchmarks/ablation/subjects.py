@@ -45,7 +45,7 @@ class Subject(Protocol):
 
 @dataclass(frozen=True)
 class Robot:
-    """A recorded case of `benchmarks.hidden_effects`: 1 point if it is right."""
+    """A recorded case of `benchmarks.hidden_effects`: 10 points if it is right, 1 less for each name of nothing."""
 
     case: Case
     root: Path
@@ -64,7 +64,8 @@ class Robot:
         truth = unseal(sealed_path(self.root / self.name / "train.mcap"))
         if "error" in line:
             return Outcome(f"error {line['error']}", _FAILED)
-        return Outcome(text_of(line["document"]), int(scoring.judge(self.case, truth, line).right))
+        judgement = scoring.judge(self.case, truth, line)
+        return Outcome(text_of(line["document"]), 10 * judgement.right - judgement.extra)
 
 
 @dataclass(frozen=True)
@@ -112,13 +113,18 @@ class Machine:
 
 
 def text_of(document: Mapping[str, Any]) -> str:
-    """Verdict, variables and findings of a diagnosis in one line."""
+    """Verdict, variables, findings, orders of ripple, what is likely, vibrations and warnings in one line."""
     findings = [
         "|".join([entry["effect"], *entry["confusable_with"]]) + "".join(f" {joint}" for joint in entry["joints"])
         for entry in document["findings"]
     ]
-    variables = ",".join(document["remaining"]["depends_on"])
-    return "; ".join([f"{document['verdict']} {variables}".strip(), *findings])
+    parameters = document["steps"][-1]["parameters"].items()
+    orders = [f"{entry['value']:.3g} per turn" for name, entry in parameters if name.endswith(".N")]
+    likely = [f"likely {entry['effect']}" for entry in document["likely"]]
+    band = document["above_low_pass"] or {"vibrations": ()}
+    counts = f"{len(band['vibrations'])} vibrations, {len(document['warnings'])} warnings"
+    verdict = " ".join([document["verdict"], *document["remaining"]["depends_on"]])
+    return "; ".join([verdict, *findings, *orders, *likely, counts])
 
 
 @dataclass(frozen=True)

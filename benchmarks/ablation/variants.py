@@ -1,23 +1,27 @@
-"""Variants of the diagnosis: a rule of the judge off, a numeric constant halved or doubled.
+"""Variants of the diagnosis: a rule of the judge or another idea off, a numeric constant halved or doubled.
 
 A constant is a name in capitals at the top of a module of `ident/diagnosis` whose value is a number, or a tuple or
-dictionary of numbers, which change together. Its key is its module below that folder and its name. A variant is a text:
-`judge.price.PRICE/2`, `judge.price.PRICE*2` or `rule reach off`.
+dictionary of numbers, which change together. Its key is its module below that folder and its name. A variant is a
+text: `judge.price.PRICE/2`, `judge.price.PRICE*2` or `judge.rules.reach.reason off`.
 """
 
 import ast
 import importlib
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
+from benchmarks.ablation import ideas
 from benchmarks.hidden_effects.sources import ROOT
 
 PACKAGE = "ident.diagnosis"
 FACTORS = ("/2", "*2")
-_RULES = "judge/rules"
+SWITCHED_OFF = " off"
+Holder = dict[str, Any] | type
+"""Of a function or a constant."""
+_RULES = "judge.rules."
 _CAPITALS = re.compile("_?[A-Z][A-Z0-9_]*")
 _LEVEL = "LEVEL"
 """End of the names of probabilities near 1: their distance from 1 is halved or doubled."""
@@ -71,41 +75,46 @@ def _key(module: str, name: str) -> str:
     return f"{module.removeprefix(PACKAGE + '.')}.{name}"
 
 
-def captured() -> list[str]:
-    """Keys of constants in default values or class bodies, which take them when they are defined, with the module."""
-    return [
-        f"{names[node.id]} in {module}"
-        for module, tree in trees().items()
-        if (names := local_names(module, tree))
-        for holder in ast.walk(tree)
-        for part in _evaluated_once(holder)
-        for node in ast.walk(part)
-        if isinstance(node, ast.Name) and node.id in names
-    ]
-
-
-def _evaluated_once(holder: ast.AST) -> list[ast.expr]:
-    match holder:
-        case ast.FunctionDef(args=arguments) | ast.Lambda(args=arguments):
-            return [*arguments.defaults, *filter(None, arguments.kw_defaults)]
-        case ast.ClassDef(body=body):
-            return [each.value for each in body if isinstance(each, ast.Assign | ast.AnnAssign) and each.value]
-    return []
-
-
 @cache
 def variants() -> tuple[str, ...]:
     """All variants, in the order of the table."""
     keys = [_key(module, name) for module, tree in trees().items() for name in defined(tree)]
-    folder = ROOT / PACKAGE.replace(".", "/") / _RULES
-    rules = sorted(path.stem for path in folder.glob("*.py") if path.stem != "__init__")
-    return (*(f"rule {rule} off" for rule in rules), *(key + factor for key in keys for factor in FACTORS))
+    return (*(path + SWITCHED_OFF for path in functions()), *(key + factor for key in keys for factor in FACTORS))
 
 
-def rules() -> list[dict[str, Any]]:
-    """The dictionaries of the judge's rules."""
-    module = importlib.import_module(f"{PACKAGE}.{_RULES.replace('/', '.')}")
-    return [module.OF_VALUES, module.OF_INTERVALS]
+@cache
+def functions() -> dict[str, Callable[..., Any]]:
+    """Functions that can be off, and what takes their place: the rules of the judge, and the other ideas."""
+    modules = (module.removeprefix(PACKAGE + ".") for module in trees())
+    rules = {f"{module}.reason": _no_reason for module in modules if module.startswith(_RULES)}
+    return {**rules, **ideas.OFF}
+
+
+def _no_reason(*arguments: Any) -> None:
+    return None
+
+
+def places(path: str) -> Iterator[tuple[Holder, str]]:
+    """Wherever the function of a `path` is known: its class; or modules, and dictionaries in them."""
+    home, *of_class, name = re.split(r"\.(?=_?[A-Z])|\.(?=[a-z_]+$)", path)
+    modules = {name: vars(importlib.import_module(name)) for name in trees()}
+    if of_class:
+        yield modules[f"{PACKAGE}.{home}"][of_class[0]], name
+        return
+    function = modules[f"{PACKAGE}.{home}"][name]
+    holders = [each for module in modules.values() for each in (module, *module.values()) if isinstance(each, dict)]
+    for holder in {id(each): each for each in holders}.values():
+        yield from [(holder, key) for key, value in holder.items() if value is function]
+
+
+def put(holder: Holder, name: str, value: Any) -> Any:
+    """Put a `value` in the place of another, which is returned."""
+    if isinstance(holder, dict):
+        old, holder[name] = holder[name], value
+    else:
+        old = getattr(holder, name)
+        setattr(holder, name, value)
+    return old
 
 
 def scaled(value: Any, key: str, factor: str) -> Any:
@@ -124,24 +133,22 @@ def scaled(value: Any, key: str, factor: str) -> Any:
 @contextmanager
 def applied(variant: str) -> Iterator[None]:
     """Let the diagnosis be the `variant` of itself."""
-    modules = {name: importlib.import_module(name) for name in trees()}  # all, before any value is another
-    holders = [vars(module) for module in modules.values()] + rules()
-    before = [dict(holder) for holder in holders]
+    if variant.endswith(SWITCHED_OFF):
+        path = variant.removesuffix(SWITCHED_OFF)
+        changes = [(holder, name, functions()[path]) for holder, name in places(path)]
+    else:
+        changes = list(_assigned(variant[:-2], variant[-2:]))
+    before = [(holder, name, put(holder, name, value)) for holder, name, value in changes]
     try:
-        if variant.startswith("rule "):
-            for dictionary in rules():
-                dictionary.pop(variant.split()[1], None)
-        else:
-            _assign(variant[:-2], variant[-2:], {name: vars(module) for name, module in modules.items()})
         yield
     finally:
-        for holder, old in zip(holders, before, strict=True):
-            holder.clear()
-            holder.update(old)
+        for holder, name, value in reversed(before):
+            put(holder, name, value)
 
 
-def _assign(key: str, factor: str, namespaces: dict[str, dict[str, Any]]) -> None:
-    """Set the constant `key`, and those that are computed from it, wherever they are known."""
+def _assigned(key: str, factor: str) -> Iterator[tuple[Holder, str, Any]]:
+    """Another value of the constant `key`, and of those that are computed from it, wherever they are known."""
+    namespaces = {name: vars(importlib.import_module(name)) for name in trees()}  # all, before any value is another
     home, name = f"{PACKAGE}.{key}".rsplit(".", 1)
     changed = {name: scaled(namespaces[home][name], key, factor)}
     for other, value in defined(trees()[home]).items():
@@ -151,4 +158,4 @@ def _assign(key: str, factor: str, namespaces: dict[str, dict[str, Any]]) -> Non
     keys = {_key(home, each): new for each, new in changed.items()}
     for module, tree in trees().items():
         names = local_names(module, tree)
-        namespaces[module].update({local: keys[each] for local, each in names.items() if each in keys})
+        yield from ((namespaces[module], local, keys[each]) for local, each in names.items() if each in keys)

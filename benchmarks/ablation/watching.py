@@ -1,16 +1,17 @@
-"""Watch a diagnosis: which rules gave a reason, and which comparisons half or twice a constant would turn.
+"""Watch a diagnosis: which ideas act, and which comparisons half or twice a constant would turn.
 
-The modules of the diagnosis are rewritten when they are imported. A comparison, minimum, maximum, clipping or slice that
-holds a constant is evaluated three times: with the constant, with half and with twice its value. Where the result is
-another, that variant is *near* in this case; where it never is, the comparison cannot change anything. Wherever else a
-constant is read, such as in a sum that is compared later, it is *used*, and its nearness is not known.
+A function that can be off acts where its result is another than that of what would take its place. The modules of
+the diagnosis are rewritten when they are imported: a comparison, minimum, maximum, clipping or slice that holds a
+constant is evaluated three times, with the constant, with half and with twice its value. Where the result is another,
+that variant is *near* in this case; where it never is, the comparison changes nothing. Wherever else a constant is
+read, such as in a sum that is compared later, it is *used*, and its nearness is not known.
 """
 
 import ast
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from copy import deepcopy
-from functools import partial
+from functools import wraps
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from typing import Any
 
@@ -28,13 +29,15 @@ _NOT_MOVED = (ast.NamedExpr, ast.Yield, ast.YieldFrom, ast.Await)
 
 
 def install() -> None:
-    """Rewrite the diagnosis, which must not have been imported yet, and watch the judge's rules."""
+    """Rewrite the diagnosis, which must not have been imported yet, and watch the functions that can be off."""
     if not any(isinstance(finder, type) and issubclass(finder, _Finder) for finder in sys.meta_path):
         if variants.PACKAGE in sys.modules:
             raise RuntimeError(f"a process without {variants.PACKAGE} expected: it can be watched no more")
         sys.meta_path.insert(0, _Finder)
-        for rules in variants.rules():
-            rules.update({name: partial(_watch_rule, f"rule {name} off", rule) for name, rule in rules.items()})
+        for path, off in variants.functions().items():
+            for holder, name in list(variants.places(path)):
+                function = holder[name] if isinstance(holder, dict) else getattr(holder, name)
+                variants.put(holder, name, watched(path + variants.SWITCHED_OFF, function, off))
 
 
 class _Finder(PathFinder):
@@ -143,11 +146,25 @@ def use(key: str, value: Any) -> Any:
     return value
 
 
-def _watch_rule(variant: str, rule: Callable[..., str | None], *arguments: Any) -> str | None:
-    reason = rule(*arguments)
-    if reason:
+def watched(variant: str, function: Callable[..., Any], off: Callable[..., Any]) -> Callable[..., Any]:
+    """The `function`, which notes the `variant` where its result is another than that of `off`."""
+
+    @wraps(function)
+    def call(*arguments: Any) -> Any:
+        result = function(*arguments)
+        if isinstance(result, Iterator):
+            return _noted(variant, result)
+        if variant not in NEAR and not _equal(result, off(*arguments)):
+            NEAR.add(variant)
+        return result
+
+    return call
+
+
+def _noted(variant: str, items: Iterator[Any]) -> Iterator[Any]:
+    for item in items:
         NEAR.add(variant)
-    return reason
+        yield item
 
 
 def _is_same(result: Any, function: Callable[..., Any], values: list[Any]) -> bool:

@@ -3,7 +3,7 @@
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from functools import partial
 from multiprocessing import get_context
 from typing import Protocol, TypeVar
@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 def run_all(
     task: Callable[[C], T], todo: Sequence[C], jobs: int, what: str, summary: Callable[[T], str] = str
-) -> Iterator[T]:
+) -> Generator[T, None, None]:
     """Yield the result of `task` for each case, in order of completion. Closing the generator stops running tasks."""
     # One process per job: multithreaded libraries would compete for the cores.
     os.environ.update({f"{library}_NUM_THREADS": "1" for library in ("OPENBLAS", "OMP", "MKL", "NUMBA")})
