@@ -9,7 +9,7 @@ import click
 
 from benchmarks.ablation import subjects, variants
 from benchmarks.ablation.results import Results
-from benchmarks.ablation.subjects import Machine, Pair, Robot, Subject, Trap, Trial
+from benchmarks.ablation.subjects import Pair, Subject, Trial
 from benchmarks.hidden_effects import recording, work
 from benchmarks.hidden_effects.parts import cases
 from benchmarks.hidden_effects.sources import digest
@@ -63,13 +63,19 @@ def _robots(count: int, folder: Path, jobs: int) -> list[Subject]:
     todo = [case for case in every if not recording.is_recorded(case, folder)]
     for _ in work.run_all(partial(recording.record, root=folder), todo, jobs, "record"):
         pass
-    return [Robot(case, folder) for case in every if recording.is_possible(case, folder)]
+    return [
+        Subject(case.name, partial(subjects.robot, case, folder))
+        for case in every
+        if recording.is_possible(case, folder)
+    ]
 
 
 def _traps(count: int) -> list[Subject]:
     from tests.foreign.traps import KINDS
 
-    return [Trap(kind, seed) for seed in range(count) for kind in KINDS]
+    return [
+        Subject(f"trap-{kind}-{seed}", partial(subjects.trap, kind, seed)) for seed in range(count) for kind in KINDS
+    ]
 
 
 def _machines(data: Path) -> list[Subject]:
@@ -78,7 +84,7 @@ def _machines(data: Path) -> list[Subject]:
     found: list[Subject] = []
     for manifest in data_set.manifests():
         if all((data / part.path).exists() for part in manifest.parts):
-            found.append(Machine(manifest.name, data))
+            found.append(Subject(f"real-{manifest.name}", partial(subjects.machine, manifest, data)))
         else:
             click.echo(f"{manifest.name}: not in {data}, left out")
     return found

@@ -3,14 +3,18 @@
 import signal
 import tempfile
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from benchmarks.ablation import variants, watching
 from benchmarks.hidden_effects.cases import Case
+from benchmarks.real.data_set import Manifest
+
+if TYPE_CHECKING:  # it imports what is watched
+    from tests.foreign.traps import Kind
 
 TODAY = "today"
 """In place of a variant: the diagnosis as it is."""
@@ -32,84 +36,43 @@ class Outcome:
     """More is better; comparable within one case."""
 
 
-class Subject(Protocol):
+@dataclass(frozen=True)
+class Subject:
     """A case."""
 
-    @property
-    def name(self) -> str:
-        """Unique name."""
-
-    def diagnose(self) -> Outcome:
-        """Diagnose it."""
+    name: str
+    diagnose: Callable[[], Outcome]
 
 
-@dataclass(frozen=True)
-class Robot:
-    """A recorded case of `benchmarks.hidden_effects`: 10 points if it is right, 1 less for each name of nothing."""
+def robot(case: Case, root: Path) -> Outcome:
+    """Diagnose a case of `benchmarks.hidden_effects`: 10 points if it is right, 1 less for each name of nothing."""
+    from benchmarks.hidden_effects import diagnosing, scoring
+    from drivers.simulated.seal import sealed_path, unseal
 
-    case: Case
-    root: Path
-
-    @property
-    def name(self) -> str:
-        """Name of its folder."""
-        return self.case.name
-
-    def diagnose(self) -> Outcome:
-        """Diagnose and judge it."""
-        from benchmarks.hidden_effects import diagnosing, scoring
-        from drivers.simulated.seal import sealed_path, unseal
-
-        line = diagnosing.diagnose(self.case, self.root, "")
-        truth = unseal(sealed_path(self.root / self.name / "train.mcap"))
-        if "error" in line:
-            return Outcome(f"error {line['error']}", _FAILED)
-        judgement = scoring.judge(self.case, truth, line)
-        return Outcome(text_of(line["document"]), 10 * judgement.right - judgement.extra)
+    line = diagnosing.diagnose(case, root, "")
+    if "error" in line:
+        return Outcome(f"error {line['error']}", _FAILED)
+    judgement = scoring.judge(case, unseal(sealed_path(root / case.name / "train.mcap")), line)
+    return Outcome(text_of(line["document"]), 10 * judgement.right - judgement.extra)
 
 
-@dataclass(frozen=True)
-class Trap:
-    """A trap: 2 points if nothing is named, 1 if another name than the false ones is."""
+def trap(kind: "Kind", seed: int) -> Outcome:
+    """Make and diagnose a trap: 2 points if nothing is named, 1 if another name than the false ones is."""
+    from benchmarks.hidden_effects import traps
 
-    kind: str
-    seed: int
-
-    @property
-    def name(self) -> str:
-        """Kind and seed."""
-        return f"trap-{self.kind}-{self.seed}"
-
-    def diagnose(self) -> Outcome:
-        """Make and diagnose it."""
-        from benchmarks.hidden_effects import traps
-
-        document = traps.diagnose_trap(self.kind, self.seed)  # type: ignore[arg-type]
-        score = 0 if traps.false_names(document) else 1 if document.findings else 2
-        return Outcome(text_of(document.as_json()), score)
+    document = traps.diagnose_trap(kind, seed)
+    score = 0 if traps.false_names(document) else 1 if document.findings else 2
+    return Outcome(text_of(document.as_json()), score)
 
 
-@dataclass(frozen=True)
-class Machine:
-    """Data of a real machine: the sum of the points of all claims."""
+def machine(manifest: Manifest, folder: Path) -> Outcome:
+    """Import and diagnose the data of a real machine: the sum of the points of all claims."""
+    from benchmarks.real import diagnosing
 
-    manifest: str
-    folder: Path
-
-    @property
-    def name(self) -> str:
-        """That of its manifest."""
-        return f"real-{self.manifest}"
-
-    def diagnose(self) -> Outcome:
-        """Import and diagnose it."""
-        from benchmarks.real import data_set, diagnosing
-
-        manifest = next(each for each in data_set.manifests() if each.name == self.manifest)
-        with tempfile.TemporaryDirectory() as scratch:
-            outcome = diagnosing.diagnose(manifest, self.folder, Path(scratch))
-        points = sum(_CLAIMS.get(judgement, 0) for _, judgement in outcome.claims)
-        return Outcome(text_of(outcome.document or {}), points)
+    with tempfile.TemporaryDirectory() as scratch:
+        outcome = diagnosing.diagnose(manifest, folder, Path(scratch))
+    points = sum(_CLAIMS.get(judgement, 0) for _, judgement in outcome.claims)
+    return Outcome(text_of(outcome.document or {}), points)
 
 
 def text_of(document: Mapping[str, Any]) -> str:

@@ -9,9 +9,10 @@ import ast
 import importlib
 import re
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import cache
 from typing import Any
+from unittest.mock import patch
 
 from benchmarks.ablation import ideas
 from benchmarks.hidden_effects.sources import ROOT
@@ -107,16 +108,6 @@ def places(path: str) -> Iterator[tuple[Holder, str]]:
         yield from [(holder, key) for key, value in holder.items() if value is function]
 
 
-def put(holder: Holder, name: str, value: Any) -> Any:
-    """Put a `value` in the place of another, which is returned."""
-    if isinstance(holder, dict):
-        old, holder[name] = holder[name], value
-    else:
-        old = getattr(holder, name)
-        setattr(holder, name, value)
-    return old
-
-
 def scaled(value: Any, key: str, factor: str) -> Any:
     """Half or twice the `value` of a constant; a whole number stays one, and at least 1."""
     ratio = 0.5 if factor == "/2" else 2.0
@@ -138,12 +129,15 @@ def applied(variant: str) -> Iterator[None]:
         changes = [(holder, name, functions()[path]) for holder, name in places(path)]
     else:
         changes = list(_assigned(variant[:-2], variant[-2:]))
-    before = [(holder, name, put(holder, name, value)) for holder, name, value in changes]
-    try:
+    with ExitStack() as stack:
+        for holder, name, value in changes:
+            stack.enter_context(replaced(holder, name, value))
         yield
-    finally:
-        for holder, name, value in reversed(before):
-            put(holder, name, value)
+
+
+def replaced(holder: Holder, name: str, value: Any) -> AbstractContextManager[Any]:
+    """Put a `value` in the place of another, as long as the context lasts."""
+    return patch.dict(holder, {name: value}) if isinstance(holder, dict) else patch.object(holder, name, value)
 
 
 def _assigned(key: str, factor: str) -> Iterator[tuple[Holder, str, Any]]:

@@ -37,7 +37,8 @@ def install() -> None:
         for path, off in variants.functions().items():
             for holder, name in list(variants.places(path)):
                 function = holder[name] if isinstance(holder, dict) else getattr(holder, name)
-                variants.put(holder, name, watched(path + variants.SWITCHED_OFF, function, off))
+                call = watched(path + variants.SWITCHED_OFF, function, off)
+                variants.replaced(holder, name, call).__enter__()  # for as long as the process lives
 
 
 class _Finder(PathFinder):

@@ -1,28 +1,24 @@
 """The file of results: what was tried is not tried again, and an interruption loses a line at most."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 from benchmarks.ablation.results import Results
-from benchmarks.ablation.subjects import TODAY, Outcome, Pair, Trial, try_
+from benchmarks.ablation.subjects import TODAY, Outcome, Pair, Subject, Trial, try_
 
 VARIANTS = ("a.idea off", "a.LIMIT/2", "a.LIMIT*2")
 
 
-@dataclass(frozen=True)
-class Stub:
-    name: str
-    error: Exception | None = None
-
-    def diagnose(self) -> Outcome:
-        if self.error:
-            raise self.error
-        return Outcome("adequate", 1)
+def _adequate() -> Outcome:
+    return Outcome("adequate", 1)
 
 
-ROBOT, AXIS = Stub("robot"), Stub("axis")
+def _broken() -> Outcome:
+    raise ValueError("no rows")
+
+
+ROBOT, AXIS = Subject("robot", _adequate), Subject("axis", _adequate)
 
 
 def _watched(case: str, near: set[str], used: frozenset[str] = frozenset()) -> Trial:
@@ -88,6 +84,6 @@ def test_table_counts_what_changed_and_names_who_needs_it(results: Results) -> N
 
 def test_error_is_an_outcome(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ident.threads.compute_alone", lambda: None)
-    trial = try_(Pair(Stub("broken", ValueError("no rows"))))
+    trial = try_(Pair(Subject("broken", _broken)))
     assert (trial.outcome.text, trial.outcome.score) == ("error ValueError: no rows", -99)
     assert try_(Pair(ROBOT)).outcome == Outcome("adequate", 1)
