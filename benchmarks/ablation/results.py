@@ -106,9 +106,10 @@ class Results:
         ]
 
     def table(self, seed: int) -> Iterator[str]:
-        """Yield the lines of the table."""
-        yield _row("variant", ("near", "used", "tried", "left", "changed", "better", "worse"), "needed by")
-        for variant in self.variants:
+        """Yield the lines of the table; variants that cannot matter to any case share the last line."""
+        yield _row("variant", ("near", "used", "tried", "not tried", "changed", "better", "worse"), "needed by")
+        idle = [variant for variant in self.variants if not (self.near(variant) or self.used(variant))]
+        for variant in [each for each in self.variants if each not in idle]:
             trials = [trial for trial in self.tried.values() if trial.variant == variant]
             worse = [trial.case for trial in trials if self._gain(trial) < 0]
             numbers = (
@@ -122,10 +123,11 @@ class Results:
             )
             more = f" and {len(worse) - _NAMES} more" if len(worse) > _NAMES else ""
             yield _row(variant, numbers, ", ".join(worse[:_NAMES]) + more)
+        yield f"in no case near or used: {', '.join(idle)}"
 
     def _gain(self, trial: Trial) -> int:
         return trial.outcome.score - self.today[trial.case].outcome.score
 
 
 def _row(variant: str, cells: Iterable[object], names: str) -> str:
-    return f"{variant:54}{''.join(f'{cell:>9}' for cell in cells)}  {names}".rstrip()
+    return f"{variant:54}{''.join(f'{cell:>10}' for cell in cells)}  {names}".rstrip()
