@@ -3,19 +3,27 @@
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from functools import partial
 from multiprocessing import get_context
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
-from benchmarks.hidden_effects.cases import Case
 
+class Named(Protocol):
+    """What can be processed."""
+
+    @property
+    def name(self) -> str:
+        """Shown when it is done."""
+
+
+C = TypeVar("C", bound=Named)
 T = TypeVar("T")
 
 
 def run_all(
-    task: Callable[[Case], T], todo: Sequence[Case], jobs: int, what: str, summary: Callable[[T], str] = str
-) -> Iterator[T]:
+    task: Callable[[C], T], todo: Sequence[C], jobs: int, what: str, summary: Callable[[T], str] = str
+) -> Generator[T, None, None]:
     """Yield the result of `task` for each case, in order of completion. Closing the generator stops running tasks."""
     # One process per job: multithreaded libraries would compete for the cores.
     os.environ.update({f"{library}_NUM_THREADS": "1" for library in ("OPENBLAS", "OMP", "MKL", "NUMBA")})
@@ -31,7 +39,7 @@ def run_all(
             yield result
 
 
-def _with_case(task: Callable[[Case], T], case: Case) -> tuple[Case, T]:
+def _with_case(task: Callable[[C], T], case: C) -> tuple[C, T]:
     return case, task(case)
 
 
