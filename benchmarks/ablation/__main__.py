@@ -14,7 +14,8 @@ from benchmarks.hidden_effects import recording, work
 from benchmarks.hidden_effects.parts import cases
 from benchmarks.hidden_effects.sources import digest
 
-RESULTS = Path("benchmarks/ablation/results.tsv")
+RESULTS = Path("benchmarks/ablation")
+"""Folder of the results, one file for each version of the diagnosis."""
 
 
 @click.command()
@@ -33,8 +34,7 @@ RESULTS = Path("benchmarks/ablation/results.tsv")
 @click.option(
     "--folder", type=click.Path(path_type=Path), default="runs/foreign", show_default=True, help="Of the recordings."
 )
-@click.option("--results", "path", type=click.Path(path_type=Path), default=RESULTS, show_default=True)
-def main(count: int, traps: int, data: Path, hours: float, seed: int, jobs: int, folder: Path, path: Path) -> None:
+def main(count: int, traps: int, data: Path, hours: float, seed: int, jobs: int, folder: Path) -> None:
     """Watch the diagnosis of all cases, then diagnose pairs of case and variant that can matter; print a table.
 
     Variants are a rule of the judge or another idea off, and half or twice a constant of `ident/diagnosis`. Cases are
@@ -43,7 +43,8 @@ def main(count: int, traps: int, data: Path, hours: float, seed: int, jobs: int,
     """
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
-    results = Results(path, digest([variants.PACKAGE.replace(".", "/")]), variants.variants())
+    version = digest([variants.PACKAGE.replace(".", "/")])
+    results = Results(RESULTS / f"{version}.tsv", version, variants.variants())
     try:
         every = [*_robots(count, folder, jobs), *_traps(traps), *_machines(data)]
         todo = [Pair(subject) for subject in every if subject.name not in results.today]

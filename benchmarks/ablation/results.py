@@ -38,9 +38,7 @@ class Results:
             path.write_text(text, encoding="utf-8")
         lines = text.splitlines()
         if lines[:2] != head:
-            raise SystemExit(
-                f"{path}: results of the sources {sources} expected, others found; take another --results"
-            )
+            raise SystemExit(f"{path}: results of the sources {sources} expected, others found; move the file away")
         for line in lines[2:]:
             self._keep(self._parsed(line.split("\t")))
 
