@@ -65,7 +65,7 @@ def test_interrupted_line_is_dropped(results: Results, tmp_path: Path) -> None:
 
 
 def test_results_of_other_sources_are_refused(results: Results, tmp_path: Path) -> None:
-    with pytest.raises(SystemExit, match="take another --results"):
+    with pytest.raises(SystemExit, match="move the file away"):
         Results(tmp_path / "results.tsv", "ffff", VARIANTS)
 
 
