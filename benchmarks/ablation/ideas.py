@@ -12,7 +12,6 @@ OFF: dict[str, Callable[..., Any]] = {
     "judge.indistinguishable.indistinguishable": lambda *_: (),
     "judge.price._prior": lambda model: 0.0,
     "judge.rules.mechanism._flipped_parameter": lambda *_: None,
-    "judge.rules.mechanism._other_effect_impossible": lambda *_: None,
     "judge.rules.shape._is_needed_at_limit": lambda *_: True,
     "ripple.ripple._is_known": lambda *_: False,
     "ripple.ripple_search._Pursuit._lasts": lambda *_: True,
@@ -24,8 +23,6 @@ OFF: dict[str, Callable[..., Any]] = {
     "search.best_first._is_possible": lambda *_: True,
     "search.best_first._leaves_much": lambda *_: False,
     "search.candidates.Candidates._on_possible_joints": lambda self, before: before,
-    "search.candidates.Candidates.searched_again": lambda self, before: before,
-    "search.candidates._is_further_line": lambda *_: False,
     "search.review._is_redundant": lambda *_: False,
     "search.review._rivals": lambda *_: [],
     "search.screening._merge_guesses": lambda candidates: candidates[0],
@@ -42,8 +39,7 @@ OFF: dict[str, Callable[..., Any]] = {
     "split.observability._lacking": lambda *_: (),
     "split.split_data.SplitData.escape_local_minima": lambda self, before: before,
     "split.split_data.SplitData.unjudged": lambda self, *_: tuple(map(np.zeros_like, self.train)),
-    "unknown.imitation._beyond_own_motion": lambda *_: True,
-    "unknown.imitation.remove_imitations": lambda search, selection, learned: (selection, learned),
+    "unknown.imitation._imitation": lambda selection, curves, given: None,
     "unknown.unexplained_residual._is_vibration": lambda *_: False,
 }
 """By the place of the function below `ident/diagnosis`: what takes its place."""

@@ -21,7 +21,7 @@ from ident.diagnosis.search.selection import Selection
 from ident.diagnosis.split.observability import Observability, observability
 from ident.diagnosis.split.split_data import SplitData
 from ident.diagnosis.split.train_test_split import split_recordings
-from ident.diagnosis.unknown.analysis import analyse_unexplained
+from ident.diagnosis.unknown.imitation import analyse_unexplained
 from ident.diagnosis.unknown.nonparametric_fit import NonparametricFit
 from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual, with_vibrations
 from ident.dynamics.effects.base import Effect

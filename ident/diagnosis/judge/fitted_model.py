@@ -113,7 +113,7 @@ class FittedModel:
             for rows, new, old in zip(self.split.train, self.judged_residuals, before.judged_residuals, strict=True)
         ]
         residuals = before.turned.residuals, self.turned.residuals
-        other_way = Blocks.of(self.split, *residuals, self.noise_floor.rms, judged)
+        other_way = Blocks.of(self.split, *residuals, self.noise_floor.certain, judged)
         improves = all(
             not half.is_small and half.reduction > 0 for half in map(Blocks.improvement, (held_out, other_way))
         )
@@ -121,4 +121,4 @@ class FittedModel:
 
     def _blocks_over(self, before: "FittedModel", rows: Sequence[Bools]) -> Blocks:
         """Blocks of the `rows` that both models can judge: the others tell nothing about the effect."""
-        return Blocks.of(self.split, before.judged_residuals, self.judged_residuals, self.noise_floor.rms, rows)
+        return Blocks.of(self.split, before.judged_residuals, self.judged_residuals, self.noise_floor.certain, rows)

@@ -1,5 +1,6 @@
 """The one judge: whether a model with one more effect is accepted in place of the model without it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,9 +11,6 @@ from ident.diagnosis.judge.improvement import MIN_SHARE, MIN_T, Improvement
 from ident.diagnosis.judge.price import is_significant
 from ident.diagnosis.judge.rules import OF_INTERVALS, OF_VALUES, objection
 from ident.diagnosis.split.split_data import rms
-
-MIN_TORQUE_SHARE = 0.002
-"""An effect that changes the residual by a smaller share of the torque is none: preprocessing leaves as much."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +54,7 @@ def judge(before: FittedModel, after: FittedModel, index: int = -1, compared: in
 
     if found := objection(OF_VALUES, before, after, index):
         return judgement(*found, refuted=True)
-    if not _shows_in_training(before, after):
+    if not _shows_in_training(before, after, after.terms[index].joints):
         return judgement("training", "the rows of the fit show no more of it than chance would")
     if improvement.is_small:
         reason = f"that is less than {MIN_SHARE:.0%}: a trifle beside what else is missing"
@@ -71,14 +69,18 @@ def judge(before: FittedModel, after: FittedModel, index: int = -1, compared: in
     return judgement("held-out")
 
 
-def _shows_in_training(before: FittedModel, after: FittedModel) -> bool:
-    """Whether the loss falls by more than the parameters are worth, and the residual changes enough to matter."""
+def _shows_in_training(before: FittedModel, after: FittedModel, joints: Sequence[int]) -> bool:
+    """Whether the loss falls by more than the parameters are worth, the residual by more than preprocessing leaves.
+
+    joints: those of the effect, from 0, taken together: an effect that smooths changes each of them a little.
+    """
     split, parameters = after.split, len(after.solution.x) - len(before.solution.x)
     changed = [b - a for b, a in zip(before.residuals, after.residuals, strict=True)]
     size = rms(changed, [np.isfinite(change) for change in changed])
-    return bool((size > MIN_TORQUE_SHARE * split.torque_rms).any()) and is_significant(
-        before.solution.loss, after.solution.loss, parameters, split.independent_rows
-    )
+    size, least = size[list(joints)], after.noise_floor.least[list(joints)]
+    matters = np.linalg.norm(size) > np.linalg.norm(least)
+    losses = before.solution.loss, after.solution.loss
+    return bool(matters) and is_significant(*losses, parameters, split.independent_rows)
 
 
 def evidence_of(improvement: Improvement, decided_by: str = "held-out", t: float | None = None) -> Evidence:

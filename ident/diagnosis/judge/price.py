@@ -28,7 +28,7 @@ def score(model: FittedModel) -> float:
     The smaller of two is the better model. No joint gains by an error below its noise floor: what is fitted there is
     noise. A strength that hardware seldom has costs as much as it must explain (`EXTRAORDINARY_RATIO`): a prior.
     """
-    floor = model.noise_floor.rms
+    floor = model.noise_floor.certain
     loss = 0.0
     for rows in (model.split.train, model.split.test):
         error = np.maximum(np.maximum(rms(model.judged_residuals, rows), floor), TINY)

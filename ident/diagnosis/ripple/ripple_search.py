@@ -13,9 +13,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from ident.diagnosis.judge.improvement import MIN_T, Improvement, improvement_of_blocks
-from ident.diagnosis.judge.judge import MIN_TORQUE_SHARE
 from ident.diagnosis.ripple.lines import RippleLine, Vibration
 from ident.diagnosis.ripple.waves import MIN_SAMPLES, Carrier, JointSignal, least_squares, wave, wave_numbers
+from ident.diagnosis.split.noise_floor import MIN_TORQUE_SHARE
 from ident.dynamics.effects.periodogram import MAX_PHASE
 from ident.uncertainty import covariance
 from recordings.recording import Bools, Floats

@@ -91,8 +91,7 @@ class BestFirst:
 
     def _expand(self, state: State) -> None:
         self._expanded.add(state.names)
-        model = self._candidates.searched_again(state.model)
-        self._insert(model)
+        model = state.model
         names = ", ".join(term.name for term in model.terms if not term.effect.mandatory)
         self._progress(f"{names or 'base model'}: trying every other effect beside it")
         for other in [*self._candidates.extensions(model), *self._wider(model)]:

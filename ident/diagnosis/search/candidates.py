@@ -80,7 +80,7 @@ class Candidates:
                 continue
             best = before - min((each.solution.loss for each in models), default=before)
             enough = before - candidate.loss >= MIN_PROMISE * best or len(models) < WIDTH
-            if enough or _is_further_line(model, candidate):
+            if enough:
                 models.append(self.add(model, candidate))
         return sorted(models, key=lambda extended: extended.solution.loss)
 
@@ -100,21 +100,6 @@ class Candidates:
         if key not in self._added:
             self._added[key] = self.fits.best(self._on_possible_joints(self._best_fit(model, candidate)))
         return self._added[key]
-
-    def searched_again(self, model: FittedModel) -> FittedModel:
-        """`model`, with the shapes of each effect searched again beside all others, where that leaves less.
-
-        An effect that was fitted while another was missing imitates both: its shapes end in a local minimum, which
-        the fit of all parameters together does not leave.
-        """
-        for name in [term.name for index, term in enumerate(model.terms) if _is_searched(model, index)]:
-            index = next(i for i, term in enumerate(model.terms) if term.name == name)
-            reduced = self.fits.without_effect(model, index)
-            candidate = self.named(reduced, name)
-            if candidate is not None and candidate.loss < model.solution.loss:
-                again = self.add(reduced, candidate)
-                model = min(model, again, key=lambda each: each.solution.loss)
-        return self.fits.best(model)
 
     def is_significant(self, model: FittedModel, candidate: Candidate) -> bool:
         """Whether the `candidate` promises more of the loss of `model` than its parameters are worth."""
@@ -160,15 +145,3 @@ def mandatory_terms(library: Mapping[str, Effect], model: FittedModel) -> list[T
         for name, effect in library.items()
         if effect.mandatory and name not in model.names
     ]
-
-
-def _is_further_line(model: FittedModel, candidate: Candidate) -> bool:
-    """Whether the candidate is a further line of a spectrum: each line is judged on its own."""
-    return candidate.term.effect.repeated and candidate.term.name in model.names
-
-
-def _is_searched(model: FittedModel, index: int) -> bool:
-    """Whether the torque is not linear in the parameters of the effect `index`, and it occurs once."""
-    structure, effect = model.solution.structure, model.terms[index].effect
-    nonlinear = structure.parameter_mask(index) & ~structure.linear
-    return bool(nonlinear.any()) and not (effect.mandatory or effect.repeated)

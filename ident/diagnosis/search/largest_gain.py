@@ -14,7 +14,7 @@ class LargestGain:
     """The held-out rows of a model, weighted as the judge compares them."""
 
     def __init__(self, model: FittedModel) -> None:
-        split, floor = model.split.turned, np.maximum(model.noise_floor.rms, TINY)
+        split, floor = model.split.turned, np.maximum(model.noise_floor.certain, TINY)
         judged = zip(split.train, model.judged_residuals, strict=True)
         rows = tuple(held_out & np.isfinite(residual) for held_out, residual in judged)
         counts = block_counts(split, rows)

@@ -59,9 +59,11 @@ class Search:
                 steps.append(_step(name, model, before))
         return review(self.candidates, steps, "it was not requested", requested=True)
 
-    def truncated(self, selection: Selection, number: int, reason: str) -> Selection:
-        """The `selection` up to step `number`; `reason`: why what would follow is no finding."""
-        return review(self.candidates, selection.steps[: number + 1], reason)
+    def without(self, selection: Selection, name: str, reason: str) -> Selection:
+        """The `selection` without the effect `name`; `reason`: why it is no finding."""
+        library, answer = self.candidates.library, self._without(selection.model, {name})
+        start = [step for step in selection.steps if step.added is None or library[step.added].mandatory]
+        return review(self.candidates, [*start, *self._way(start[-1].model, answer)], reason)
 
     def add(self, model: FittedModel, name: str) -> FittedModel:
         """Add the effect `name` to `model` and refit all parameters.

@@ -77,6 +77,15 @@ class NoiseFloor:
         )
 
     @property
+    def certain(self) -> Floats:
+        """(dof,) error above which there may be more than noise [N m]: with the lower end of the noise.
+
+        Quantization counts in full: it repeats, and what smooths, as an elastic joint does, takes some of it.
+        """
+        together: Floats = np.hypot((1 - _NOISE_UNCERTAINTY[self.source]) * self.noise, self.quantization)
+        return together
+
+    @property
     def limit(self) -> Floats:
         """(dof,) error that a correct model may leave at most [N m]."""
         together: Floats = np.hypot(self.ci95[:, 1], self.least)

@@ -1,50 +1,53 @@
-"""Check whether something unknown explains the data better than the effects that imitate it.
+"""Check whether something unknown explains the data in place of the effects that imitate it.
 
-An unknown effect of another joint's motion, or of time, is approximated by several known effects together. Curves
-over these variables may take their place, at their price. Curves over the joint's own motion may not: load,
-pre-sliding and low speed are functions of it, so that a curve approximates every effect that depends on them.
+Several known effects together approximate one that is in no library, and held-out rows confirm each of them. What they
+leave shows what the unknown one depends on. Beside curves over that, a true effect still explains what no curve does;
+an imitation explains nothing more.
 """
 
-from collections.abc import Sequence
-
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_SHARE
-from ident.diagnosis.judge.price import score
 from ident.diagnosis.search.search import Search
 from ident.diagnosis.search.selection import Selection
+from ident.diagnosis.split.split_data import TINY
 from ident.diagnosis.unknown.nonparametric_fit import NonparametricFit, fit_curves
-from ident.diagnosis.unknown.residual_dependence import ResidualDependence
-from ident.diagnosis.unknown.unexplained_residual import estimate_unexplained
+from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual, estimate_unexplained
 
 
-def remove_imitations(
-    search: Search, selection: Selection, learned: NonparametricFit | None
-) -> tuple[Selection, NonparametricFit | None]:
-    """Truncate the `selection` before the effects in whose place curves explain more.
+def analyse_unexplained(
+    search: Search, selection: Selection, forced: bool
+) -> tuple[Selection, UnexplainedResidual, NonparametricFit | None]:
+    """The `selection` without imitations, its unexplained residual, and curves in place of what is unknown.
 
-    learned: curves beside all effects, if there are any; returned are those beside the effects that are left.
+    forced: whether the user chose the effects, which then stay, as those of a given model do.
     """
-    final = selection.model
-    # A given model has effects from the start; they stay.
-    mandatory = [all(term.effect.mandatory for term in step.model.terms) for step in selection.steps]
-    exchanges = {}
-    for number in range(max(i for i, only in enumerate(mandatory) if only or not i), len(mandatory) - 1):
-        model = selection.steps[number].model.on_judged_rows
-        dependences = estimate_unexplained(model).dependences
-        if _beyond_own_motion(dependences):
-            exchanges[number] = fit_curves(model, dependences)
-    fits = [*exchanges.values(), *([learned] if learned else [])]
-    for number, fit in exchanges.items():
-        improvement = fit.model.improvement_over(final)
-        accepted = improvement.is_supported and score(fit.model) < score(final)
-        further = max(other.model.improvement_over(fit.model).reduction for other in fits)
-        if accepted and further < MIN_SHARE * improvement.reduction:  # the names take but a trifle beside the curves
-            variables = dict.fromkeys(name for dependence in fit.dependences for name in dependence.variables)
-            reason = f"curves over {', '.join(variables)} explain more in its place"
-            return search.truncated(selection, number, reason), fit
-    return selection, learned
+    given = selection.steps[0].model.names
+    while True:
+        unexplained = estimate_unexplained(model := selection.model.on_judged_rows)
+        if not (unexplained.significant and unexplained.dependences):
+            return selection, unexplained, None
+        learned = fit_curves(model, unexplained.dependences)
+        imitation = None if forced else _imitation(selection, learned.model, given)
+        if imitation is None:
+            return selection, unexplained, learned
+        variables = ", ".join(dict.fromkeys(name for each in learned.dependences for name in each.variables))
+        selection = search.without(selection, imitation, f"curves over {variables} leave nothing of it to explain")
 
 
-def _beyond_own_motion(dependences: Sequence[ResidualDependence]) -> bool:
-    """Whether one is over what no effect of the joint itself depends on: another joint's motion, or time."""
-    curves = [curve for dependence in dependences for curve in dependence.curves]
-    return any(curve.variable_joint != curve.joint or curve.variable == "time" for curve in curves)
+def _imitation(selection: Selection, curves: FittedModel, given: set[str]) -> str | None:
+    """The effect of which most is gone beside `curves`, if they explain all but a trifle of what it does without."""
+    left = {
+        finding.term.name: curves.improvement_over(_without(curves, finding.term.name)).reduction
+        / max(finding.improvement.reduction, TINY)
+        for finding in selection.findings
+        if not (finding.term.effect.mandatory or finding.term.effect.curve or finding.term.name in given)
+    }
+    name = min(left, key=lambda each: left[each], default=None)
+    return name if name and left[name] < MIN_SHARE else None
+
+
+def _without(model: FittedModel, name: str) -> FittedModel:
+    structure, x = model.solution.structure, model.solution.x
+    for index in reversed([i for i, term in enumerate(model.terms) if term.name == name]):
+        x, structure = x[~structure.parameter_mask(index)], structure.without_term(index)
+    return FittedModel(model.split, model.split.fit(structure, x))

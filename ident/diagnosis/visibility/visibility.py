@@ -14,10 +14,10 @@ import numpy as np
 from ident.diagnosis.judge.equivalence import MIN_DECISIVE_REDUCTION, slack
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_T
-from ident.diagnosis.judge.judge import MIN_TORQUE_SHARE
 from ident.diagnosis.judge.price import PRICE
 from ident.diagnosis.judge.rules.limits import plausible_instances
 from ident.diagnosis.search.screening import MIN_EXCITATION, Screener
+from ident.diagnosis.split.noise_floor import MIN_TORQUE_SHARE
 from ident.dynamics.effects.base import Effect, Quantity, Signal
 from ident.dynamics.structure import Term
 from recordings.recording import Bools, Floats

@@ -75,12 +75,12 @@ CASES = {
     ),
     "weak Stribeck": Case(
         "what just exceeds the price of its parameters is named",
-        lambda motion: 0.12 * stribeck(motion),
+        lambda motion: 0.2 * stribeck(motion),
         ("stribeck",),
     ),
     "weaker Stribeck": Case(
         "what is too small beside the torque is no effect",
-        lambda motion: 0.08 * stribeck(motion),
+        lambda motion: 0.12 * stribeck(motion),
         refused={"stribeck": "training"},
     ),
     "Stribeck, asymmetry and spring": Case(

@@ -7,15 +7,14 @@ from ident.diagnosis.judge.improvement import MIN_T
 from recordings.recording import Floats
 
 _SIGN_TOLERANCE = 0.1
-"""A positive parameter may become negative, and one with limits leave them, by this share of its former value by
-chance."""
+"""A positive parameter may become negative by this share of its former value by chance."""
 _MINOR_SHARE = 0.2
 """Torque of a negative parameter, relative to that of the effect that made it so, below which it is no objection."""
 
 
 def reason(before: FittedModel, after: FittedModel, index: int) -> str | None:
-    """Say which parameter of the mechanism, or of another effect, the effect makes impossible."""
-    flipped = _flipped_parameter(before, after, index) or _other_effect_impossible(before, after)
+    """Say which parameter of the mechanism the effect makes impossible."""
+    flipped = _flipped_parameter(before, after, index)
     return f"{flipped} would get a value that is not possible" if flipped else None
 
 
@@ -48,18 +47,3 @@ def _term_torque(model: FittedModel, index: int) -> float:
     structure = model.solution.structure
     linear = structure.parameter_mask(index) & structure.linear
     return float(np.linalg.norm(model.solution.rows()[0][:, linear] @ model.solution.x[linear]))
-
-
-def _other_effect_impossible(before: FittedModel, model: FittedModel) -> str | None:
-    """Name of a coefficient of another effect that `model` moves out of its range and that was inside `before`."""
-    values = dict(zip((entry.name for entry in before.solution.structure.parameters), before.solution.x, strict=True))
-    for entry, now in zip(model.solution.structure.parameters, model.solution.x, strict=True):
-        then = values.get(entry.name, np.nan)
-        tolerance = _SIGN_TOLERANCE * abs(then)
-        if (
-            entry.term >= 0
-            and entry.lower <= then <= entry.upper
-            and not (entry.lower - tolerance <= now <= entry.upper + tolerance)
-        ):
-            return entry.name
-    return None

@@ -172,18 +172,6 @@ def test_effect_that_surely_makes_friction_drive_the_motion_is_refused(noise: fl
     assert reason == ("c_c1 would get a value that is not possible" if refused else None)
 
 
-def test_effect_that_makes_an_earlier_effect_impossible_is_refused() -> None:
-    bare = building.fitted(data())
-    before = with_values(bare, "joint_spring", library()["joint_spring"], 0.5, 0.1)
-    after = with_values(before, "torque_offset", library()["torque_offset"], 0.1)
-    assert is_physical(after, before)
-    x = np.where(
-        [entry.name == "joint_spring.k1" for entry in after.solution.structure.parameters], -0.1, after.solution.x
-    )
-    reason = implausibility(replace(after, solution=replace(after.solution, x=x)), before)
-    assert reason == "joint_spring.k1 would get a value that is not possible"
-
-
 def drag(motion: Motion) -> Floats:
     return 0.3 * motion.velocity * np.abs(motion.velocity)
 

@@ -242,13 +242,13 @@ def test_forced_effect_of_an_impossible_sign_explains_nothing() -> None:
     assert (finding.judgement.accepted, finding.judgement.evidence.gain) == (False, 0.0)
 
 
-def test_truncated_selection_has_the_findings_of_its_last_step() -> None:
+def test_selection_without_an_effect_has_the_findings_of_the_others() -> None:
     chosen, begin = selector(split(drag, offset))
     selection = chosen.select(*begin)
-    first = chosen.truncated(selection, 1, "of a test")
-    assert added(first) == [None, "quadratic_friction"]
-    assert [finding.term.name for finding in first.findings] == ["quadratic_friction"]
-    assert first.rejected["torque_offset"].why.endswith("of a test.")
+    other = chosen.without(selection, "torque_offset", "of a test")
+    assert added(other) == [None, "quadratic_friction"]
+    assert [finding.term.name for finding in other.findings] == ["quadratic_friction"]
+    assert other.rejected["torque_offset"].why.endswith("of a test.")
 
 
 def test_computed_torque_and_residual_add_up_to_the_measured_one() -> None:
