@@ -189,7 +189,7 @@ CHUNK = st.one_of(
 @given(st.lists(CHUNK, max_size=30), st.booleans())
 def test_line_survives_any_bytes(chunks: list[bytes], echo: bool) -> None:
     port = Noise(chunks)
-    line = SerialLine(port, "noise", character=0.0, turnaround=1e-4, reply_timeout=5e-4, echo=echo)
+    line = line_on(port, echo=echo, turnaround=1e-4, reply_timeout=5e-4)
 
     def script() -> Script:
         yield from ask_integer("g r0x32")

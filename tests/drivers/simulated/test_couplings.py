@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from drivers.simulated.config import EffectSpec, Links, Servo, SimConfig
-from drivers.simulated.machine import Machine
-from drivers.simulated.model_xml import Coupling
+from drivers.simulated.machine import SimulatedMachine
+from drivers.simulated.model_xml import ShaftCoupling
 from drivers.simulated.plant import Plant
 from recordings.rig import simulated_rig
 from tests.drivers.simulated.exact_delta import exact_torque
@@ -16,8 +16,8 @@ BACKLASH = EffectSpec(name="backlash", joints=(2,), parameters={"b": B})
 ELASTICITY = EffectSpec(name="joint_elasticity", joints=(2,), parameters={"compliance": COMPLIANCE})
 
 
-def _machine(*effects: EffectSpec) -> Machine:
-    return Machine(RIG, SimConfig(servo=Servo(brake_torque=1e4), effects=effects), np.random.default_rng(0))
+def _machine(*effects: EffectSpec) -> SimulatedMachine:
+    return SimulatedMachine(RIG, SimConfig(servo=Servo(brake_torque=1e4), effects=effects), np.random.default_rng(0))
 
 
 def _arm_angles(plant: Plant) -> np.ndarray:
@@ -29,15 +29,15 @@ def _arm_angles(plant: Plant) -> np.ndarray:
     return angles
 
 
-def _twist(machine: Machine) -> np.ndarray:
+def _twist(machine: SimulatedMachine) -> np.ndarray:
     return _arm_angles(machine.plant) - machine.position()
 
 
-def _rest(machine: Machine, seconds: float = 0.5) -> None:
+def _rest(machine: SimulatedMachine, seconds: float = 0.5) -> None:
     machine.advance([machine.position()] * round(seconds / machine.dt))
 
 
-def _weight_on_joint_2(machine: Machine) -> float:
+def _weight_on_joint_2(machine: SimulatedMachine) -> float:
     arms, still = _arm_angles(machine.plant)[None], np.zeros((1, 3))
     return float(exact_torque(RIG.geometry, Links(), arms, still, still)[0, 1])
 
@@ -95,7 +95,7 @@ def test_motor_inertia_is_unchanged_by_elasticity() -> None:
 
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_total_inertia_is_unchanged_by_couplings(number: int) -> None:
-    stiff = (Coupling(stiffness=2e5, damping=10.0),) * number
+    stiff = (ShaftCoupling(stiffness=2e5, damping=10.0),) * number
     rigid, chain = Plant(RIG.geometry, Links()), Plant(RIG.geometry, Links(), (stiff, stiff, stiff))
     for plant in (rigid, chain):
         plant.place((0.0, 0.0, -0.8))

@@ -8,7 +8,7 @@ import pytest
 
 from drivers.simulated.config import EffectSpec, SimConfig
 from drivers.simulated.effect import HiddenEffect, build, discover, library, out_of_library, overrides
-from drivers.simulated.machine import Machine
+from drivers.simulated.machine import SimulatedMachine
 from ident.dynamics.effects.library import library as candidates
 from recordings.errors import BadInput
 from recordings.rig import simulated_rig
@@ -151,7 +151,7 @@ def test_machine_runs_with_all_effects() -> None:
 def _moved(*effects: HiddenEffect) -> list[float]:
     """Positions and torques after a motion of 0.2 s without load reversal."""
     config = SimConfig(effects=tuple(effect.spec() for effect in effects))
-    machine = Machine(simulated_rig(), config, np.random.default_rng(0))
+    machine = SimulatedMachine(simulated_rig(), config, np.random.default_rng(0))
     machine.enabled, machine.brake = [True] * 3, [False] * 3
     start = np.array(machine.position())
     ease = 0.5 - 0.5 * np.cos(np.linspace(0.0, 3.0, 1000))
@@ -179,4 +179,4 @@ def test_bad_effect_is_explained(spec: EffectSpec, complaint: str) -> None:
 def test_machine_refuses_unresolved_sizes() -> None:
     config = SimConfig(effects=(EffectSpec(name="cogging", size=0.02),))
     with pytest.raises(BadInput, match="size"):
-        Machine(simulated_rig(), config, np.random.default_rng(0))
+        SimulatedMachine(simulated_rig(), config, np.random.default_rng(0))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drivers.simulated.config import EffectSpec, Friction, SimConfig
-from drivers.simulated.machine import Machine
+from drivers.simulated.machine import SimulatedMachine
 from tests.drivers.simulated.swinging import RIG, Floats, Run, held_torque, machine_with, swing
 
 COULOMB = 0.7
@@ -103,7 +103,7 @@ def test_presliding_friction_holds_up_to_its_level(push: float) -> None:
     bristles = EffectSpec(name="presliding_hysteresis", joints=(2,), parameters={"z_s": 0.01})
     pull = EffectSpec(name="torque_offset", joints=(2,), parameters={"a": push})
     config = SimConfig(friction=Friction(viscous=(8.0,) * 3, coulomb=(COULOMB,) * 3), effects=(bristles, pull))
-    machine = Machine(RIG, config, np.random.default_rng(0))
+    machine = SimulatedMachine(RIG, config, np.random.default_rng(0))
     machine.plant.model.opt.gravity = (0.0, 0.0, 0.0)
     machine.brake = [True, False, True]
     start = machine.position()
@@ -121,7 +121,7 @@ def test_stribeck_friction_sticks(push: float, moves: bool) -> None:
     stribeck = EffectSpec(name="stribeck", joints=(2,), parameters={"a": 0.6, "v_s": 0.4})
     pull = EffectSpec(name="torque_offset", joints=(2,), parameters={"a": push})
     friction = Friction(coulomb=(COULOMB,) * 3)
-    machine = Machine(RIG, SimConfig(friction=friction, effects=(stribeck, pull)), np.random.default_rng(0))
+    machine = SimulatedMachine(RIG, SimConfig(friction=friction, effects=(stribeck, pull)), np.random.default_rng(0))
     machine.plant.model.opt.gravity = (0.0, 0.0, 0.0)
     machine.brake = [True, False, True]
     start = machine.position()

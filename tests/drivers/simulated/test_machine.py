@@ -5,22 +5,22 @@ import pytest
 from numpy.typing import NDArray
 
 from drivers.simulated.config import Servo, SimConfig
-from drivers.simulated.machine import MAX_STEP, Machine, plant_step
+from drivers.simulated.machine import MAX_STEP, SimulatedMachine, plant_step
 from recordings.rig import Drive, Rig, Torque, Voltage, simulated_rig
 from trajectories.library import load
 
 QUIET = SimConfig(voltage_noise=0.0)
 
 
-def _machine(config: SimConfig = QUIET, rig: Rig | None = None, seed: int = 0) -> Machine:
-    return Machine(rig or simulated_rig(), config, np.random.default_rng(seed))
+def _machine(config: SimConfig = QUIET, rig: Rig | None = None, seed: int = 0) -> SimulatedMachine:
+    return SimulatedMachine(rig or simulated_rig(), config, np.random.default_rng(seed))
 
 
-def _switch_on(machine: Machine) -> None:
+def _switch_on(machine: SimulatedMachine) -> None:
     machine.enabled, machine.brake = [True] * 3, [False] * 3
 
 
-def _hold(machine: Machine, seconds: float) -> None:
+def _hold(machine: SimulatedMachine, seconds: float) -> None:
     machine.advance([machine.position()] * round(seconds / machine.dt))
 
 
@@ -54,7 +54,7 @@ def test_holds_still_without_limit_cycle() -> None:
     assert np.abs(machine.following_error()).max() < 1e-3
 
 
-def _fig5a_by_straight_lines(machine: Machine, rig: Rig) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _fig5a_by_straight_lines(machine: SimulatedMachine, rig: Rig) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Torque at every step and following error at every SYNC, with linear interpolation between the targets."""
     trajectory = load("fig5a", rig, cycles=1)
     machine.reset(trajectory.platform[0].tolist())

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from drivers.simulated.config import Links, SimConfig
-from drivers.simulated.machine import Machine, plant_step
+from drivers.simulated.machine import SimulatedMachine, plant_step
 from drivers.simulated.plant import Plant
 from recordings.errors import BadInput
 from recordings.rig import Geometry, simulated_rig
@@ -31,7 +31,7 @@ def test_unreachable_platform_position_is_refused() -> None:
 def test_torque_agrees_with_exact_inverse_dynamics_along_fig5a() -> None:
     rig = simulated_rig()
     trajectory = load("fig5a", rig, cycles=1, rate=1 / plant_step(rig.rate))
-    machine = Machine(rig, SimConfig(), np.random.default_rng(0))
+    machine = SimulatedMachine(rig, SimConfig(), np.random.default_rng(0))
     machine.reset(trajectory.platform[0].tolist())
     machine.enabled, machine.brake = [True] * 3, [False] * 3
     rows = []

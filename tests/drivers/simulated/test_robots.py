@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drivers.simulated.config import ROBOTS, Friction, SimConfig, load_sim
-from drivers.simulated.machine import Machine
+from drivers.simulated.machine import SimulatedMachine
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import simulated_rig
@@ -18,7 +18,7 @@ def _torque_along_fig5a(name: str) -> Floats:
 
 def _torque_of(config: SimConfig) -> Floats:
     rig = simulated_rig()
-    machine = Machine(rig, config, np.random.default_rng(0))
+    machine = SimulatedMachine(rig, config, np.random.default_rng(0))
     trajectory = load("fig5a", rig, cycles=1, rate=1 / machine.dt)
     machine.reset(trajectory.platform[0].tolist())
     machine.enabled, machine.brake = [True] * 3, [False] * 3
