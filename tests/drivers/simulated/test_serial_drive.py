@@ -16,9 +16,9 @@ OFF, MOVING, FAULT = 0x8000, 0x0800_2000, 0x0040_0000
 class Bench:
     """A drive with its axis at `counts`; 1000 counts per radian."""
 
-    def __init__(self, **bus: object) -> None:
+    def __init__(self, torque_offset: str = "", **bus: object) -> None:
         drive = Drive(node_id=1, counts_per_turn=1000, gear=math.tau)
-        section = SerialBus(registers=SerialRegisters(watchdog="r0xf0"), **bus)
+        section = SerialBus(registers=SerialRegisters(watchdog="r0xf0", torque_offset=torque_offset), **bus)
         rig = Rig(name="r", rate=100.0, bus=section, drives=(drive, Drive(node_id=2), Drive(node_id=3)))
         self.counts, self.volts, self.time = 0, 0, 0.0
         self.drive = SimulatedSerialDrive(rig, 1, DT, lambda: self.counts, lambda: self.volts, lockstep=True)
@@ -152,3 +152,11 @@ def test_no_fault_without_commands_and_without_watchdog() -> None:
     bench = moving()
     bench.run(5.0)
     assert bench.drive.powered
+
+
+def test_torque_offset_acts_with_power() -> None:
+    bench = Bench(torque_offset="r0xd5")
+    assert bench.say("s r0xd5 -500", "g r0xd5") == ["ok", "v -500"]
+    assert bench.drive.torque_offset == 0.0
+    bench.enable()
+    assert bench.drive.torque_offset == pytest.approx(-10.0)
