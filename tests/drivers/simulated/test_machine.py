@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from drivers.simulated.config import Servo, SimConfig
+from drivers.simulated.config import EffectSpec, Servo, SimConfig
 from drivers.simulated.machine import MAX_STEP, SimulatedMachine, plant_step
 from recordings.rig import Drive, Rig, Torque, Voltage, simulated_rig
 from trajectories.library import load
@@ -107,7 +107,9 @@ def test_one_axis_can_be_switched_alone() -> None:
 
 
 def test_power_cycle_clears_the_loops_memory_and_reset_restores_the_initial_state() -> None:
-    machine, fresh = _running(), _machine()
+    remembering = (EffectSpec(name="presliding_hysteresis"), EffectSpec(name="actuation_delay"))
+    config = QUIET.model_copy(update={"effects": remembering})
+    machine, fresh = _running(config), _machine(config)
     assert np.abs(machine.torque()).min() > 1.0
     machine.enabled, machine.brake = [False] * 3, [True] * 3
     _hold(machine, 0.1)

@@ -35,20 +35,21 @@ def test_a_quick_stop_ends_as_its_option_says(option: int, afterwards: PowerStat
 
 
 @pytest.mark.parametrize(
-    ("unit", "object_value"), [(0, 10 * INCREMENTS), (RPM_PER_SECOND, 10 * GEAR * 60 / (2 * 3.141592653589793))]
+    ("unit", "object_value", "speed"),
+    [(0, 10 * INCREMENTS, 1.0), (RPM_PER_SECOND, 10 * GEAR * 60 / (2 * 3.141592653589793), -1.0)],
 )
 def test_a_quick_stop_has_its_deceleration_in_the_units_of_the_drive(
-    unit: int, object_value: float, tmp_path: Path
+    unit: int, object_value: float, speed: float, tmp_path: Path
 ) -> None:
     bench = made_up(tmp_path, base() | ({(0x60AA, 0): Item(U32, default=unit)} if unit else {}))
     bench.write(0x6085, "I", round(object_value))
     bench.enable()
-    bench.move(1.0)
+    bench.move(speed)
     start = bench.drive.generator.position
     bench.cycle(Controlword.QUICK_STOP)
     assert bench.state is PowerState.QUICK_STOP
     bench.run(0.5)
-    assert bench.drive.generator.position - start == pytest.approx(1.0 / (2 * 10), rel=0.05)
+    assert bench.drive.generator.position - start == pytest.approx(speed / (2 * 10), rel=0.05)
 
 
 def test_without_605a_and_6085_a_quick_stop_is_as_hard_as_the_drive_can(tmp_path: Path) -> None:
