@@ -31,11 +31,12 @@ def served(described: Rig, pace: Pace = "lockstep") -> Iterator[SerialRig]:
     assert machine.error is None
 
 
-def say(port: str, command: bytes, ends: int = 1) -> bytes:
-    """Send a command; returns the reply up to `ends` end characters."""
+def say(port: str, *pieces: bytes, ends: int = 1) -> bytes:
+    """Send pieces of commands; returns the reply up to `ends` end characters."""
     device = os.open(port, os.O_RDWR | os.O_NOCTTY)
     try:
-        os.write(device, command)
+        for piece in pieces:
+            os.write(device, piece)
         reply = b""
         while reply.count(b"\r") < ends:
             reply += os.read(device, 100)
@@ -44,24 +45,15 @@ def say(port: str, command: bytes, ends: int = 1) -> bytes:
         os.close(device)
 
 
-def test_port_named_simulated_exists_while_it_is_served() -> None:
+def test_ports_exist_while_they_are_served_and_replace_dangling_links_but_no_other_file(tmp_path: Path) -> None:
     with served(rig()):
         assert say(simulated["simulated"], b"2 g r0xa4\r") == b"v 0\r"
     assert not simulated
-
-
-def test_other_port_name_is_a_link_that_is_removed_at_the_end(tmp_path: Path) -> None:
-    link = tmp_path / "line"
-    with served(rig(str(link))):
-        assert say(str(link), b"2 g r0xa4\r") == b"v 0\r"
-    assert not link.is_symlink()
-
-
-def test_dangling_link_is_replaced_but_no_other_file(tmp_path: Path) -> None:
     link, precious = tmp_path / "line", tmp_path / "precious"
     link.symlink_to(tmp_path / "gone")
     with served(rig(str(link))):
-        assert link.exists()
+        assert say(str(link), b"2 g r0xa4\r") == b"v 0\r"
+    assert not link.is_symlink()
     precious.write_text("data")
     with pytest.raises(BadInput, match=r"precious cannot be made: File exists"):
         SerialRig(rig(str(precious)), SimConfig(), pace="lockstep", seed=0)
@@ -70,13 +62,7 @@ def test_dangling_link_is_replaced_but_no_other_file(tmp_path: Path) -> None:
 
 def test_commands_may_arrive_in_pieces_and_are_routed_by_prefix() -> None:
     with served(rig()):
-        device = os.open(simulated["simulated"], os.O_RDWR | os.O_NOCTTY)
-        for piece in (b"3 g ", b"r0xa4\r4 g r0xa4\r", b"\r1 x\r"):
-            os.write(device, piece)
-        replies = b""
-        while replies.count(b"\r") < 2:
-            replies += os.read(device, 100)
-        os.close(device)
+        replies = say(simulated["simulated"], b"3 g ", b"r0xa4\r4 g r0xa4\r", b"\r1 x\r", ends=2)
     assert replies == b"v 0\re 3\r"
 
 
@@ -99,18 +85,13 @@ def test_lockstep_time_advances_only_with_the_latch() -> None:
         assert machine.machine.time == pytest.approx(1 / 20)
 
 
-def test_latch_is_unknown_in_real_time() -> None:
-    with served(rig(), "realtime"):
-        assert say(simulated["simulated"], b"2 latch\r") == b"e 3\r"
-
-
-def test_real_time_includes_the_transmission_time() -> None:
-    described = rig(baud=1200)
+def test_real_time_includes_the_transmission_time_and_knows_no_latch() -> None:
     command, reply = b"1 g r0xa4\r", b"v 0\r"
-    with served(described, "realtime"):
+    with served(rig(baud=1200), "realtime"):
         begin = time.perf_counter()
         assert say(simulated["simulated"], command) == reply
         assert time.perf_counter() - begin >= (len(command) + len(reply)) * 10 / 1200
+        assert say(simulated["simulated"], b"2 latch\r") == b"e 3\r"
 
 
 @pytest.fixture
