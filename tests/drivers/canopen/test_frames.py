@@ -12,8 +12,6 @@ import pytest
 
 from daq.proposal.document import propose
 from daq.proposal.facts import from_file
-from drivers.canopen.bus import Link
-from drivers.canopen.drive import CanopenDrives
 from drivers.protocol import Goal, Power
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import CanBus, Rig, load_rig
@@ -52,9 +50,7 @@ def bus_with(name: str) -> tuple[Rig, LossyBus]:
 
 def frames_of(rig: Rig, bus: LossyBus) -> list[str]:
     """Lines "sent > received received ..."; a drive's frames stand behind the one that they follow."""
-    link = Link(bus)
-    link.clock = bus.now_ns
-    lines: list[str] = []
+    driver, lines = bus.driver(), list[str]()
 
     def note(_: int, message: can.Message, sent: bool) -> None:
         text = f"{message.arbitration_id:03X} {bytes(message.data).hex(' ')}".strip()
@@ -63,8 +59,7 @@ def frames_of(rig: Rig, bus: LossyBus) -> list[str]:
         elif lines:
             lines[-1] += f" {text}"
 
-    link.tap = note
-    driver = CanopenDrives(rig, link, lambda *line: None)
+    driver._link.tap = note
     try:
         driver.discover()
         driver.configure()

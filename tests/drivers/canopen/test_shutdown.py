@@ -4,8 +4,6 @@ from collections import defaultdict
 
 import numpy as np
 
-from drivers.canopen.bus import Link
-from drivers.canopen.drive import CanopenDrives
 from drivers.protocol import Goal, Power
 from recordings.rig import Drive, Limits, Rig
 from tests.drivers.canopen.lossy_bus import LossyBus
@@ -21,9 +19,7 @@ RIG = Rig(
 
 def test_every_drive_that_answers_is_stopped_off_and_without_a_watchdog_and_the_silent_one_named() -> None:
     bus, reports, written = LossyBus(RIG), [], defaultdict[int, list[str]](list)
-    link = Link(bus)
-    link.clock = bus.now_ns
-    driver = CanopenDrives(RIG, link, lambda *line: reports.append(line))
+    driver = bus.driver(lambda *line: reports.append(line))
     driver.discover()
     driver.configure()
     driver.goal = Goal.ENABLED
