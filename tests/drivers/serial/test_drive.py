@@ -122,19 +122,22 @@ def test_fault_ends_the_run() -> None:
     assert sample.trouble == "joint 1 ('1' on line): drive fault, following error (0x0200)"
 
 
-def test_refused_command_ends_the_run() -> None:
-    refused: list[Exchange] = [("1 s r0xca 9", "e 10"), status(1, ON), *read(1)]
-    amplifiers, port, _ = enabled([*refused, *move(2, 509), *read(2), *move(3, 9), *read(3)])
-    sample = amplifiers.exchange(amplifiers.encode(np.full((1, 3), 0.009).round(3) * [[1, -1, 1]])[0], 1.0)
-    assert sample.trouble == "joint 1 ('1' on line): the drive refuses '1 s r0xca 9': value out of range (e 10)"
+@pytest.mark.parametrize(
+    ("refused", "trouble"),
+    [
+        # A fault is the better reason for a refused command.
+        ([status(2, FAULT), ("2 g r0xa4", "v 16")], "joint 2 ('2' on line): drive fault, motor too hot (0x0010)"),
+        (
+            [status(2, ON), *read(2)],
+            "joint 2 ('2' on line): the drive refuses '2 t 1': not possible in the state of the axis (e 14)",
+        ),
+    ],
+)
+def test_refused_command_ends_the_run_with_the_best_reason(refused: list[Exchange], trouble: str) -> None:
+    script = [*move(1, 0), status(1, ON), *read(1), ("2 s r0xca 500", "ok"), ("2 t 1", "e 14"), *refused]
+    amplifiers, port, _ = enabled([*script, *(read(2) if len(refused) < 3 else []), *move(3, 0), *read(3)])
+    assert amplifiers.exchange(amplifiers.encode(np.zeros((1, 3)))[0], 1.0).trouble == trouble
     port.assert_finished()
-
-
-def test_command_refused_because_of_a_fault_is_reported_as_the_fault() -> None:
-    refused: list[Exchange] = [("2 s r0xca 500", "ok"), ("2 t 1", "e 14"), status(2, FAULT), ("2 g r0xa4", "v 16")]
-    amplifiers, _, _ = enabled(cycle(1, {1: move(1, 0), 2: refused, 3: move(3, 0)}, word=ON))
-    sample = amplifiers.exchange(amplifiers.encode(np.zeros((1, 3)))[0], 1.0)
-    assert sample.trouble == "joint 2 ('2' on line): drive fault, motor too hot (0x0010)"
 
 
 def test_lost_reply_affects_only_its_drive_if_there_is_time_for_the_others() -> None:
