@@ -153,6 +153,10 @@ def _troubles(cycles: int, answers: Callable[[int], list[Frame]]) -> list[str | 
             [[ALARM, *answered(DISABLED)], answered(DISABLED)],
             [None, "joint 2 (node 2): EMCY 0x4310: drive over-temperature"],
         ),
+        (
+            [[ALARM, tpdo(1, DISABLED), tpdo(3, DISABLED)]],
+            ["joint 2 (node 2): no answer after drive over-temperature (EMCY 0x4310)"],
+        ),
         ([[ALARM, *answered(DISABLED)], [OVER, *answered(DISABLED)], answered(DISABLED)], [None, None, None]),
         ([answered(DISABLED, INVALID)], ["joint 2 (node 2): statusword 0x0003 fits no state of CiA 402"]),
     ],

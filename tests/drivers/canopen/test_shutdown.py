@@ -28,7 +28,9 @@ def test_every_drive_that_answers_is_stopped_off_and_without_a_watchdog_and_the_
     for code, times in ((0xFF01, 3), (0x8140, 1)):
         for _ in range(times):
             bus.drives[0].warn(code)
-    driver.exchange(driver.encode(np.array([[drive.generator.position for drive in bus.drives]]))[0], 0.01)
+    start = np.array([drive.generator.position for drive in bus.drives])
+    for setpoint in driver.encode(start + 0.005 * np.arange(1, 6)[:, None]):  # at 1 rad/s
+        driver.exchange(setpoint, 0.01)
     bus.drives[1].receive = lambda *frame: None  # type: ignore[method-assign]
     for axis in driver._axes:
         axis.sdo._client.RESPONSE_TIMEOUT = 0.001
@@ -37,10 +39,11 @@ def test_every_drive_that_answers_is_stopped_off_and_without_a_watchdog_and_the_
         if arbitration_id & 0x780 == 0x600 and data[0] & 0xE0 == 0x20:
             value = data[4 : 8 - (data[0] >> 2 & 3)][::-1].hex()
             written[arbitration_id & 0x7F].append(f"{data[2]:02X}{data[1]:02X}:{value}")
+            assert written[1][-1] != OFF or not bus.drives[0].powered, "switched off while it moves"
 
     reports.clear()
     bus.witness = note
-    assert driver.power_off()[::2] == (Power.OFF, Power.OFF)
+    assert driver.power_off() == (Power.OFF, Power.UNKNOWN, Power.OFF)
     driver.close()
     assert bus.enabled == [2]
     assert written[1] == [QUICK_STOP, OFF, OFF, NO_WATCHDOG]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from drivers.protocol import Goal, Power
+from drivers.protocol import Amplifiers, Goal, Power
 from drivers.serial.port import simulated
 from drivers.simulated.config import SimConfig
 from drivers.simulated.serial_rig import SerialRig
@@ -94,26 +94,33 @@ def test_real_time_includes_the_transmission_time_and_knows_no_latch() -> None:
         assert say(simulated["simulated"], b"2 latch\r") == b"e 3\r"
 
 
-@pytest.fixture
-def three() -> Iterator[tuple[SerialRig, transport.SerialDrives]]:
-    """Enabled drives on three lines."""
-    described = rig("simulated1", "simulated2", "simulated3")
-    with served(described) as machine:
-        drives = transport.connect(described, lambda *line: None, lambda *frame: None, lambda: 0)
-        assert isinstance(drives, transport.SerialDrives)
+@contextmanager
+def enabled(described: Rig, pace: Pace = "lockstep") -> Iterator[tuple[SerialRig, Amplifiers]]:
+    """Enabled drives on their lines."""
+    with served(described, pace) as machine:
+        clock = (lambda: 0) if pace == "lockstep" else None
+        drives = transport.connect(described, lambda *line: None, lambda *frame: None, clock)
         drives.discover()
         drives.configure()
-        drives.goal = Goal.DISABLED
-        drives.exchange(None, 2.0)
+        drives.exchange(None, 5.0)
         drives.goal = Goal.ENABLED
-        while drives.exchange(None, 2.0).power != (Power.ON,) * 3:
-            pass
+        while not all(drive.powered for drive in machine.drives):
+            drives.exchange(None, 5.0)
         yield machine, drives
-        drives.close()
+        if pace == "lockstep":
+            drives.close()
+
+
+@pytest.fixture
+def three() -> Iterator[tuple[SerialRig, Amplifiers]]:
+    """Enabled drives on three lines."""
+    with enabled(rig("simulated1", "simulated2", "simulated3")) as (machine, drives):
+        assert drives.exchange(None, 5.0).power == (Power.ON,) * 3
+        yield machine, drives
 
 
 def test_unplugged_line_ends_the_run_and_the_other_drives_stop(
-    three: tuple[SerialRig, transport.SerialDrives],
+    three: tuple[SerialRig, Amplifiers],
 ) -> None:
     machine, drives = three
     machine.unplug("simulated2")
@@ -128,7 +135,7 @@ def test_unplugged_line_ends_the_run_and_the_other_drives_stop(
 
 
 def test_disturbed_replies_are_missing_and_the_line_recovers(
-    three: tuple[SerialRig, transport.SerialDrives],
+    three: tuple[SerialRig, Amplifiers],
 ) -> None:
     machine, drives = three
     machine.disturb = lambda port, reply: reply.replace(b"v", b"w") if port == "simulated3" else reply
@@ -142,14 +149,7 @@ def test_disturbed_replies_are_missing_and_the_line_recovers(
 @pytest.mark.parametrize("register", ["r0xf0", ""])
 def test_only_a_watchdog_switches_power_off_when_the_host_is_lost(register: str) -> None:
     described = rig(registers=SerialRegisters(watchdog=register), reply_timeout=1.0)
-    with served(described, "realtime") as machine:
-        drives = transport.connect(described, lambda *line: None, lambda *frame: None, None)
-        drives.discover()
-        drives.configure()
-        drives.exchange(None, 5.0)
-        drives.goal = Goal.ENABLED
-        while not all(drive.powered for drive in machine.drives):
-            drives.exchange(None, 5.0)
+    with enabled(described, "realtime") as (machine, _):
         # As after SIGKILL: no more commands.
         deadline = time.perf_counter() + (20.0 if register else 1.0)
         while any(drive.powered for drive in machine.drives) and time.perf_counter() < deadline:
