@@ -79,6 +79,6 @@ def decode(statusword: int) -> DriveState | None:
     return next((state for mask, value, state in _PATTERNS if statusword & mask == value), None)
 
 
-def next_controlword(goal: Goal, state: DriveState) -> int:
-    """Controlword that takes a drive from `state` one transition towards `goal`."""
-    return _TOWARDS[goal].get(state, Controlword.DISABLE_VOLTAGE)
+def next_controlword(goal: Goal, state: DriveState | None) -> int:
+    """Controlword that takes a drive from `state` one transition towards `goal`; from an unknown state: no power."""
+    return Controlword.DISABLE_VOLTAGE if state is None else _TOWARDS[goal].get(state, Controlword.DISABLE_VOLTAGE)

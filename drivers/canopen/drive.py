@@ -188,8 +188,6 @@ class CanopenDrives:
         return self.goal is Goal.ENABLED and any(axis.power is not Power.ON for axis in self._axes)
 
     def _controlword(self, axis: CanopenAxis) -> int:
-        if axis.state is None:
-            return cia402.Controlword.DISABLE_VOLTAGE
         if self.goal is Goal.STOPPED and self._rests_in_quick_stop(axis):
             return cia402.Controlword.DISABLE_VOLTAGE
         command = cia402.next_controlword(self.goal, axis.state)

@@ -28,6 +28,7 @@ def test_every_statusword_has_one_state_or_none(word: int) -> None:
 
 
 def test_enabling_takes_one_state_after_the_other_and_others_get_disable_voltage() -> None:
+    assert cia402.next_controlword(Goal.ENABLED, None) == Controlword.DISABLE_VOLTAGE
     commands = {state: cia402.next_controlword(Goal.ENABLED, state) for state in DriveState}
     assert commands == dict.fromkeys(DriveState, Controlword.DISABLE_VOLTAGE) | {
         DriveState.SWITCH_ON_DISABLED: Controlword.SHUTDOWN,
@@ -43,6 +44,7 @@ def test_no_controlword_towards_a_stop_enables_or_resets_faults(goal: Goal, stat
     command = cia402.next_controlword(goal, state)
     assert command & 0x0F != Controlword.ENABLE
     assert command & 0x80 == 0
+    assert cia402.next_controlword(goal, None) == Controlword.DISABLE_VOLTAGE
 
 
 def test_only_enabled_and_stopping_have_torque() -> None:
