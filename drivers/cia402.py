@@ -74,18 +74,11 @@ POWER: dict[DriveState, Power] = dict.fromkeys(DriveState, Power.OFF) | {
 """Power of the motor in each state."""
 
 
-def decode(statusword: int) -> DriveState:
-    """Decode the state from a statusword.
-
-    Raises:
-        ValueError: the bits fit no state of the standard.
-    """
-    for mask, value, state in _PATTERNS:
-        if statusword & mask == value:
-            return state
-    raise ValueError(f"statusword 0x{statusword:04X} fits no state of CiA 402")
+def decode(statusword: int) -> DriveState | None:
+    """Decode the state from a statusword; None: the bits fit no state of the standard."""
+    return next((state for mask, value, state in _PATTERNS if statusword & mask == value), None)
 
 
-def next_controlword(goal: Goal, state: DriveState) -> int:
-    """Controlword that takes a drive from `state` one transition towards `goal`."""
-    return _TOWARDS[goal].get(state, Controlword.DISABLE_VOLTAGE)
+def next_controlword(goal: Goal, state: DriveState | None) -> int:
+    """Controlword that takes a drive from `state` one transition towards `goal`; from an unknown state: no power."""
+    return Controlword.DISABLE_VOLTAGE if state is None else _TOWARDS[goal].get(state, Controlword.DISABLE_VOLTAGE)

@@ -39,6 +39,8 @@ class ObjectDescription:
     high: int | None = None
     mappable: bool = False
     name: str = ""
+    is_parameter: bool = False
+    """Whether the value is the ParameterValue of a DCF."""
 
     @property
     def size(self) -> int | None:
@@ -83,8 +85,11 @@ class Dictionary(Mapping[Address, ObjectDescription]):
     indices: frozenset[int]
     bit_rates: frozenset[int] = frozenset()
     """Bit rates of the file's device information [bit/s]."""
-    has_parameters: bool = False
-    """Whether the file is a DCF: it gives values of its own, not only defaults."""
+
+    @property
+    def has_parameters(self) -> bool:
+        """Whether the file is a DCF: it gives values of its own, not only defaults."""
+        return any(description.is_parameter for description in self.values())
 
     def __getitem__(self, address: Address) -> ObjectDescription:
         return self.entries[address]
@@ -106,7 +111,8 @@ def load_dictionary(path: Path, node_id: int) -> Dictionary:
     try:
         dictionary = _parse(text, node_id)
     except (Error, KeyError, ValueError, TypeError) as error:
-        raise BadInput(f"{path}: an EDS or DCF file (CiA 306) expected, {_reason(error)}; check the file") from None
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise BadInput(f"{path}: an EDS or DCF file (CiA 306) expected, {reason}; check the file") from None
     if not any(index >= 0x1000 for index in dictionary.indices):
         raise BadInput(f"{path}: an EDS or DCF file (CiA 306) expected, no object in it; check the file")
     return dictionary if dictionary.name else replace(dictionary, name=path.stem)
@@ -127,7 +133,6 @@ def _parse(text: str, node_id: int) -> Dictionary:
         parsed.device_information.product_name or "",
         frozenset(index for index, _ in entries),
         frozenset(parsed.device_information.allowed_baudrates),
-        any(variable.value is not None for variable in _variables(parsed)),
     )
 
 
@@ -147,10 +152,6 @@ def _text(path: Path) -> str:
         return content.decode("latin-1")
 
 
-def _reason(error: Exception) -> str:
-    return " ".join(str(error).split()) or type(error).__name__
-
-
 def _compact_arrays(text: str) -> dict[int, int]:
     """Number of entries of the arrays whose file gives one description for all."""
     file = RawConfigParser(inline_comment_prefixes=(";",))
@@ -163,16 +164,12 @@ def _compact_arrays(text: str) -> dict[int, int]:
 
 
 def _entries(parsed: Any, compact: Mapping[int, int]) -> Iterator[tuple[Address, ObjectDescription]]:
-    for variable in _variables(parsed):
-        yield (variable.index, variable.subindex), _description(variable)
+    for item in parsed.values():
+        for variable in [item] if isinstance(item, ODVariable) else item.values():
+            yield (variable.index, variable.subindex), _description(variable)
     for index, count in compact.items():
         for sub in range(2, count + 1):
             yield (index, sub), _description(parsed[index][sub])
-
-
-def _variables(parsed: Any) -> Iterator[Any]:
-    for item in parsed.values():
-        yield from [item] if isinstance(item, ODVariable) else item.values()
 
 
 def _description(variable: Any) -> ObjectDescription:
@@ -185,6 +182,7 @@ def _description(variable: Any) -> ObjectDescription:
         variable.max,
         variable.pdo_mappable,
         variable.name,
+        variable.value is not None,
     )
 
 

@@ -120,7 +120,6 @@ class Amplifiers(Protocol):
         Raises:
             RunFailed: naming the drives that do not answer.
         """
-        ...
 
     def check(self) -> Sequence[CheckResult]:
         """Compare drives and bus with the rig file; writes nothing, moves nothing. Call after `discover`.
@@ -128,7 +127,6 @@ class Amplifiers(Protocol):
         Raises:
             RunFailed: a drive stops answering.
         """
-        ...
 
     def configure(self) -> None:
         """Write the set-up (mode, PDO maps, limits, watchdogs) and read it back; ready for `exchange`.
@@ -137,12 +135,10 @@ class Amplifiers(Protocol):
             RunFailed: a drive refuses, or reads back something else.
             BadInput: a drive does not fit the rig file.
         """
-        ...
 
     def encode(self, targets: NDArray[np.float64], torque: NDArray[np.float64] | None = None) -> Sequence[Setpoint]:
         """Joint targets (n, dof) [rad] as n setpoints, with torque offsets (n, dof) [N m] where the rig sends them;
         None: 0."""
-        ...
 
     def exchange(self, setpoint: Setpoint | None, timeout: float) -> Sample:
         """Send the targets and a SYNC; collect the answers for at most `timeout` seconds.
@@ -153,16 +149,13 @@ class Amplifiers(Protocol):
         Raises:
             RunFailed: the bus is lost.
         """
-        ...
 
     def power_off(self) -> tuple[Power, ...]:
         """Switch power off where `exchange` does not reach all drives. Returns the power states found.
         Never raises."""
-        ...
 
     def close(self) -> None:
         """Release the drives and leave the bus. Never raises."""
-        ...
 
 
 @runtime_checkable
@@ -171,11 +164,9 @@ class HomingAmplifiers(Protocol):
 
     def configure(self, *, referenced: bool = True) -> None:
         """See `Amplifiers`; `referenced`: refuse drives without their zero reference."""
-        ...
 
     def is_homed(self, joint: int) -> bool | None:
         """Whether the drive has its zero reference; None: it does not say."""
-        ...
 
     def prepare_homing(self, joint: int) -> None:
         """Set the drive up for homing, without power.
@@ -184,16 +175,12 @@ class HomingAmplifiers(Protocol):
             BadInput: the drive has no homing, or its settings do not fit.
             RunFailed: the drive refuses.
         """
-        ...
 
     def start_homing(self, joint: int) -> None:
         """Let the enabled drive begin with the next `exchange`."""
-        ...
 
     def homing_state(self, joint: int) -> HomingState:
         """State by the last answer; call once per `exchange`."""
-        ...
 
     def finish_homing(self, joint: int) -> None:
         """Return to following targets, without power."""
-        ...

@@ -2,22 +2,39 @@
 
 import math
 import struct
+import time
 from collections import Counter
 from itertools import accumulate
 
 from drivers import cia402
 from drivers.canopen import emcy, pdo
 from drivers.canopen.dictionary import DriveDictionary, standard_dictionary
-from drivers.canopen.sdo import Sdo
+from drivers.canopen.sdo import Sdo, SdoWrite
 from drivers.protocol import Power
 from recordings.rig import Drive
+
+_CONTROLWORD, _POSITION, _OFFSET = struct.Struct("<H"), struct.Struct("<i"), struct.Struct("<h")
+STOP_TIMEOUT = 0.3
+"""Time that a drive may take to stop when it is commanded by SDO [s]."""
+_MODE_TIMEOUT = 0.5
+"""Time that a drive may take to show the mode that was written [s]."""
+NO_MODE = 0
+"""Object 6061 of drives that take over a mode only when they are enabled; whether they follow is supervised then."""
 
 
 class CanopenAxis:
     """State of one drive. The raw values are the last ones received."""
 
-    def __init__(self, joint: int, drive: Drive, sdo: Sdo, effort_per_count: float = math.nan) -> None:
-        """`joint`: 1 ... n; `effort_per_count`: see `pdo.effort_per_count`."""
+    def __init__(
+        self,
+        joint: int,
+        drive: Drive,
+        sdo: Sdo,
+        effort_per_count: float = math.nan,
+        still_counts: float = 1.0,
+    ) -> None:
+        """`joint`: 1 ... n; `effort_per_count`: see `pdo.effort_per_count`; `still_counts`: largest change of the
+        position from answer to answer that counts as rest."""
         self.name = f"joint {joint} (node {drive.node_id})"
         self.joint = joint
         self.drive = drive
@@ -46,7 +63,7 @@ class CanopenAxis:
         self._effort_per_count = effort_per_count
         self.still_answers = 0
         """Number of consecutive answers in which the position changed by `still_counts` at most."""
-        self.still_counts = 1.0
+        self._still_counts = still_counts
         self._raw = dict.fromkeys(("voltage", "torque"), math.nan)
         self.use(standard_dictionary(drive))
         self._received: set[int] = set()
@@ -70,21 +87,61 @@ class CanopenAxis:
             for number, fields in pdo.tpdos(self.drive, dictionary).items()
         }
 
-        ends = list(
-            accumulate(sum(map(pdo.size_of, mapped)) for mapped in pdo.rpdos(self.drive, dictionary).values())
-        )
-        ids = [pdo.rpdo_id(self.drive, number) for number in pdo.rpdos(self.drive, dictionary)]
+        received = pdo.rpdos(self.drive, dictionary)
+        ends = list(accumulate(sum(map(pdo.size_of, mapped)) for mapped in received.values()))
+        ids = [pdo.rpdo_id(self.drive, number) for number in received]
         self._parts = list(zip(ids, [0, *ends], ends, strict=False))
 
-    def frames(self, controlword: bytes, setpoint: bytes) -> list[tuple[int, bytes]]:
+    def target(self, counts: int, torque_offset: int = 0) -> bytes:
+        """Bytes of a target, with a torque offset [thousandths] where the rig sends one."""
+        return _POSITION.pack(counts) + (_OFFSET.pack(torque_offset) if self.drive.torque_offset else b"")
+
+    def frames(self, controlword: int, target: bytes) -> list[tuple[int, bytes]]:
         """RPDOs of one cycle: arbitration ids and data."""
-        data = controlword + setpoint
+        data = _CONTROLWORD.pack(controlword) + target
         return [(arbitration_id, data[begin:end]) for arbitration_id, begin, end in self._parts]
 
     @property
     def answer_ids(self) -> tuple[int, ...]:
         """Arbitration ids of the drive's TPDOs."""
         return tuple(self._layout)
+
+    # By SDO
+
+    def read_state(self) -> None:
+        """Read the statusword.
+
+        Raises:
+            RunFailed: the drive does not answer.
+        """
+        self.statusword = self.sdo.read(0x6041, 0, "<H")
+        self.decode_status()
+
+    def command(self, controlword: int) -> None:
+        """Write a controlword; raises as `read_state`."""
+        self.sdo.write(SdoWrite(0x6040, 0, "<H", controlword, check=False))
+
+    def stop_by(self, controlword: int) -> None:
+        """Write a controlword; wait until the drive is off, for at most STOP_TIMEOUT. Raises as `read_state`."""
+        self.state = None
+        deadline = time.monotonic() + STOP_TIMEOUT
+        self.command(controlword)
+        self.read_state()
+        while self.has_torque and time.monotonic() < deadline:
+            self.read_state()
+
+    def clear_torque_offset(self) -> None:
+        """Write a torque offset of 0 where the rig sends one; raises as `read_state`."""
+        if self.drive.torque_offset:
+            self.sdo.write(SdoWrite(0x60B2, 0, "<h", 0, check=False))
+
+    def shown_mode(self, mode: int) -> int | None:
+        """The mode that the drive shows (6061h), as soon as it is `mode`, or after a time; None: it shows none."""
+        deadline = time.monotonic() + _MODE_TIMEOUT
+        while (shown := self.sdo.read_optional(0x6061, 0, "<b")) not in (None, mode):
+            if time.monotonic() >= deadline:
+                break
+        return shown
 
     # One cycle
 
@@ -102,7 +159,7 @@ class CanopenAxis:
         values = dict(zip((field.name for field in fields), layout.unpack(data), strict=True))
         if "position" in values:
             before, self.counts = self.counts, values.pop("position")
-            still = before is not None and abs(self.counts - before) <= self.still_counts
+            still = before is not None and abs(self.counts - before) <= self._still_counts
             self.still_answers = self.still_answers + 1 if still else 0
         if "status" in values:
             self.statusword = values.pop("status")
@@ -124,10 +181,7 @@ class CanopenAxis:
 
     def decode_status(self) -> None:
         """Decode power state and target following from the statusword."""
-        try:
-            self.state = cia402.decode(self.statusword)
-        except ValueError:
-            self.state = None
+        self.state = cia402.decode(self.statusword)
         follows = self.homing or self.state is not cia402.DriveState.ENABLED
         follows = follows or bool(self.statusword & cia402.TARGET_FOLLOWED)
         self.answers_without_following = 0 if follows else self.answers_without_following + 1
@@ -155,6 +209,11 @@ class CanopenAxis:
     def power(self) -> Power:
         """Last known power state."""
         return Power.UNKNOWN if self.state is None else cia402.POWER[self.state]
+
+    @property
+    def has_torque(self) -> bool:
+        """Whether the motor had torque in the last known state."""
+        return self.power in (Power.ON, Power.STOPPING)
 
     # Errors
 

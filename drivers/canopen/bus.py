@@ -61,12 +61,6 @@ _MAX_UNREADABLE = 1000
 """Number of datagrams that are no frames after which the bus counts as lost."""
 
 
-def _returns_own_frames(bus: can.BusABC) -> bool:
-    from can.interfaces.udp_multicast import UdpMulticastBus
-
-    return isinstance(bus, UdpMulticastBus)
-
-
 class Link:
     """Access of one participant to a CAN bus; single-threaded.
 
@@ -74,11 +68,12 @@ class Link:
     """
 
     def __init__(self, bus: can.BusABC) -> None:
+        from can.interfaces.udp_multicast import UdpMulticastBus
+
         self._bus = bus
         # Only this interface returns sent frames to their sender.
-        self._expected_echoes: deque[tuple[int, bytes]] | None = (
-            deque(maxlen=_MAX_ECHOES) if _returns_own_frames(bus) else None
-        )
+        echoes = isinstance(bus, UdpMulticastBus)
+        self._expected_echoes: deque[tuple[int, bytes]] | None = deque(maxlen=_MAX_ECHOES) if echoes else None
         self._unreadable = 0
         self.tap: Tap | None = None
         self.clock: Callable[[], int] | None = None

@@ -3,19 +3,20 @@
 import math
 import time
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 from drivers import cia402
 from drivers.canopen import dcf, pdo, readiness, setup
 from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
 from drivers.canopen.dictionary import DriveDictionary, integer_at, read_dictionary
-from drivers.canopen.limits import refusal
-from drivers.canopen.roles import ROLES, is_pdo, role_of
+from drivers.canopen.roles import PDO, ROLES, role_of, without
 from drivers.canopen.sdo import ObjectRefused, SdoWrite, format_address
+from drivers.eds import load_dictionary
 from drivers.protocol import CheckResult, Verdict
 from recordings.drives import STATUSWORD
 from recordings.errors import BadInput
-from recordings.rig import Rig
+from recordings.rig import Drive, Rig
 
 _SCAN_TIMEOUT = 0.3
 """Time that the scan waits for the last answer [s]."""
@@ -29,6 +30,9 @@ _VOLTAGE_ENABLED = 0x10
 _QUANTITIES = {0x6065: "position", 0x607D: "position", 0x6084: "acceleration", 0x6085: "acceleration"}
 _SI = {"position": "rad", "velocity": "rad/s", "acceleration": "rad/s^2"}
 _RADIANS_PER_SECOND_PER_RPM = math.tau / 60
+
+Row = tuple[str, str, str, Verdict]
+"""What was compared, expected, found, verdict."""
 
 
 def unexpected_nodes(rig: Rig, link: Link) -> Iterator[CheckResult]:
@@ -55,159 +59,140 @@ def scan_nodes(link: Link) -> set[int]:
 def compare_with_rig(rig: Rig, axes: Sequence[CanopenAxis]) -> Iterator[CheckResult]:
     """Compare state, reference, mode, units and configuration of every drive with the rig file."""
     for axis in axes:
-        configuration = dcf.configuration(axis.drive)
-        present = read_dictionary(axis.drive, axis.sdo)
-        dictionary = present.after(configuration)
-        yield from _state(axis, dictionary)
-        yield from _reference(rig, axis)
-        yield from _mode(axis, dictionary)
-        yield _supply(axis, dictionary)
-        yield from _torque_source(axis, dictionary)
-        yield from _units(axis, dictionary)
-        yield from _limits(rig, axis, dictionary)
-        yield from _missing(axis, dictionary)
-        yield from _objects(rig, axis, present, dictionary, configuration)
+        yield from (CheckResult(axis.name, *row) for row in _compare(rig, axis))
 
 
-def _objects(
-    rig: Rig,
-    axis: CanopenAxis,
-    present: DriveDictionary,
-    dictionary: DriveDictionary,
-    configuration: Sequence[SdoWrite],
-) -> Iterator[CheckResult]:
+def _compare(rig: Rig, axis: CanopenAxis) -> Iterator[Row]:
+    configuration = dcf.configuration(axis.drive)
+    present = read_dictionary(axis.drive, axis.sdo)
+    dictionary = present.after(configuration)
+    yield from _state(axis, dictionary)
+    yield from _reference(rig, axis)
+    yield from _mode(dictionary)
+    yield _supply(dictionary)
+    yield from _torque_source(dictionary)
+    yield from _units(dictionary)
+    yield from _limits(rig, axis, dictionary)
+    yield from _missing(dictionary)
     try:
         writes = [*configuration, *setup.own_writes(rig, axis.drive, dictionary)]
     except BadInput as error:
-        yield CheckResult(axis.name, "set-up", "objects that suffice", str(error), "problem")
+        yield "set-up", "objects that suffice", str(error), "problem"
         return
-    for sdo_write in writes:
-        # A PDO is disabled before it is mapped; only its final value is compared.
-        if sdo_write.check:
-            yield _object(axis, present, dictionary, sdo_write)
+    # A PDO is disabled before it is mapped; only its final value is compared.
+    yield from (_object(axis, present, dictionary, write) for write in writes if write.check)
 
 
-def _state(axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[CheckResult]:
-    word = axis.sdo.read(STATUSWORD, 0, "<H")
-    try:
-        state = cia402.decode(word)
-    except ValueError as error:
-        yield CheckResult(axis.name, "state", "a state of CiA 402", str(error), "problem")
+def _fine_if(condition: bool, otherwise: Verdict = "problem") -> Verdict:
+    return "fine" if condition else otherwise
+
+
+def _state(axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[Row]:
+    axis.read_state()
+    if axis.state is None:
+        text = f"statusword 0x{axis.statusword:04X} fits no state of CiA 402"
+        yield "state", "a state of CiA 402", text, "problem"
         return
-    code = dictionary.value((0x603F, 0)) or 0
-    text = state.value if not code else f"{state.value}, last error 0x{code:04X}: {axis.text_of(code)}"
-    if state in (cia402.DriveState.FAULT, cia402.DriveState.FAULT_REACTION):
-        text += "; remove its cause: the start of a run tries one reset"
-        yield CheckResult(axis.name, "state", "no fault", text, "problem")
-        return
-    at_rest = state not in (cia402.DriveState.ENABLED, cia402.DriveState.QUICK_STOP)
-    yield CheckResult(axis.name, "state", "not enabled by another master", text, "fine" if at_rest else "problem")
+    code = dictionary.value((0x603F, 0))
+    text = axis.state.value + (f", last error 0x{code:04X}: {axis.text_of(code)}" if code else "")
+    if axis.state in (cia402.DriveState.FAULT, cia402.DriveState.FAULT_REACTION):
+        yield "state", "no fault", f"{text}; remove its cause: the start of a run tries one reset", "problem"
+    else:
+        yield "state", "not enabled by another master", text, _fine_if(not axis.has_torque)
 
 
-def _reference(rig: Rig, axis: CanopenAxis) -> Iterator[CheckResult]:
+def _reference(rig: Rig, axis: CanopenAxis) -> Iterator[Row]:
     limits, drive = rig.limits, axis.drive
     angle = drive.to_position(axis.sdo.read(0x6064, 0, "<i"))
-    inside = limits.joint_min <= angle <= limits.joint_max
     span = f"{limits.joint_min:g} to {limits.joint_max:g} rad"
-    yield CheckResult(axis.name, "joint angle", span, f"{angle:.4f} rad", "fine" if inside else "problem")
+    yield "joint angle", span, f"{angle:.4f} rad", _fine_if(limits.joint_min <= angle <= limits.joint_max)
     if drive.homed is None:
         if drive.homing is not None:
             text = f"method {drive.homing.method} (daq home); the rig file names no object that shows it (homed)"
-            yield CheckResult(axis.name, "zero reference", "homed", text, "noted")
+            yield "zero reference", "homed", text, "noted"
         return
     what = f"zero reference, {format_address(drive.homed.index, drive.homed.sub)}"
     expected = f"homed: a bit of 0x{drive.homed.mask:X}"
     try:
         word = integer_at(axis.sdo, drive.homed.index, drive.homed.sub)
     except ObjectRefused:
-        yield CheckResult(axis.name, what, expected, "no such object", "problem")
+        yield what, expected, "no such object", "problem"
         return
     homed = word & drive.homed.mask != 0
     remedy = "daq home" if drive.homing else "home it with its own tool"
-    text = f"0x{word:X}" if homed else f"0x{word:X}: {remedy}"
-    yield CheckResult(axis.name, what, expected, text, "fine" if homed else "problem")
+    yield what, expected, f"0x{word:X}" if homed else f"0x{word:X}: {remedy}", _fine_if(homed)
 
 
-def _mode(axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[CheckResult]:
-    mode = setup.MODES[axis.drive.mode]
-    problem, modes = readiness.mode_problem(dictionary), dictionary.value((0x6502, 0))
-    listed = "not reported by the drive, tried (assume_mode)" if not modes else "yes"
-    what = f"supports mode {mode}, {axis.drive.mode} position (6502h)"
-    yield CheckResult(axis.name, what, "yes", problem or listed, "problem" if problem else "fine")
+def _mode(dictionary: DriveDictionary) -> Iterator[Row]:
+    name = dictionary.drive.mode
+    mode, problem = setup.MODES[name], readiness.mode_problem(dictionary)
+    listed = "yes" if dictionary.value((0x6502, 0)) else "not reported by the drive, tried (assume_mode)"
+    yield f"supports mode {mode}, {name} position (6502h)", "yes", problem or listed, _fine_if(not problem)
     shown = dictionary.value((0x6061, 0))
     if shown is not None:
-        verdict: Verdict = "fine" if shown == mode else "will be written"
-        yield CheckResult(axis.name, "mode that the drive shows (6061h)", str(mode), str(shown), verdict)
+        yield "mode that the drive shows (6061h)", str(mode), str(shown), _fine_if(shown == mode, "will be written")
 
 
-def _supply(axis: CanopenAxis, dictionary: DriveDictionary) -> CheckResult:
+def _supply(dictionary: DriveDictionary) -> Row:
     """DC link voltage and statusword bit 4; some drives set the bit only when they are ready to switch on."""
     millivolts = dictionary.value((0x6079, 0))
-    switched = bool((dictionary.value((STATUSWORD, 0)) or 0) & _VOLTAGE_ENABLED)
+    switched = (dictionary.value((STATUSWORD, 0)) or 0) & _VOLTAGE_ENABLED
     text = "on" if switched else "not reported as on (statusword bit 4)"
-    if millivolts is not None:
-        text += f", DC link {millivolts / 1000:g} V (6079h)"
-    return CheckResult(axis.name, "supply", "on", text, "fine")
+    link = "" if millivolts is None else f", DC link {millivolts / 1000:g} V (6079h)"
+    return "supply", "on", text + link, "fine"
 
 
-def _torque_source(axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[CheckResult]:
-    drive = axis.drive
+def _torque_source(dictionary: DriveDictionary) -> Iterator[Row]:
+    drive = dictionary.drive
     if drive.torque_source == "voltage":
-        yield _voltage(axis, dictionary)
+        yield _voltage(dictionary)
         return
-    index = 0x6077 if drive.torque_source == "torque_actual" else 0x6078
-    what = f"{drive.torque_source.replace('_', ' ')} {format_address(index, 0)}"
-    verdict: Verdict = "fine" if (index, 0) in dictionary else "problem"
-    yield CheckResult(axis.name, what, "readable", "yes" if verdict == "fine" else "no such object", verdict)
-    # Of the motor: mA, mN m.
-    what, key, rated, given, unit = (
-        ("rated current (6075h)", 0x6075, 1e-3, drive.rated_current, "A")
-        if index == 0x6078
-        else ("rated torque at the joint (6076h times gear)", 0x6076, 1e-3 * drive.gear, drive.rated_torque, "N m")
-    )
-    raw = dictionary.value((key, 0))
+    # Ratings are of the motor: mA, mN m.
+    if drive.torque_source == "current_actual":
+        index, what, raw = 0x6078, "rated current (6075h)", dictionary.value((0x6075, 0))
+        factor, given, unit = 1e-3, drive.rated_current, "A"
+    else:
+        index, what, raw = 0x6077, "rated torque at the joint (6076h times gear)", dictionary.value((0x6076, 0))
+        factor, given, unit = 1e-3 * drive.gear, drive.rated_torque, "N m"
+    there = (index, 0) in dictionary
+    name = f"{drive.torque_source.replace('_', ' ')} {format_address(index, 0)}"
+    yield name, "readable", "yes" if there else "no such object", _fine_if(there)
     if raw and given is not None:
-        agree = math.isclose(raw * rated, given, rel_tol=readiness.RATING_TOLERANCE)
-        verdict = "fine" if agree else "problem"
-        yield CheckResult(axis.name, what, f"{given:g} {unit}", f"{raw * rated:g} {unit}", verdict)
+        agree = math.isclose(raw * factor, given, rel_tol=readiness.RATING_TOLERANCE)
+        yield what, f"{given:g} {unit}", f"{raw * factor:g} {unit}", _fine_if(agree)
 
 
-def _voltage(axis: CanopenAxis, dictionary: DriveDictionary) -> CheckResult:
-    voltage = axis.drive.voltage
+def _voltage(dictionary: DriveDictionary) -> Row:
+    voltage = dictionary.drive.voltage
     address = (voltage.index, voltage.sub)
-    what = f"voltage object {format_address(*address)}"
-    data = dictionary.data.get(address)
+    what, data = f"voltage object {format_address(*address)}", dictionary.data.get(address)
     if not data or len(data) not in (1, 2, 4):
-        text = "no such object" if not data else f"{len(data)} bytes"
-        return CheckResult(axis.name, what, "an integer, readable", text, "problem")
+        return what, "an integer, readable", f"{len(data)} bytes" if data else "no such object", "problem"
     if voltage.kind == "dc_link":
-        return CheckResult(
-            axis.name, what, "the motor's voltage", "the DC link voltage, which does not follow the torque", "problem"
-        )
-    signed = pdo.voltage_is_signed(axis.drive)
+        return what, "the motor's voltage", "the DC link voltage, which does not follow the torque", "problem"
+    signed = pdo.voltage_is_signed(dictionary.drive)
     volts = int.from_bytes(data, "little", signed=signed) * voltage.scale
     kind = f"{8 * len(data)} bits, {'signed' if signed else 'unsigned'}"
-    return CheckResult(axis.name, what, "an integer, readable", f"{volts:g} V ({kind})", "fine")
+    return what, "an integer, readable", f"{volts:g} V ({kind})", "fine"
 
 
-def _units(axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[CheckResult]:
-    rating = readiness.rating_problem(dictionary)
-    for problem in [*readiness.unit_problems(dictionary), *([rating] if rating else [])]:
+def _units(dictionary: DriveDictionary) -> Iterator[Row]:
+    for problem in readiness.unit_problems(dictionary):
         what, _, text = problem.partition(": ")
-        yield CheckResult(axis.name, what, "drive and rig file agree", text, "problem")
+        yield what, "drive and rig file agree", text, "problem"
     for quantity, unit in _SI.items():
         scale = getattr(dictionary.units, quantity)
         if scale is not None:
             text = f"{scale.per_radian:.6g} {scale.name} ({scale.source})"
-            yield CheckResult(axis.name, f"1 {unit} of the joint", "as the drive understands it", text, "noted")
+            yield f"1 {unit} of the joint", "as the drive understands it", text, "noted"
     code = dictionary.value((0x60A9, 0))
     if code and dictionary.units.velocity is None:
         # Nothing is written in units of velocity.
         text = f"0x{code:08X} is unknown: speeds of the drive cannot be shown"
-        yield CheckResult(axis.name, "unit of velocity (60A9h)", "a known unit", text, "noted")
+        yield "unit of velocity (60A9h)", "a known unit", text, "noted"
 
 
-def _limits(rig: Rig, axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[CheckResult]:
+def _limits(rig: Rig, axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[Row]:
     """The drive's own largest speeds and accelerations, in SI units; a low one may slow the motion down."""
     limits, velocity, acceleration = rig.limits, dictionary.units.velocity, dictionary.units.acceleration
     scales = [(0x6080, "largest motor speed", _RADIANS_PER_SECOND_PER_RPM / axis.drive.gear, "rad/s", limits.speed)]
@@ -219,72 +204,69 @@ def _limits(rig: Rig, axis: CanopenAxis, dictionary: DriveDictionary) -> Iterato
     for index, name, factor, unit, needed in scales:
         raw = axis.sdo.read_optional(index, 0, "<I")
         if raw:
-            verdict: Verdict = "fine" if raw * factor >= needed else "noted"
-            text = f"{raw} = {raw * factor:.4g} {unit}"
-            yield CheckResult(
-                axis.name, f"{format_address(index, 0)} {name}", f"at least {needed:g} {unit}", text, verdict
-            )
+            what, text = f"{format_address(index, 0)} {name}", f"{raw} = {raw * factor:.4g} {unit}"
+            yield what, f"at least {needed:g} {unit}", text, _fine_if(raw * factor >= needed, "noted")
 
 
-def _missing(axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[CheckResult]:
+def _missing(dictionary: DriveDictionary) -> Iterator[Row]:
     for text in readiness.missing_for_motion(dictionary):
-        yield CheckResult(axis.name, text.partition(":")[0], "needed for motion", text, "problem")
+        yield text.partition(":")[0], "needed for motion", text, "problem"
     refused = readiness.not_accepted(dictionary)
     for index in readiness.missing_for_safety(dictionary):
         role = ROLES[index]
         what = f"{index:04X} {role.meaning}"
         if index in refused:
-            text = f'no such object: {role.loss}; accept_missing = ["{index:04X}"] drives without it ({role.instead})'
-            yield CheckResult(axis.name, what, "needed for safety", text, "problem")
+            yield what, "needed for safety", f"no such object: {without(index)}", "problem"
         else:
-            yield CheckResult(
-                axis.name, what, "needed for safety", f"missing: {role.loss}; {role.instead}", "accepted"
-            )
+            yield what, "needed for safety", f"missing: {role.loss}; {role.instead}", "accepted"
     indices = {index for index, _ in dictionary.data}
-    for index, role in ROLES.items():
-        if role.role == "convenience" and index in _NOTED and index not in indices:
-            yield CheckResult(
-                axis.name, f"{index:04X} {role.meaning}", "optional", "no such object, left out", "noted"
-            )
+    for index in _NOTED:
+        if index not in indices:
+            yield f"{index:04X} {ROLES[index].meaning}", "optional", "no such object, left out", "noted"
     if dictionary.watchdog not in (None, "heartbeat"):
         ways = {"guarding": "node guarding (100Ch, 100Dh)", "rpdo": "time-out of the RPDO (1400:05)"}
-        text = f"{ways[str(dictionary.watchdog)]} instead of 1016h"
-        yield CheckResult(axis.name, "watchdog on the master", "heartbeat", text, "noted")
+        yield "watchdog on the master", "heartbeat", f"{ways[str(dictionary.watchdog)]} instead of 1016h", "noted"
 
 
-def _object(
-    axis: CanopenAxis, present: DriveDictionary, dictionary: DriveDictionary, sdo_write: SdoWrite
-) -> CheckResult:
-    role, in_pdo = role_of(sdo_write.index, sdo_write.sub), is_pdo(sdo_write.index, sdo_write.sub)
-    meaning = "PDO of another use, switched off" if pdo.is_foreign(sdo_write) else role.meaning
-    what = f"{format_address(sdo_write.index, sdo_write.sub)} {meaning}"
-    actual = _present(axis, present, sdo_write)
+def _object(axis: CanopenAxis, present: DriveDictionary, dictionary: DriveDictionary, write: SdoWrite) -> Row:
+    address = (write.index, write.sub)
+    role = role_of(*address)
+    meaning = "PDO of another use, switched off" if pdo.is_foreign(write) else role.meaning
+    what = f"{format_address(*address)} {meaning}"
+    readable = present.data.get(address)
+    actual = present.value(address, write.layout) if readable else axis.sdo.read_optional(*address, write.layout)
+    expected = _shown(dictionary, write.index, write.value, in_pdo=role is PDO)
     if actual is None:
-        expected = _shown(dictionary, sdo_write.index, sdo_write.value, in_pdo=in_pdo)
-        if axis.sdo.has(sdo_write.index, sdo_write.sub):
-            return CheckResult(axis.name, what, expected, "cannot be read", "will be written")
-        return CheckResult(axis.name, what, expected, "no such object", "problem")
-    same = not (actual ^ sdo_write.value) & sdo_write.mask
-    refused = None if same else refusal(axis.drive, sdo_write)
-    shown = [_shown(dictionary, sdo_write.index, value, in_pdo=in_pdo) for value in (sdo_write.value, actual)]
-    if refused and role.role != "convenience" and f"{sdo_write.index:04X}" not in axis.drive.accept_missing:
-        return CheckResult(axis.name, what, shown[0], f"{shown[1]}; {refused}", "problem")
-    return CheckResult(axis.name, what, shown[0], shown[1], "fine" if same else "will be written")
+        if axis.sdo.has(*address):
+            return what, expected, "cannot be read", "will be written"
+        return what, expected, "no such object", "problem"
+    found = _shown(dictionary, write.index, actual, in_pdo=role is PDO)
+    if not (actual ^ write.value) & write.mask:
+        return what, expected, found, "fine"
+    refusal = _refusal(axis.drive, write)
+    if refusal and role.role != "convenience" and f"{write.index:04X}" not in axis.drive.accept_missing:
+        return what, expected, f"{found}; {refusal}", "problem"
+    return what, expected, found, "will be written"
 
 
-def _present(axis: CanopenAxis, present: DriveDictionary, sdo_write: SdoWrite) -> int | None:
-    address = (sdo_write.index, sdo_write.sub)
-    if present.data.get(address):
-        return present.value(address, sdo_write.layout)
-    return axis.sdo.read_optional(*address, sdo_write.layout)
+def _refusal(drive: Drive, write: SdoWrite) -> str | None:
+    """Why the drive will refuse a value, by the file in `eds` or `dcf`: a drive does not say its limits."""
+    file = drive.eds or drive.dcf
+    description = load_dictionary(Path(file), drive.node_id).get((write.index, write.sub)) if file else None
+    if file is None or description is None:
+        return None
+    if not description.is_writable:
+        return f"{Path(file).name}: read only ({description.access})"
+    low, high = description.low, description.high
+    if (low is None or write.value >= low) and (high is None or write.value <= high):
+        return None
+    return f"{Path(file).name}: {'...' if low is None else low} to {'...' if high is None else high} allowed"
 
 
 def _shown(dictionary: DriveDictionary, index: int, value: int, *, in_pdo: bool) -> str:
     """A value as shown: of a PDO in hexadecimal, of a limit also in SI units as the drive understands it."""
     if in_pdo:
         return f"0x{value:X}"
-    quantity = _QUANTITIES.get(index)
-    scale = None if quantity is None else getattr(dictionary.units, quantity)
-    if quantity is None or scale is None:
-        return str(value)
-    return f"{value} = {value / scale.per_radian:.4g} {_SI[quantity]}"
+    quantity = _QUANTITIES.get(index, "")
+    scale = getattr(dictionary.units, quantity, None)
+    return str(value) if scale is None else f"{value} = {value / scale.per_radian:.4g} {_SI[quantity]}"

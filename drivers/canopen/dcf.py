@@ -1,12 +1,10 @@
 """Values of a drive's DCF (CiA 306), as SDO downloads."""
 
-import logging
-import struct
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any
 
 from drivers.canopen.sdo import SdoWrite
+from drivers.eds import Address, ObjectDescription, load_dictionary
 from recordings.errors import BadInput
 from recordings.rig import Drive
 
@@ -29,44 +27,24 @@ def configuration(drive: Drive) -> list[SdoWrite]:
     """
     if drive.dcf is None:
         return []
-    variables = [variable for variable in _variables(drive) if variable.value is not None]
-    if not variables:
+    dictionary = load_dictionary(Path(drive.dcf), drive.node_id)
+    if not dictionary.has_parameters:
         raise BadInput(
             f"DCF {drive.dcf} of node {drive.node_id}: values (ParameterValue) expected, none found; it is an EDS, "
             "which describes a type of drive and configures none: remove dcf or name a DCF"
         )
-    writes = [write for variable in variables if (write := _write(variable)) is not None]
+    writes = [write for item in dictionary.items() if (write := _write(*item)) is not None]
     return [*(write for write in writes if write.index not in _PDO), *_pdo_writes(writes)]
 
 
-def _variables(drive: Drive) -> Iterator[Any]:
-    from canopen.objectdictionary import ODVariable, import_od
-
-    if not Path(str(drive.dcf)).is_file():
-        raise BadInput(f"DCF {drive.dcf} of node {drive.node_id} does not exist; check the rig file")
-    # canopen logs every data type that it does not know; their values are skipped.
-    logging.getLogger("canopen").setLevel(logging.CRITICAL)
-    try:
-        dictionary = import_od(drive.dcf, drive.node_id)
-    except Exception as error:  # the library passes on any exception of its parsers
-        raise BadInput(f"DCF {drive.dcf} of node {drive.node_id} cannot be read: {error}") from None
-    for item in dictionary.values():
-        yield from [item] if isinstance(item, ODVariable) else item.values()
-
-
-def _write(variable: Any) -> SdoWrite | None:
-    if variable.index in _COMMANDS | _ACTIONS or not (variable.writable and variable.readable):
+def _write(address: Address, item: ObjectDescription) -> SdoWrite | None:
+    if address[0] in _COMMANDS | _ACTIONS or not (item.is_parameter and item.is_writable and item.is_readable):
         return None
-    try:
-        data = variable.encode_raw(variable.value)
-    except (ValueError, TypeError, struct.error):
-        return None
-    layout = _LAYOUTS.get(len(data))
-    if layout is None:
+    layout = _LAYOUTS.get(len(item.value or b""))
+    if item.value is None or layout is None:
         return None
     # What can be mapped is process data, which the drive may change before it is read back.
-    value = int(struct.unpack(layout, data)[0])
-    return SdoWrite(variable.index, variable.subindex, layout, value, check=not variable.pdo_mappable)
+    return SdoWrite(*address, layout, int.from_bytes(item.value, "little"), check=not item.mappable)
 
 
 def _pdo_writes(writes: Iterable[SdoWrite]) -> Iterator[SdoWrite]:

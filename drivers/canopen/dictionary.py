@@ -8,11 +8,10 @@ from functools import cached_property
 
 from drivers.canopen import units
 from drivers.canopen.sdo import ObjectMissing, ObjectRefused, Sdo, SdoWrite
+from drivers.eds import Address
 from recordings.drives import STATUSWORD
 from recordings.errors import RunFailed
 from recordings.rig import Drive
-
-Address = tuple[int, int]
 
 STANDARD: dict[Address, str] = {
     **{(0x1006, 0): "<I", (0x1016, 1): "<I", (0x1017, 0): "<H", (0x100C, 0): "<H", (0x100D, 0): "<B"},

@@ -3,7 +3,6 @@
 Single-threaded: frames are sent and received only within calls, so the order of frames is the order of calls.
 """
 
-import struct
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -24,9 +23,6 @@ from drivers.protocol import CheckResult, Goal, HomingState, Identity, Power, Re
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import Rig
 
-_CONTROLWORD = struct.Struct("<H")
-_POSITION = struct.Struct("<i")
-_NO_OFFSET = bytes(2)
 _INTERPOLATE = 0x10
 """Controlword bit 4 in interpolated position mode."""
 _START_HOMING = 0x10
@@ -61,17 +57,7 @@ class CanopenDrives:
         self._bus_trouble: str | None = None
         self._bus_warnings: set[str] = set()
         link.on_error_frame = self._on_error_frame
-        self._axes = [
-            CanopenAxis(
-                joint,
-                drive,
-                Sdo(drive.node_id, f"joint {joint} (node {drive.node_id})", link, self._dispatch),
-                pdo.effort_per_count(rig, joint - 1),
-            )
-            for joint, drive in enumerate(rig.drives, start=1)
-        ]
-        for axis in self._axes:
-            axis.still_counts = max(1.0, _STILL_SPEED / rig.rate * abs(axis.drive.counts_per_radian))
+        self._axes = [self._make_axis(joint) for joint in range(1, rig.dof + 1)]
         polled = [axis for axis in self._axes if axis.drive.voltage.transfer == "sdo"]
         self._poll = VoltagePoll([axis for axis in polled if axis.drive.torque_source == "voltage"], link)
         self._handlers: dict[int, Callable[[bytes], None]] = {}
@@ -80,6 +66,12 @@ class CanopenDrives:
             self._handlers[0x580 + axis.drive.node_id] = partial(self._poll.take_response, axis)
             self._handlers[0x700 + axis.drive.node_id] = partial(self._on_heartbeat, axis)
         self._listen_to_tpdos()
+
+    def _make_axis(self, joint: int) -> CanopenAxis:
+        drive = self._rig.drives[joint - 1]
+        sdo = Sdo(drive.node_id, f"joint {joint} (node {drive.node_id})", self._link, self._dispatch)
+        still_counts = max(1.0, _STILL_SPEED / self._rig.rate * abs(drive.counts_per_radian))
+        return CanopenAxis(joint, drive, sdo, pdo.effort_per_count(self._rig, joint - 1), still_counts)
 
     def _listen_to_tpdos(self) -> None:
         self._axis_of_tpdo = {arbitration_id: axis for axis in self._axes for arbitration_id in axis.answer_ids}
@@ -130,15 +122,8 @@ class CanopenDrives:
         """See `Amplifiers`. Each target becomes the four bytes of object 607A (or 60C1), and two of 60B2."""
         rated = [axis.dictionary.rated_torque for axis in self._axes]
         offsets = self._rig.torque_offset_counts(np.zeros_like(targets) if torque is None else torque, rated)
-        counts = self._rig.target_counts(targets)
-        columns = []
-        for j, axis in enumerate(self._axes):
-            column = np.zeros(len(targets), dtype=[("target", "<i4"), ("offset", "<i2")])
-            column["target"], column["offset"] = counts[:, j], offsets[:, j]
-            raw = (column if axis.drive.torque_offset else column["target"]).tobytes()
-            size = len(raw) // len(targets)
-            columns.append([raw[row : row + size] for row in range(0, len(raw), size)])
-        return [list(row) for row in zip(*columns, strict=True)]
+        rows = zip(self._rig.target_counts(targets).tolist(), offsets.tolist(), strict=True)
+        return [[axis.target(*pair) for axis, *pair in zip(self._axes, *row, strict=True)] for row in rows]
 
     # Homing
 
@@ -170,12 +155,14 @@ class CanopenDrives:
         deadline = time.perf_counter() + timeout
         for axis in self._axes:
             axis.begin_cycle()
-        self._drain()
+        # Frames since the last exchange first, so that a late answer is not taken for the next one.
+        while (frame := self._link.receive(0.0)) is not None:
+            self._dispatch(*frame)
         self._poll.request(self._cycle)
         for j, axis in enumerate(self._axes):
-            target = self._hold(axis) if setpoint is None else setpoint[j]
-            for frame in axis.frames(_CONTROLWORD.pack(self._controlword(axis)), target):
-                self._link.send(*frame)
+            target = axis.target(axis.counts or 0) if setpoint is None else setpoint[j]
+            for arbitration_id, data in axis.frames(self._controlword(axis), target):
+                self._link.send(arbitration_id, data)
         if self._cycle % self._heartbeat_interval == 0 or self._enabling:
             self._show_life()
         number = None
@@ -187,10 +174,6 @@ class CanopenDrives:
         self._cycle += 1
         self._collect(timeout)
         return self._sample(number)
-
-    def _hold(self, axis: CanopenAxis) -> bytes:
-        """The measured position as target, and no torque offset."""
-        return _POSITION.pack(axis.counts or 0) + (_NO_OFFSET if axis.drive.torque_offset else b"")
 
     def _show_life(self) -> None:
         self._link.send(0x700 + setup.MASTER_ID, b"\x05")
@@ -205,8 +188,6 @@ class CanopenDrives:
         return self.goal is Goal.ENABLED and any(axis.power is not Power.ON for axis in self._axes)
 
     def _controlword(self, axis: CanopenAxis) -> int:
-        if axis.state is None:
-            return cia402.Controlword.DISABLE_VOLTAGE
         if self.goal is Goal.STOPPED and self._rests_in_quick_stop(axis):
             return cia402.Controlword.DISABLE_VOLTAGE
         command = cia402.next_controlword(self.goal, axis.state)
@@ -222,11 +203,6 @@ class CanopenDrives:
         stays = axis.drive.quick_stop_option in _STAYS_IN_QUICK_STOP
         resting = axis.still_answers >= self._cycles(_STILL_TIME)
         return stays and resting and axis.state is cia402.DriveState.QUICK_STOP
-
-    def _drain(self) -> None:
-        """Process the frames since the last exchange, so that a late answer is not taken for the next one."""
-        while (frame := self._link.receive(0.0)) is not None:
-            self._dispatch(*frame)
 
     def _collect(self, timeout: float) -> None:
         deadline = time.perf_counter() + timeout
@@ -254,17 +230,9 @@ class CanopenDrives:
         )
 
     def _trouble(self) -> str | None:
-        if self._bus_trouble is not None:
-            return self._bus_trouble
-        heartbeat_timeout, following_timeout = self._cycles(_HEARTBEAT_TIMEOUT), self._cycles(_FOLLOWING_TIMEOUT)
-        return next(
-            (
-                text
-                for axis in self._axes
-                if (text := axis.trouble(self._cycle, heartbeat_timeout, following_timeout))
-            ),
-            None,
-        )
+        timeouts = self._cycles(_HEARTBEAT_TIMEOUT), self._cycles(_FOLLOWING_TIMEOUT)
+        troubles = (axis.trouble(self._cycle, *timeouts) for axis in self._axes)
+        return self._bus_trouble or next(filter(None, troubles), None)
 
     # Unsolicited frames
 

@@ -1,8 +1,6 @@
 """Homing of one drive by itself (CiA 402 mode 6): its objects, its start, and what it says about it."""
 
-import time
-
-from drivers.canopen.axis import CanopenAxis
+from drivers.canopen.axis import NO_MODE, CanopenAxis
 from drivers.canopen.dictionary import DriveDictionary, integer_at
 from drivers.canopen.sdo import SdoWrite
 from drivers.canopen.setup import MODES
@@ -14,8 +12,6 @@ from recordings.rig import Homing
 MODE = 6
 _MODE_BIT = 5
 """Bit of object 6502."""
-_MODE_TIMEOUT = 0.5
-"""Time that a drive may take to show a mode [s]."""
 _AT_REST, _ATTAINED, _ERROR = 0x0400, 0x1000, 0x2000
 """Statusword bits 10, 12 and 13 in homing mode."""
 _START_TIME = 0.5
@@ -50,7 +46,7 @@ class DriveHoming:
         if modes and not modes >> _MODE_BIT & 1:
             raise BadInput(f"{axis.name}: 6502h = 0x{modes:X}: no mode 6 (homing); home it with its own tool")
         for write in homing_writes(self._settings, axis.dictionary, axis.name):
-            axis.sdo.apply(write)
+            axis.sdo.write(write)
         self._set_mode(MODE)
         axis.homing = True
 
@@ -64,12 +60,10 @@ class DriveHoming:
         self._set_mode(MODES[self._axis.drive.mode])
 
     def _set_mode(self, mode: int) -> None:
-        sdo = self._axis.sdo
-        sdo.apply(SdoWrite(0x6060, 0, "<b", mode))
-        deadline = time.monotonic() + _MODE_TIMEOUT
-        while sdo.read_optional(0x6061, 0, "<b") not in (None, 0, mode):
-            if time.monotonic() > deadline:
-                raise RunFailed(f"{self._axis.name}: mode {mode} was written, but the drive shows another (6061h)")
+        self._axis.sdo.write(SdoWrite(0x6060, 0, "<b", mode))
+        shown = self._axis.shown_mode(mode)
+        if shown not in (None, NO_MODE, mode):
+            raise RunFailed(f"{self._axis.name}: mode {mode} was written, but the drive shows mode {shown} (6061h)")
 
     def state(self) -> HomingState:
         """What the last statusword says."""

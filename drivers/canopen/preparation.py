@@ -5,23 +5,17 @@ from collections.abc import Callable
 
 from drivers import cia402
 from drivers.canopen import dcf, readiness, setup
-from drivers.canopen.axis import CanopenAxis
+from drivers.canopen.axis import NO_MODE, CanopenAxis
 from drivers.canopen.dictionary import DriveDictionary, integer_at, read_dictionary, standard_dictionary
 from drivers.canopen.pdo import is_foreign
-from drivers.canopen.roles import ROLES, role_of
+from drivers.canopen.roles import ROLES, role_of, without
 from drivers.canopen.sdo import ObjectRefused, SdoWrite, format_address
 from drivers.protocol import Power, Report
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import Rig
 
-STOP_TIMEOUT = 0.3
-"""Time that a drive may take to stop when it is commanded by SDO [s]."""
 _RESTART_TIMEOUT = 3.0
 """Time that a drive may take to answer again after NMT "reset communication" [s]."""
-_MODE_TIMEOUT = 0.5
-"""Time that a drive may take to show the mode that was written [s]."""
-_NO_MODE = 0
-"""Object 6061 of drives that take over a mode only when they are enabled; whether they follow is supervised then."""
 _RESET_COMMUNICATION = 0x82
 _PERIOD = 0x60C2
 
@@ -44,13 +38,13 @@ class Preparation:
         Raises:
             RunFailed: it stays powered.
         """
-        read_state(self._axis)
-        if self._axis.power not in (Power.ON, Power.STOPPING):
+        self._axis.read_state()
+        if not self._axis.has_torque:
             return
         self._report("warning", self._axis.name, f"found in '{self._state}'; it is stopped and switched off first")
         for command in (cia402.Controlword.QUICK_STOP, cia402.Controlword.DISABLE_VOLTAGE):
-            command_by_sdo(self._axis, command)
-        if self._axis.power in (Power.ON, Power.STOPPING):
+            self._axis.stop_by(command)
+        if self._axis.has_torque:
             raise RunFailed(f"{self._axis.name} stays in '{self._state}'; cut its power by hand")
 
     def check_fit(self) -> None:
@@ -92,7 +86,7 @@ class Preparation:
         kept = [size for write in setup.own_writes(self._rig, drive, dictionary) for size in self._apply(write)]
         self._check_mode()
         axis.counts = self._sdo.read(0x6064, 0, "<i")
-        read_state(axis)
+        axis.read_state()
         if axis.state is cia402.DriveState.FAULT:
             raise RunFailed(f"{axis.name}: {self._fault()} came back after the reset; remove its cause at the drive")
         # Earlier errors (such as the loss of the last master) are reported, but do not end this run.
@@ -117,7 +111,7 @@ class Preparation:
             return
         self._send_nmt(_RESET_COMMUNICATION)
         self._wait_for_restart()
-        read_state(axis)
+        axis.read_state()
         step = 'NMT "reset communication"'
         if axis.state is cia402.DriveState.FAULT:
             step += " and the controlword"
@@ -130,15 +124,15 @@ class Preparation:
 
     def _try_reset(self) -> bool:
         """Command a fault reset, which acts only on its rising edge, and wait for it."""
-        sdo = self._sdo
+        axis = self._axis
         for command in (cia402.Controlword.DISABLE_VOLTAGE, cia402.Controlword.FAULT_RESET):
-            sdo.write(0x6040, 0, "<H", command, check=False)
-        deadline = time.monotonic() + self._axis.drive.fault_reset_timeout
-        read_state(self._axis)
-        while self._axis.power is Power.FAULT and time.monotonic() < deadline:
-            read_state(self._axis)
-        sdo.write(0x6040, 0, "<H", cia402.Controlword.DISABLE_VOLTAGE, check=False)
-        return self._axis.power is not Power.FAULT
+            axis.command(command)
+        deadline = time.monotonic() + axis.drive.fault_reset_timeout
+        axis.read_state()
+        while axis.power is Power.FAULT and time.monotonic() < deadline:
+            axis.read_state()
+        axis.command(cia402.Controlword.DISABLE_VOLTAGE)
+        return axis.power is not Power.FAULT
 
     def _wait_for_restart(self) -> None:
         deadline = time.monotonic() + _RESTART_TIMEOUT
@@ -160,9 +154,9 @@ class Preparation:
         role = role_of(write.index, write.sub)
         address = format_address(write.index, write.sub)
         try:
-            self._sdo.apply(write)
+            self._sdo.write(write)
         except ObjectRefused as refusal:
-            present = self._present(write)
+            present = self._sdo.read_optional(write.index, write.sub, write.layout)
             if self._was_so(write, present):
                 return []
             if is_foreign(write):
@@ -185,22 +179,13 @@ class Preparation:
         value = present if before is None else before
         return value is not None and not (value ^ write.value) & write.mask
 
-    def _present(self, write: SdoWrite) -> int | None:
-        try:
-            return self._sdo.read(write.index, write.sub, write.layout)
-        except ObjectRefused:
-            return None
-
     def _check_mode(self) -> None:
         """Compare the mode that the drive shows (6061h) with the one that was written."""
         mode = setup.MODES[self._axis.drive.mode]
-        deadline = time.monotonic() + _MODE_TIMEOUT
-        while (shown := self._sdo.read_optional(0x6061, 0, "<b")) not in (None, mode):
-            if time.monotonic() < deadline:
-                continue
-            if shown == _NO_MODE:
-                self._report("warning", self._axis.name, f"shows no mode yet (6061h) after mode {mode} was written")
-                return
+        shown = self._axis.shown_mode(mode)
+        if shown == NO_MODE:
+            self._report("warning", self._axis.name, f"shows no mode yet (6061h) after mode {mode} was written")
+        elif shown not in (None, mode):
             raise RunFailed(
                 f"{self._axis.name}: mode {mode} was written, the drive shows mode {shown} (6061h); check what it "
                 "supports"
@@ -223,25 +208,5 @@ def _advice(write: SdoWrite, present: int | None) -> str:
     if role.key:
         return f"set {role.key} of this drive in the rig file to what its manual allows"
     if role.role == "safety":
-        return f'{role.loss}; accept_missing = ["{write.index:04X}"] drives without it ({role.instead})'
+        return without(write.index)
     return "check what the drive supports"
-
-
-def read_state(axis: CanopenAxis) -> None:
-    """Read the statusword of a drive by SDO."""
-    axis.statusword = axis.sdo.read(0x6041, 0, "<H")
-    axis.decode_status()
-
-
-def command_by_sdo(axis: CanopenAxis, command: int) -> None:
-    """Write a controlword by SDO; wait until the drive is off, for at most STOP_TIMEOUT.
-
-    Raises:
-        RunFailed: the drive does not answer.
-    """
-    axis.state = None
-    deadline = time.monotonic() + STOP_TIMEOUT
-    axis.sdo.write(0x6040, 0, "<H", command, check=False)
-    read_state(axis)
-    while axis.power in (Power.ON, Power.STOPPING) and time.monotonic() < deadline:
-        read_state(axis)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from drivers.canopen.dictionary import DriveDictionary
-from drivers.canopen.roles import ROLES
+from drivers.canopen.roles import ROLES, without
 from drivers.canopen.setup import MODES
 from recordings.drives import STATUSWORD
 
@@ -47,21 +47,19 @@ def not_accepted(dictionary: DriveDictionary) -> list[int]:
 
 
 def unit_problems(dictionary: DriveDictionary) -> list[str]:
-    """Contradictions and gaps in the units of the drive and of the rig file."""
-    units = dictionary.units
-    question = [units.question] if units.question and dictionary.has_ramp else []
-    return [*units.problems, *question]
-
-
-def rating_problem(dictionary: DriveDictionary) -> str | None:
-    """Contradiction between the rated torque of the drive (6076h) and of the rig file, which scale torque offsets."""
-    drive, stated = dictionary.drive, dictionary.rated_torque
-    if not drive.torque_offset or math.isclose(stated, drive.rated_torque, rel_tol=RATING_TOLERANCE):
-        return None
-    return (
-        f"rated torque: 6076h of the drive gives {stated:g} N m at the joint ({stated / drive.gear:g} N m of the "
-        f"motor times gear {drive.gear:g}), rated_torque of the rig file is {drive.rated_torque:g} N m; correct one"
-    )
+    """Contradictions and gaps in the units of the drive and of the rig file, also in the rated torque (6076h), which
+    scales torque offsets."""
+    drive, units, rated = dictionary.drive, dictionary.units, dictionary.rated_torque
+    problems = list(units.problems)
+    if units.question and dictionary.has_ramp:
+        problems.append(units.question)
+    if drive.torque_offset and not math.isclose(rated, drive.rated_torque, rel_tol=RATING_TOLERANCE):
+        problems.append(
+            f"rated torque: 6076h of the drive gives {rated:g} N m at the joint ({rated / drive.gear:g} N m of the "
+            f"motor times gear {drive.gear:g}), rated_torque of the rig file is {drive.rated_torque:g} N m; correct "
+            "one"
+        )
+    return problems
 
 
 def mode_problem(dictionary: DriveDictionary) -> str | None:
@@ -83,12 +81,8 @@ def mode_problem(dictionary: DriveDictionary) -> str | None:
 
 def problems(dictionary: DriveDictionary) -> list[str]:
     """Everything that keeps a run from starting."""
-    safety = [
-        f'{index:04X}h ({ROLES[index].meaning}) is missing: {ROLES[index].loss}; accept_missing = ["{index:04X}"] in '
-        f"[[drives]] drives without it ({ROLES[index].instead})"
-        for index in not_accepted(dictionary)
-    ]
     mode = mode_problem(dictionary)
-    rating = rating_problem(dictionary)
-    others = [problem for problem in (rating, mode) if problem]
-    return [*missing_for_motion(dictionary), *unit_problems(dictionary), *others, *safety]
+    safety = [
+        f"{index:04X}h ({ROLES[index].meaning}) is missing: {without(index)}" for index in not_accepted(dictionary)
+    ]
+    return [*missing_for_motion(dictionary), *unit_problems(dictionary), *([mode] if mode else []), *safety]

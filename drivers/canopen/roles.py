@@ -89,7 +89,7 @@ ROLES: dict[int, ObjectRole] = {
     ),
 }
 
-_PDO = ObjectRole("motion", "PDO")
+PDO = ObjectRole("motion", "PDO")
 _RPDO_TIMEOUT = ObjectRole("convenience", "RPDO time-out [ms]")
 _DCF = ObjectRole("motion", "from the DCF")
 _PDOS = range(0x1400, 0x1C00)
@@ -98,10 +98,11 @@ _PDOS = range(0x1400, 0x1C00)
 def role_of(index: int, sub: int) -> ObjectRole:
     """Role of an object of the set-up."""
     if index in _PDOS:
-        return _RPDO_TIMEOUT if (index, sub) == (0x1400, 5) else _PDO
+        return _RPDO_TIMEOUT if (index, sub) == (0x1400, 5) else PDO
     return ROLES.get(index, _DCF)
 
 
-def is_pdo(index: int, sub: int) -> bool:
-    """Whether an object configures a PDO."""
-    return role_of(index, sub) is _PDO
+def without(index: int) -> str:
+    """What is lost without an object of safety, and how the rig file accepts that."""
+    role = ROLES[index]
+    return f'{role.loss}; accept_missing = ["{index:04X}"] drives without it ({role.instead})'

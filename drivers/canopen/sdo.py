@@ -5,6 +5,7 @@ import struct
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 from canopen import ObjectDictionary
@@ -25,22 +26,12 @@ _ABORT_WITHOUT_ADDRESS = b"\x80\0\0\0"
 """Some drives omit the object's address in an abort."""
 
 
-class _Sender:
-    """The part of a network that canopen's SDO client uses."""
-
-    def __init__(self, link: Link) -> None:
-        self._link = link
-
-    def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
-        self._link.send(can_id, bytes(data))
-
-
 class _PollingClient(SdoClient):  # type: ignore[misc]
     """canopen's client, reading its responses from the link instead of receiving them from another thread."""
 
     def __init__(self, node_id: int, link: Link, on_other_frame: Callable[[int, bytes], None]) -> None:
         super().__init__(0x600 + node_id, 0x580 + node_id, ObjectDictionary())
-        self.network = _Sender(link)
+        self.network = SimpleNamespace(send_message=lambda can_id, data: link.send(can_id, bytes(data)))
         self._link = link
         self._on_other_frame = on_other_frame
         self._request = b""
@@ -175,22 +166,18 @@ class Sdo:
         except ObjectRefused:
             return ""
 
-    def apply(self, write: SdoWrite) -> None:
-        """As `write`."""
-        self.write(write.index, write.sub, write.layout, write.value, check=write.check, mask=write.mask)
-
-    def write(self, index: int, sub: int, layout: str, value: int, *, check: bool = True, mask: int = -1) -> None:
-        """Write an integer object and, with `check`, read it back if it can be read; `mask`: bits that are compared.
+    def write(self, write: SdoWrite) -> None:
+        """Write an integer object and read it back if it is to be compared and can be read.
 
         Raises:
             RunFailed: no answer, the drive refuses, or it reads back another value.
         """
-        data = struct.pack(layout, value)
+        index, sub, data = write.index, write.sub, struct.pack(write.layout, write.value)
         self._transfer("write", index, sub, lambda: self._client.download(index, sub, data))
-        actual = self.read_optional(index, sub, layout) if check else None
-        if actual is not None and (actual ^ value) & mask:
+        actual = self.read_optional(index, sub, write.layout) if write.check else None
+        if actual is not None and (actual ^ write.value) & write.mask:
             raise RunFailed(
-                f"{self._name}: object {format_address(index, sub)} was written {value:#x} and reads back "
+                f"{self._name}: object {format_address(index, sub)} was written {write.value:#x} and reads back "
                 f"{actual:#x}; check what the drive supports"
             )
 

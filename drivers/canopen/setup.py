@@ -3,9 +3,10 @@
 import struct
 
 from drivers.canopen import dcf, pdo
-from drivers.canopen.dictionary import RECEIVE, SLOW_DOWN, STANDARD, Address, DriveDictionary, standard_dictionary
+from drivers.canopen.dictionary import RECEIVE, SLOW_DOWN, STANDARD, DriveDictionary, standard_dictionary
 from drivers.canopen.sdo import SdoWrite
 from drivers.canopen.units import Scale
+from drivers.eds import Address
 from recordings.errors import BadInput
 from recordings.rig import Drive, Rig
 
@@ -39,8 +40,12 @@ def own_writes(rig: Rig, drive: Drive, dictionary: DriveDictionary) -> list[SdoW
     """`sdo_writes` without those of the DCF."""
     objects = [
         *_motion_objects(rig, drive, dictionary),
-        *_no_torque_offset(dictionary),
-        *_reactions(drive),
+        # A run that was killed left an offset, which would act in a run without offsets.
+        *([((0x60B2, 0), 0)] if dictionary.value((0x60B2, 0)) else []),
+        ((0x605A, 0), drive.quick_stop_option),
+        ((0x605E, 0), drive.fault_reaction_option),
+        ((0x605D, 0), drive.halt_option),
+        ((0x6007, 0), drive.abort_option),
         *_watchdog(dictionary),
     ]
     writes = [
@@ -85,11 +90,6 @@ def _motion_objects(rig: Rig, drive: Drive, dictionary: DriveDictionary) -> list
     return objects
 
 
-def _no_torque_offset(dictionary: DriveDictionary) -> list[tuple[Address, int]]:
-    """A torque offset of 0 where a run that was killed left another one; it would act in a run without offsets."""
-    return [((0x60B2, 0), 0)] if dictionary.value((0x60B2, 0)) else []
-
-
 def _deceleration(limit: float, unit: Scale) -> int:
     """`limit` [rad/s^2] in the drive's unit.
 
@@ -104,15 +104,6 @@ def _deceleration(limit: float, unit: Scale) -> int:
             f"{unit.source}), the nearest is {nearest:g}; choose a finer unit in the drive, or another limit"
         )
     return value
-
-
-def _reactions(drive: Drive) -> list[tuple[Address, int]]:
-    return [
-        ((0x605A, 0), drive.quick_stop_option),
-        ((0x605E, 0), drive.fault_reaction_option),
-        ((0x605D, 0), drive.halt_option),
-        ((0x6007, 0), drive.abort_option),
-    ]
 
 
 def _watchdog(dictionary: DriveDictionary) -> list[tuple[Address, int]]:

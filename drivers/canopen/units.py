@@ -10,12 +10,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from drivers.eds import Address
 from recordings.rig import Drive
 
-Objects = Mapping[tuple[int, int], int]
+Objects = Mapping[Address, int]
 """Values of the objects that exist, by index and sub-index."""
 
-OBJECTS: dict[tuple[int, int], str] = {
+OBJECTS: dict[Address, str] = {
     **{(index, 0): layout for index, layout in zip(range(0x6089, 0x608F), ("<b", "<B") * 3, strict=True)},
     **{(index, sub): "<I" for index in range(0x608F, 0x6098) for sub in (1, 2)},
     **{(index, 0): "<I" for index in (0x60A8, 0x60A9, 0x60AA)},

@@ -8,7 +8,6 @@ import select
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from typing import Any, Protocol
 
 import serial
 
@@ -23,18 +22,10 @@ from drivers.serial.protocol import (
     Script,
     parse,
 )
+from recordings.buses import SerialBus
 
 _MAX_LINE = 256
 """Longest line without an end character [bytes]; a longer one is invalid."""
-
-
-class Port(Protocol):
-    """The part of pyserial's Serial that is used, with read timeout 0."""
-
-    def fileno(self) -> int: ...
-    def read(self, size: int) -> bytes: ...
-    def write(self, data: bytes) -> Any: ...
-    def close(self) -> None: ...
 
 
 class SerialLine:
@@ -42,26 +33,18 @@ class SerialLine:
 
     def __init__(
         self,
-        port: Port,
+        port: serial.Serial,
         name: str,
-        *,
-        character: float,
-        turnaround: float,
-        reply_timeout: float,
-        echo: bool,
+        bus: SerialBus,
         least_timeout: float = 0.0,
     ) -> None:
-        """`character`: transmission time of one [s]; the other times [s] as in the rig file. `least_timeout`: lower
-        bound of the reply timeout, for simulated time."""
+        """`port`: with read timeout 0; `least_timeout`: lower bound of the reply timeout [s], for simulated time."""
         self.name = name
         self.lost = False
-        self._port = port
-        self._character = character
-        self._reply_timeout = reply_timeout
-        self._reply_wait = max(reply_timeout, least_timeout)
+        self._port, self._bus = port, bus
+        self._reply_wait = max(bus.reply_timeout, least_timeout)
         # Silence after which no more of an earlier reply can arrive.
-        self._quiet_time = LONGEST_REPLY * character + turnaround
-        self._echo = echo
+        self._quiet_time = LONGEST_REPLY * bus.character + bus.turnaround
         self._last_command = b""
         self._reply_pending = False
         self._buffer = b""
@@ -71,7 +54,8 @@ class SerialLine:
 
     def fileno(self) -> int:
         """For `select`."""
-        return self._port.fileno()
+        descriptor: int = self._port.fileno()
+        return descriptor
 
     def flush(self) -> None:
         """End a partial command that the drives may hold, and wait for the replies to it.
@@ -80,7 +64,7 @@ class SerialLine:
             LineLost: the port is gone.
         """
         self._write(END)
-        self._resynchronize_until(time.perf_counter() + self._quiet_time + self._reply_timeout)
+        self._resynchronize_until(time.perf_counter() + self._quiet_time + self._bus.reply_timeout)
 
     def send(self, command: str) -> float:
         """Send a command; returns the deadline of its reply [s, perf_counter].
@@ -91,7 +75,7 @@ class SerialLine:
         self._last_command = command.encode("ascii")
         self._reply_pending = True
         self._write(self._last_command + END)
-        on_the_wire = (len(self._last_command) + 1 + LONGEST_REPLY) * self._character
+        on_the_wire = (len(self._last_command) + 1 + LONGEST_REPLY) * self._bus.character
         self._latest_reply = time.perf_counter() + on_the_wire + self._reply_wait
         return self._latest_reply
 
@@ -118,13 +102,13 @@ class SerialLine:
 
     def _take_reply(self) -> Reply | None:
         *lines, partial = self._buffer.split(END)
-        if self._echo and lines and lines.pop(0) != self._last_command:
+        if self._bus.echo and lines and lines.pop(0) != self._last_command:
             raise InvalidReply(f"the echo of {self._last_command!r} expected, {self._buffer[:40]!r} found")
         if len(partial) > _MAX_LINE or len(lines) > 1 or (lines and partial):
             raise InvalidReply(f"one reply expected, {self._buffer[:40]!r} found")
         if not lines:
             return None
-        if not self._echo and lines[0] == self._last_command:
+        if not self._bus.echo and lines[0] == self._last_command:
             raise InvalidReply(
                 f"the reply to {self._last_command!r} expected, the command itself found; set bus.echo = true"
             )
@@ -180,7 +164,8 @@ class SerialLine:
 
     def _read(self) -> bytes:
         try:
-            return self._port.read(4096).replace(b"\n", b"")
+            data: bytes = self._port.read(4096)
+            return data.replace(b"\n", b"")
         except (serial.SerialException, OSError) as error:
             raise self._lost_error(error) from None
 

@@ -6,7 +6,7 @@ from recordings.rig import Drive, Rig
 
 
 @dataclass(frozen=True)
-class Setting:
+class RegisterValue:
     """Required value of one register before power is switched on."""
 
     register: str
@@ -14,22 +14,24 @@ class Setting:
     value: int
 
 
-def settings(rig: Rig, drive: Drive) -> list[Setting]:
+def settings(rig: Rig, drive: Drive) -> list[RegisterValue]:
     """The settings of one drive, in the order in which they are written."""
-    bus, names = rig.serial, rig.serial.registers
+    bus, names, limits = rig.serial, rig.serial.registers, rig.limits
     counts = abs(drive.counts_per_radian)
-    low, high = rig.limits.joint_counts(drive)
+    low, high = limits.joint_counts(drive)
     table = [
-        Setting(names.following_error, "following error limit [counts]", round(rig.limits.following_error * counts)),
-        Setting(
+        RegisterValue(
+            names.following_error, "following error limit [counts]", round(limits.following_error * counts)
+        ),
+        RegisterValue(
             names.deceleration,
             "quick stop deceleration",
-            round(rig.limits.acceleration * counts / bus.deceleration_unit),
+            round(limits.acceleration * counts / bus.deceleration_unit),
         ),
-        Setting(names.upper_limit, "software position limit [counts]", high),
-        Setting(names.lower_limit, "software position limit [counts]", low),
-        Setting(names.torque_offset, "torque offset", 0),
-        *(Setting(register, "as the rig file says", value) for register, value in bus.setup.items()),
-        Setting(names.watchdog, "watchdog on the host's commands [ms]", round(bus.watchdog_timeout * 1000)),
+        RegisterValue(names.upper_limit, "software position limit [counts]", high),
+        RegisterValue(names.lower_limit, "software position limit [counts]", low),
+        RegisterValue(names.torque_offset, "torque offset", 0),
+        *(RegisterValue(register, "as the rig file says", value) for register, value in bus.setup.items()),
+        RegisterValue(names.watchdog, "watchdog on the host's commands [ms]", round(bus.watchdog_timeout * 1000)),
     ]
     return [setting for setting in table if setting.register]

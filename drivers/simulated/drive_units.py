@@ -27,7 +27,7 @@ _PLAUSIBLE_RESOLUTION = 16
 """Increments per turn below which 608Fh holds a mere factor, often 1."""
 
 
-class DriveUnits:
+class FactorGroup:
     """Units of one drive with the encoder and gear of the machine in `drive`."""
 
     def __init__(self, objects: Objects, drive: Drive) -> None:

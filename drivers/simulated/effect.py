@@ -17,7 +17,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from drivers.simulated.config import EffectSpec, Joint
-from drivers.simulated.model_xml import Arm, Coupling
+from drivers.simulated.model_xml import Arm, ShaftCoupling
 from recordings.config import ConfigSection, validated
 from recordings.errors import BadInput
 from recordings.rig import Geometry
@@ -176,7 +176,7 @@ class HiddenEffect(ConfigSection):
         """True mass properties of the arm."""
         return arm
 
-    def couplings(self) -> tuple[Coupling, ...]:
+    def couplings(self) -> tuple[ShaftCoupling, ...]:
         """Couplings between motor and arm, in series."""
         return ()
 
@@ -227,8 +227,11 @@ def parameter(
 @cache
 def discover() -> dict[str, type[HiddenEffect]]:
     """All effects by name, in the library and out of it."""
-    kinds = [kind for folder in _FOLDERS for kind in _kinds(folder)]
-    return {kind.name(): kind for kind in kinds}
+    for folder in _FOLDERS:
+        for file in pkgutil.iter_modules(importlib.import_module(folder).__path__, f"{folder}."):
+            importlib.import_module(file.name)
+    # Those of other folders are the tests' own.
+    return {kind.name(): kind for kind in HiddenEffect.__subclasses__() if kind.__module__.startswith(_FOLDERS)}
 
 
 def library() -> tuple[str, ...]:
@@ -239,20 +242,6 @@ def library() -> tuple[str, ...]:
 def out_of_library() -> tuple[str, ...]:
     """Names of the effects out of the library, in alphabetical order."""
     return tuple(sorted(set(discover()) - set(library())))
-
-
-def _kinds(folder: str) -> list[type[HiddenEffect]]:
-    package = importlib.import_module(folder)
-    modules = [importlib.import_module(f"{folder}.{file.name}") for file in pkgutil.iter_modules(package.__path__)]
-    kinds = []
-    for module in modules:
-        (kind,) = (
-            value
-            for value in vars(module).values()
-            if isinstance(value, type) and issubclass(value, HiddenEffect) and value.__module__ == module.__name__
-        )
-        kinds.append(kind)
-    return kinds
 
 
 def build(spec: EffectSpec) -> HiddenEffect:

@@ -18,7 +18,7 @@ MAX_STEP = 2e-4
 Counts = tuple[int, int, int]
 
 
-class Machine:
+class SimulatedMachine:
     """Three servo axes on the plant. The same generator state and the same calls give bit-identical results."""
 
     def __init__(self, rig: Rig, config: SimConfig, rng: np.random.Generator) -> None:
@@ -117,12 +117,14 @@ class Machine:
 
     def voltage_counts(self) -> Counts:
         """Operating voltages reported by the drives, with new noise and the rig's sign, scale and 16 bits."""
-        first, second, third = (self._voltage_count(i, volts) for i, volts in enumerate(self.voltages()))
+        drives = zip(self._rig.drives, self.voltages(), strict=True)
+        counts = (round(drive.sign * volts / drive.voltage.scale) for drive, volts in drives)
+        first, second, third = (min(max(count, -0x8000), 0x7FFF) for count in counts)
         return first, second, third
 
     def voltages(self) -> list[float]:
         """Measured operating voltages, with new noise [V]."""
-        speeds, noise = self.plant.motor_speeds(), self._noise()
+        speeds, noise = self.plant.motor_speeds(), self._rng.normal(0.0, self._config.voltage_noise, 3).tolist()
         return [joint.voltage(v) + error for joint, v, error in zip(self._joints, speeds, noise, strict=True)]
 
     def _readings(self) -> list[tuple[float, float]]:
@@ -176,15 +178,6 @@ class Machine:
         if friction != self._friction:
             self._friction = friction
             self.plant.set_friction(friction)
-
-    def _noise(self) -> list[float]:
-        volts: list[float] = self._rng.normal(0.0, self._config.voltage_noise, 3).tolist()
-        return volts
-
-    def _voltage_count(self, joint: int, volts: float) -> int:
-        drive = self._rig.drives[joint]
-        count = round(drive.sign * volts / drive.voltage.scale)
-        return min(max(count, -0x8000), 0x7FFF)
 
 
 def plant_step(rate: float) -> float:

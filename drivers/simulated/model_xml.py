@@ -21,7 +21,7 @@ _SPIN_INERTIA = 1e-6
 
 
 @dataclass(frozen=True)
-class Coupling:
+class ShaftCoupling:
     """A torsional joint between the motor's shaft and the arm: backlash of +-`gap`, or a spring."""
 
     stiffness: float = 0.0
@@ -32,7 +32,7 @@ class Coupling:
     """Half of the backlash [rad]; None: not limited."""
 
 
-Couplings = tuple[Sequence[Coupling], Sequence[Coupling], Sequence[Coupling]]
+Couplings = tuple[Sequence[ShaftCoupling], Sequence[ShaftCoupling], Sequence[ShaftCoupling]]
 RIGID: Couplings = ((), (), ())
 
 
@@ -104,7 +104,7 @@ def model_xml(
 </mujoco>"""
 
 
-def _limb(i: int, geometry: Geometry, links: Links, arm: Arm, couplings: Sequence[Coupling], dt: float) -> str:
+def _limb(i: int, geometry: Geometry, links: Links, arm: Arm, couplings: Sequence[ShaftCoupling], dt: float) -> str:
     """One limb: motor, couplings in series, arm, rod.
 
     n couplings connect n pieces of shaft, which share the motor's inertia, and the arm. Without couplings the
@@ -142,7 +142,7 @@ def _rod(i: int, geometry: Geometry, links: Links) -> str:
 </body>"""
 
 
-def _coupling(coupling: Coupling, dt: float) -> str:
+def _coupling(coupling: ShaftCoupling, dt: float) -> str:
     limit = ""
     if coupling.gap is not None:
         stiff = f'solreflimit="{2 * dt} 1" solimplimit="0.9999 0.9999 1"'

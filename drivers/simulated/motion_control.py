@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from drivers.simulated.drive_state_machine import PowerState, next_state
-from drivers.simulated.drive_units import DriveUnits
+from drivers.simulated.drive_units import FactorGroup
 from drivers.simulated.habits import Habits
 from drivers.simulated.objects import Objects
 from drivers.simulated.setpoint_generator import SetpointGenerator
@@ -39,7 +39,7 @@ class MotionControl:
 
     def restart(self, now: float) -> None:
         """Begin anew, without power."""
-        self.units = DriveUnits(self._objects, self._drive)
+        self.units = FactorGroup(self._objects, self._drive)
         self.now = now
         self.counts = 0
         self.reset_blocked = False

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 from canopen.sdo import SdoAbortedError, SdoServer
@@ -18,16 +19,6 @@ _FACTORS = range(0x608F, 0x6098)
 _DEVICE_TYPE, _CIA_402 = (0x1000, 0), 0x0002_0192
 
 Send = Callable[[int, bytes], None]
-
-
-class _SendOnly:
-    """The part of a network that canopen's SDO server uses."""
-
-    def __init__(self, send: Send) -> None:
-        self._send = send
-
-    def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
-        self._send(can_id, bytes(data))
 
 
 class Objects:
@@ -58,7 +49,7 @@ class Objects:
         # canopen logs every request that it also refuses on the bus.
         logging.getLogger("canopen").setLevel(logging.CRITICAL)
         self.server: Any = SdoServer(0x600 + node_id, 0x580 + node_id, self)
-        self.server.network = _SendOnly(send)
+        self.server.network = SimpleNamespace(send_message=lambda can_id, data: send(can_id, bytes(data)))
         # canopen's server can refuse a segment without a transfer only if these are numbers.
         self.server._index = self.server._subindex = 0
         self.server._buffer = bytearray()

@@ -90,21 +90,20 @@ class Plant:
 
     def motor_angles(self) -> list[float]:
         """Motor angles [rad]."""
-        angles: list[float] = self._qpos.tolist()
-        first, second, third = self._motors
-        return [angles[first], angles[second], angles[third]]
+        return self._of_motors(self._qpos)
 
     def motor_speeds(self) -> list[float]:
         """Motor speeds [rad/s]."""
-        speeds: list[float] = self._qvel.tolist()
-        first, second, third = self._motors
-        return [speeds[first], speeds[second], speeds[third]]
+        return self._of_motors(self._qvel)
 
     def motor_accelerations(self) -> list[float]:
         """Motor accelerations in the last step [rad/s^2]."""
-        accelerations: list[float] = self._qacc.tolist()
+        return self._of_motors(self._qacc)
+
+    def _of_motors(self, joints: Floats) -> list[float]:
+        values: list[float] = joints.tolist()
         first, second, third = self._motors
-        return [accelerations[first], accelerations[second], accelerations[third]]
+        return [values[first], values[second], values[third]]
 
     def platform(self) -> Floats:
         """(3,) position of the platform [m]."""

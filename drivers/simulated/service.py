@@ -10,7 +10,7 @@ from typing import Protocol, Self
 import numpy as np
 
 from drivers.simulated.config import SimConfig
-from drivers.simulated.machine import Machine
+from drivers.simulated.machine import SimulatedMachine
 from drivers.simulated.setpoint_generator import SetpointGenerator
 from recordings.recording import Pace
 from recordings.rig import Rig
@@ -34,7 +34,7 @@ class SimulatedDrive(Protocol):
     def torque_offset(self) -> float: ...
 
 
-def advance_machine(machine: Machine, drives: Sequence[SimulatedDrive], duration: float) -> bool:
+def advance_machine(machine: SimulatedMachine, drives: Sequence[SimulatedDrive], duration: float) -> bool:
     """Advance the machine by `duration` [s] with the drives' setpoints; False if less than half a plant step."""
     for j, drive in enumerate(drives):
         if machine.enabled[j] != drive.powered:
@@ -53,7 +53,7 @@ class Service(ABC):
     """Drives around one machine; runs in its own thread between `start` and `close`, or in the caller's."""
 
     def __init__(self, rig: Rig, config: SimConfig, pace: Pace, seed: int) -> None:
-        self.machine = Machine(rig, config, np.random.default_rng(seed))
+        self.machine = SimulatedMachine(rig, config, np.random.default_rng(seed))
         self.warn: Callable[[str], None] = lambda text: None
         """Callback for warnings to the user."""
         self._period = 1.0 / rig.rate

@@ -14,7 +14,7 @@ import numpy as np
 from drivers.simulated.base_model_residual import BaseModelResidual, JointMotion, base_model_residual
 from drivers.simulated.config import EffectSpec, SimConfig
 from drivers.simulated.effect import HiddenEffect, build
-from drivers.simulated.machine import Machine, plant_step
+from drivers.simulated.machine import SimulatedMachine, plant_step
 from drivers.simulated.secant import solve
 from recordings.errors import BadInput
 from recordings.recording import Floats
@@ -120,7 +120,9 @@ class _TrajectoryRun:
     def _reported_motion(self, effects: Sequence[HiddenEffect]) -> JointMotion:
         """Motion reported by the machine with these effects."""
         specs = tuple(effect.spec() for effect in effects)
-        machine = Machine(self._rig, self._config.model_copy(update={"effects": specs}), np.random.default_rng(0))
+        machine = SimulatedMachine(
+            self._rig, self._config.model_copy(update={"effects": specs}), np.random.default_rng(0)
+        )
         machine.reset(self._start)
         machine.enabled, machine.brake = [True] * 3, [False] * 3
         rows = []

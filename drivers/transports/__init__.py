@@ -20,19 +20,15 @@ class Transport(Protocol):
 
     def check(self, rig: Rig) -> None:
         """Raise BadInput if the rig cannot work."""
-        ...
 
     def describe(self, rig: Rig) -> str:
         """One line of text: bus load, highest rate."""
-        ...
 
     def simulated_here(self, rig: Rig) -> bool:
         """Whether the drives are simulated inside this program."""
-        ...
 
     def lead(self, rig: Rig) -> float:
         """Time from the beginning of a cycle to its SYNC [s]."""
-        ...
 
     def connect(self, rig: Rig, report: Report, tap: Tap, clock: SimulatedTime | None) -> Amplifiers:
         """Connect to the amplifiers without sending anything; `clock` replaces the host's clock with simulated time.
@@ -40,7 +36,6 @@ class Transport(Protocol):
         Raises:
             BadInput: the bus or port does not exist.
         """
-        ...
 
 
 def of(rig: Rig) -> Transport:

@@ -144,15 +144,8 @@ def connect(rig: Rig, report: Report, tap: Tap, clock: SimulatedTime | None) -> 
     lines: dict[str, SerialLine] = {}
     try:
         for name in bus.ports:
-            lines[name] = SerialLine(
-                open_port(name, bus.baud),
-                name,
-                character=bus.character,
-                turnaround=bus.turnaround,
-                reply_timeout=bus.reply_timeout,
-                echo=bus.echo,
-                least_timeout=0.0 if clock is None else _LOCKSTEP_REPLY_TIMEOUT,
-            )
+            port = open_port(name, bus.baud)
+            lines[name] = SerialLine(port, name, bus, 0.0 if clock is None else _LOCKSTEP_REPLY_TIMEOUT)
     except BadInput:
         for line in lines.values():
             line.close()

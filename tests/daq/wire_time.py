@@ -10,7 +10,7 @@ from drivers.protocol import Goal, Power
 from drivers.serial.axis import SerialAxis
 from drivers.serial.protocol import Reply, parse
 from drivers.simulated.config import SimConfig
-from drivers.simulated.machine import Machine
+from drivers.simulated.machine import SimulatedMachine
 from drivers.simulated.serial_drive import SimulatedSerialDrive
 from drivers.simulated.service import advance_machine
 from recordings.blocks import SampleTable
@@ -27,7 +27,7 @@ class OneLine:
 
     def __init__(self, rig: Rig) -> None:
         self._rig = rig
-        self._machine = machine = Machine(rig, SimConfig(), np.random.default_rng(0))
+        self._machine = machine = SimulatedMachine(rig, SimConfig(), np.random.default_rng(0))
         self._drives = [
             SimulatedSerialDrive(
                 rig, j + 1, machine.dt, partial(self._counts, j), partial(self._voltage, j), lockstep=False

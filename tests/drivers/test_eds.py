@@ -19,21 +19,15 @@ def write(folder: Path, text: str, encoding: str = "utf-8") -> Path:
     return path
 
 
-def test_value_of_a_dcf_replaces_the_default(tmp_path: Path) -> None:
+def test_value_of_a_dcf_replaces_the_default_and_the_node_id_becomes_part_of_cob_ids(tmp_path: Path) -> None:
     path = write(tmp_path, eds({(0x6085, 0): Item(U32, default=1, parameter=77), (0x6040, 0): Item(U16, default=5)}))
     dictionary = load_dictionary(path, 1)
     assert dictionary[0x6085, 0].value == (77).to_bytes(4, "little")
     assert dictionary[0x6040, 0].value == b"\5\0"
     assert dictionary.has_parameters
-
-
-def test_an_eds_has_only_defaults(tmp_path: Path) -> None:
-    assert not load_dictionary(write(tmp_path, MADE_UP["slow"].eds), 1).has_parameters
-
-
-def test_node_id_becomes_part_of_the_cob_ids(tmp_path: Path) -> None:
-    path = write(tmp_path, MADE_UP["slow"].eds)
-    assert load_dictionary(path, 9)[0x1800, 1].value == (0x189).to_bytes(4, "little")
+    defaults = load_dictionary(write(tmp_path, MADE_UP["slow"].eds), 9)
+    assert not defaults.has_parameters
+    assert defaults[0x1800, 1].value == (0x189).to_bytes(4, "little")
 
 
 def test_signed_values_and_limits_in_hexadecimal(tmp_path: Path) -> None:
@@ -65,14 +59,11 @@ def test_files_of_other_encodings_are_read(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_no_dictionary_is_refused(text: str, reason: str, tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match=r"^EDS or DCF \S*drive\.eds does not exist; check the path$"):
+        load_dictionary(tmp_path / "drive.eds", 1)
     with pytest.raises(BadInput, match=reason) as refused:
         load_dictionary(write(tmp_path, text), 1)
     assert "\n" not in str(refused.value)
-
-
-def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match=r"^EDS or DCF \S*drive\.eds does not exist; check the path$"):
-        load_dictionary(tmp_path / "drive.eds", 1)
 
 
 def test_every_value_has_the_length_of_its_type(tmp_path: Path) -> None:

@@ -47,28 +47,16 @@ def always(act: Callable[[SabotagedRig], object]) -> Callable[[SabotagedRig, int
     return lambda rig, count: act(rig) and None if count >= START else None
 
 
-def _shift_position(counts: int) -> Callable[[bytes], bytes]:
-    def change(data: bytes) -> bytes:
-        status, position, voltage = struct.unpack("<Hih", data)
-        return struct.pack("<Hih", status, position + counts, voltage)
-
-    return change
-
-
-def _set_status(word: int) -> Callable[[bytes], bytes]:
-    return lambda data: struct.pack("<H", word) + data[2:]
+def number(layout: str, begin: int, change: Callable[[int], int]) -> Callable[[bytes], bytes]:
+    """Change one number in the data of a frame."""
+    end = begin + struct.calcsize(layout)
+    return lambda data: (
+        data[:begin] + struct.pack(layout, change(*struct.unpack(layout, data[begin:end]))) + data[end:]
+    )
 
 
-def _set_voltage(counts: int) -> Callable[[bytes], bytes]:
-    return lambda data: data[:6] + struct.pack("<h", counts)
-
-
-def _shift_target(counts: int) -> Callable[[bytes], bytes]:
-    def change(data: bytes) -> bytes:
-        word, target = struct.unpack_from("<Hi", data)
-        return struct.pack("<Hi", word, target + counts) + data[6:]
-
-    return change
+# A position in a TPDO and a target in an RPDO stand at the same place, behind statusword and controlword.
+_SHIFT = number("<i", 2, lambda counts: counts + (1 << 20))
 
 
 def _silence_all(message: can.Message, from_master: bool, syncs: int) -> Iterable[can.Message]:
@@ -143,12 +131,19 @@ FAULTS: tuple[Fault, ...] = (
         "one position corrupted",
         "joint 2: position jump",
         1,
-        cable=lambda: alter(TPDO_2, _shift_position(1 << 20), 1),
+        cable=lambda: alter(TPDO_2, _SHIFT, 1),
     ),
-    Fault("one statusword corrupted", "joint 2.*fits no state", 1, cable=lambda: alter(TPDO_2, _set_status(3), 1)),
-    Fault("one target corrupted", TOLERATED, 0, cable=lambda: alter(RPDO_2, _shift_target(1 << 20), 1)),
-    Fault("targets corrupted", FOLLOWING, 1, cable=lambda: alter(RPDO_2, _shift_target(1 << 20))),
-    Fault("voltage corrupted", "joint 2: torque", 1, cable=lambda: alter(TPDO_2, _set_voltage(0x7FFF))),
+    Fault(
+        "one statusword corrupted",
+        "joint 2.*fits no state",
+        1,
+        cable=lambda: alter(TPDO_2, number("<H", 0, lambda word: 3), 1),
+    ),
+    Fault("one target corrupted", TOLERATED, 0, cable=lambda: alter(RPDO_2, _SHIFT, 1)),
+    Fault("targets corrupted", FOLLOWING, 1, cable=lambda: alter(RPDO_2, _SHIFT)),
+    Fault(
+        "voltage corrupted", "joint 2: torque", 1, cable=lambda: alter(TPDO_2, number("<h", 6, lambda counts: 0x7FFF))
+    ),
     Fault(
         "answers under another node's id",
         NO_ANSWER,

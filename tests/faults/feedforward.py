@@ -1,6 +1,5 @@
 """Faults with a feed-forward: those of the bus again, wrong models in several postures, drives that do not follow."""
 
-import struct
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
@@ -63,20 +62,12 @@ def model(inertia: float = 1.0, gravity: float = 1.0) -> Callable[[Rig, Trajecto
     return lambda rig, trajectory: _Model(rig, inertia, gravity)
 
 
-def _without_offset(data: bytes) -> bytes:
-    return data[:6] + bytes(2)
-
-
-def _reversed_offset(data: bytes) -> bytes:
-    (offset,) = struct.unpack("<h", data[6:8])
-    return data[:6] + struct.pack("<h", -offset)
-
-
-def _always(change: Callable[[bytes], bytes]) -> Callable[[], Saboteur]:
-    """Alter every setpoint of joint 2, from the beginning."""
+def _offset(change: Callable[[int], int]) -> Callable[[], Saboteur]:
+    """Change every torque offset of joint 2, from the beginning."""
 
     def cable() -> Saboteur:
-        saboteur = alter(RPDO_2, lambda data: change(data) if len(data) == 8 else data)
+        changed = canopen.number("<h", 6, change)
+        saboteur = alter(RPDO_2, lambda data: changed(data) if len(data) == 8 else data)
         # Saboteurs count from START; this one begins at once.
         return lambda message, from_master, syncs: saboteur(message, from_master, 10**6)
 
@@ -115,6 +106,6 @@ FAULTS: tuple[Fault, ...] = (
         eds=without("60B2"),
         feedforward=model(),
     ),
-    Fault("drive ignores its offset", NOT_FOLLOWED, 1, cable=_always(_without_offset), feedforward=model()),
-    Fault("drive reverses its offset", NOT_FOLLOWED, 1, cable=_always(_reversed_offset), feedforward=model()),
+    Fault("drive ignores its offset", NOT_FOLLOWED, 1, cable=_offset(lambda offset: 0), feedforward=model()),
+    Fault("drive reverses its offset", NOT_FOLLOWED, 1, cable=_offset(lambda offset: -offset), feedforward=model()),
 )

@@ -57,13 +57,15 @@ class ProcessFault:
     name: str
     reason: str
     code: int
-    strike: Callable[["Programs"], None]
+    strike: Callable[["Programs"], object]
     """Called in mid-motion."""
     drives_alive: bool = True
     may_lose: float = 0.0
     """Longest time before the fault that may be missing in the file [s]."""
     feedforward: bool = False
     """Whether the torque of the rig's nominal masses is fed forward."""
+    largest_file: int | None = None
+    """Largest size of the recording [bytes], for a disk that is full."""
     limits: Mapping[str, float] = field(default_factory=lambda: _PATIENT)
 
 
@@ -147,25 +149,11 @@ def _signals(number: int, times: int = 1, pause: float = 0.1) -> Callable[[Progr
     return strike
 
 
-def _kill_rig(programs: Programs) -> None:
-    programs.rig.kill()
-
-
-def _pause_recorder(programs: Programs) -> None:
-    assert programs.recorder is not None
-    programs.recorder.send_signal(signal.SIGSTOP)
-    time.sleep(1.0)
-    programs.recorder.send_signal(signal.SIGCONT)
-
-
-def _pause_rig(programs: Programs) -> None:
-    programs.rig.send_signal(signal.SIGSTOP)
-    time.sleep(0.45)
-    programs.rig.send_signal(signal.SIGCONT)
-
-
-def _nothing(programs: Programs) -> None:
-    pass
+def _pause(process: "subprocess.Popen[str] | None", duration: float) -> None:
+    assert process is not None
+    process.send_signal(signal.SIGSTOP)
+    time.sleep(duration)
+    process.send_signal(signal.SIGCONT)
 
 
 FAULTS: tuple[ProcessFault, ...] = (
@@ -183,11 +171,31 @@ FAULTS: tuple[ProcessFault, ...] = (
         may_lose=0.5,
         feedforward=True,
     ),
-    ProcessFault("SIGKILL of the simulated rig", "no answer", 1, _kill_rig, drives_alive=False, limits=_STRICT),
     ProcessFault(
-        "recorder stopped for 1 s (SIGSTOP)", "master heartbeat lost|host came", 1, _pause_recorder, limits=_STRICT
+        "SIGKILL of the simulated rig",
+        "no answer",
+        1,
+        lambda programs: programs.rig.kill(),
+        drives_alive=False,
+        limits=_STRICT,
     ),
-    ProcessFault("drives stopped for 0.45 s (SIGSTOP)", "no answer|heartbeat lost", 1, _pause_rig, limits=_STRICT),
+    ProcessFault(
+        "recorder stopped for 1 s (SIGSTOP)",
+        "master heartbeat lost|host came",
+        1,
+        lambda programs: _pause(programs.recorder, 1.0),
+        limits=_STRICT,
+    ),
+    ProcessFault(
+        "disk full in mid-motion", "run.mcap", 2, lambda programs: None, may_lose=60.0, largest_file=300_000
+    ),
+    ProcessFault(
+        "drives stopped for 0.45 s (SIGSTOP)",
+        "no answer|heartbeat lost",
+        1,
+        lambda programs: _pause(programs.rig, 0.45),
+        limits=_STRICT,
+    ),
 )
 
 
@@ -196,39 +204,20 @@ def run(fault: ProcessFault) -> Outcome:
     with tempfile.TemporaryDirectory() as name:
         programs = Programs(Path(name), fault.limits)
         try:
-            recorder = programs.record(feedforward=fault.feedforward)
-            wait_until_moving(recorder, cycles=50)
+            recorder = programs.record(fault.largest_file, feedforward=fault.feedforward)
+            if fault.largest_file is None:
+                wait_until_moving(recorder, cycles=50)
             programs.struck = time.time()
             fault.strike(programs)
             _, err = recorder.communicate(timeout=120)
             disabled = programs.drives_are_disabled() if fault.drives_alive else True
-            return _outcome(
-                fault, recorder.returncode, err.strip().splitlines()[-1:], disabled, programs.struck, Path(name)
-            )
+            return _outcome(fault, recorder.returncode, err, disabled, programs.struck, Path(name))
         finally:
             programs.end()
 
 
-def full_disk() -> Outcome:
-    """Run with a file that cannot exceed 300 kB."""
-    with tempfile.TemporaryDirectory() as name:
-        programs = Programs(Path(name), _PATIENT)
-        try:
-            recorder = programs.record(limit=300_000)
-            _, err = recorder.communicate(timeout=120)
-            fault = ProcessFault("disk full in mid-motion", "run.mcap", 2, _nothing, may_lose=60.0)
-            disabled = programs.drives_are_disabled()
-            return _outcome(
-                fault, recorder.returncode, err.strip().splitlines()[-1:], disabled, time.time(), Path(name)
-            )
-        finally:
-            programs.end()
-
-
-def _outcome(
-    fault: ProcessFault, code: int, last_line: list[str], disabled: bool, struck: float, folder: Path
-) -> Outcome:
-    reason = last_line[0] if last_line else ""
+def _outcome(fault: ProcessFault, code: int, err: str, disabled: bool, struck: float, folder: Path) -> Outcome:
+    *_, reason = "", *err.strip().splitlines()
     missing, kept_until, safe = 0, 0.0, disabled
     try:
         missing = int(np.isnan(read(folder / "run.mcap").position).sum())

@@ -5,11 +5,9 @@ Faults that stop all answers run in real time: in lockstep, simulated time would
 
 import tempfile
 from collections.abc import Callable
-from copy import copy
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
 
-from daq.feedforward.source import TorqueSource
 from daq.session import RunRequest
 from drivers.simulated.config import SimConfig
 from drivers.simulated.serial_rig import SerialRig
@@ -17,7 +15,7 @@ from recordings.config import validated
 from recordings.rig import Rig
 from tests.faults import feedforward
 from tests.faults.campaign import Fault, Outcome, WatchedProgress, finally_powered, judge, record
-from trajectories import Trajectory, load
+from trajectories import load
 
 RATE = 80.0
 START = 3.5
@@ -27,54 +25,42 @@ Disturbance = Callable[[bytes, int], bytes]
 """Function of a reply and its number since the fault began; returns the received bytes."""
 
 
-def _nothing(rig: SerialRig) -> None:
-    pass
-
-
+@dataclass(frozen=True, kw_only=True)
 class SerialFault(Fault):
     """Fault that disturbs the replies of the second line or acts once on the rig."""
 
-    def __init__(
-        self,
-        name: str,
-        reason: str,
-        code: int,
-        disturb: Disturbance = lambda reply, number: reply,
-        act: Callable[[SerialRig], None] = _nothing,
-        start: float = START,
-        pace: Literal["lockstep", "realtime"] = "lockstep",
-    ) -> None:
-        super().__init__(name, reason, code, pace=pace)
-        object.__setattr__(self, "disturb", disturb)
-        object.__setattr__(self, "act", act)
-        object.__setattr__(self, "start", start)
-
-    disturb: Disturbance
-    act: Callable[[SerialRig], None]
-    start: float
+    disturb: Disturbance = lambda reply, number: reply
+    act: Callable[[SerialRig], object] = lambda rig: None
+    start: float = START
 
 
 NO_ANSWER = "joint 2.*no answer|port simulated 2 is lost"
 
 FAULTS: tuple[SerialFault, ...] = (
     SerialFault("serial: none", "done", 0),
-    SerialFault("serial: one reply lost", "done", 0, lambda reply, k: b"" if k == 0 else reply),
-    SerialFault("serial: all replies lost", NO_ANSWER, 1, lambda reply, k: b"", pace="realtime"),
+    SerialFault("serial: one reply lost", "done", 0, disturb=lambda reply, k: b"" if k == 0 else reply),
+    SerialFault("serial: all replies lost", NO_ANSWER, 1, disturb=lambda reply, k: b"", pace="realtime"),
     SerialFault(
-        "serial: one reply garbled", "done", 0, lambda reply, k: b"\xff\x00" + reply[1:] if k == 0 else reply
+        "serial: one reply garbled", "done", 0, disturb=lambda reply, k: b"\xff\x00" + reply[1:] if k == 0 else reply
     ),
     SerialFault(
-        "serial: all replies garbled", NO_ANSWER, 1, lambda reply, k: bytes(b ^ 0x55 for b in reply), pace="realtime"
+        "serial: all replies garbled",
+        NO_ANSWER,
+        1,
+        disturb=lambda reply, k: bytes(b ^ 0x55 for b in reply),
+        pace="realtime",
     ),
-    SerialFault("serial: one reply cut", "done", 0, lambda reply, k: reply[:1] if k == 0 else reply),
+    SerialFault("serial: one reply cut", "done", 0, disturb=lambda reply, k: reply[:1] if k == 0 else reply),
     SerialFault(
         "serial: noise before replies",
         "done|joint 2.*no answer",
         0,
-        lambda reply, k: b"\x00" * 3 + reply if k == 5 else reply,
+        disturb=lambda reply, k: b"\x00" * 3 + reply if k == 5 else reply,
     ),
-    SerialFault("serial: error code in place of a reply", "done", 0, lambda reply, k: b"e 33\r" if k == 0 else reply),
-    SerialFault("serial: babble without end", NO_ANSWER, 1, lambda reply, k: b"x" * 200, pace="realtime"),
+    SerialFault(
+        "serial: error code in place of a reply", "done", 0, disturb=lambda reply, k: b"e 33\r" if k == 0 else reply
+    ),
+    SerialFault("serial: babble without end", NO_ANSWER, 1, disturb=lambda reply, k: b"x" * 200, pace="realtime"),
     SerialFault("serial: line unplugged", NO_ANSWER, 1, act=lambda rig: rig.unplug("simulated 2"), pace="realtime"),
     SerialFault("serial: drive fault in mid-motion", "joint 2.*fault", 1, act=lambda rig: rig.drives[1].fail(1)),
     SerialFault(
@@ -83,18 +69,10 @@ FAULTS: tuple[SerialFault, ...] = (
 )
 
 
-def _fed(fault: SerialFault, name: str, feed: Callable[[Rig, Trajectory], TorqueSource]) -> SerialFault:
-    """The fault with a torque that is fed forward."""
-    fed = copy(fault)
-    object.__setattr__(fed, "name", name)
-    object.__setattr__(fed, "feedforward", feed)
-    return fed
-
-
 WITH_FEEDFORWARD: tuple[SerialFault, ...] = (
-    *(_fed(fault, f"feed-forward, {fault.name}", feedforward.model()) for fault in FAULTS),
+    *(replace(fault, name=f"feed-forward, {fault.name}", feedforward=feedforward.model()) for fault in FAULTS),
     *(
-        _fed(SerialFault(name, feedforward.WRONG, 1), f"serial: {name}", feedforward.model(*factors))
+        SerialFault(f"serial: {name}", feedforward.WRONG, 1, feedforward=feedforward.model(*factors))
         for name, factors in (
             ("model with gravity reversed", (1.0, -1.0)),
             ("model three times too strong", (3.0, 3.0)),

@@ -1,9 +1,13 @@
 """Part of the fault campaign; `make faults` runs all of it."""
 
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
 import pytest
 
 from tests import timekeeping
 from tests.faults import campaign, canopen, feedforward, habits, processes, serial
+from tests.faults.campaign import Outcome
 
 _TESTED = (
     "one answer dropped",
@@ -32,24 +36,6 @@ _TESTED = (
 )
 
 
-def test_campaign_has_at_least_forty_faults_with_unique_names() -> None:
-    names = [fault.name for fault in (*canopen.FAULTS, *habits.FAULTS, *processes.FAULTS)]
-    assert len(set(names)) == len(names) >= 40
-    assert set(_TESTED) <= set(names)
-
-
-def _tested_at(pace: str) -> list[campaign.Fault]:
-    faults = (*canopen.FAULTS, *habits.FAULTS)
-    return [fault for fault in faults if fault.name in _TESTED and fault.pace == pace]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("fault", _tested_at("lockstep"), ids=lambda fault: fault.name)
-def test_canopen_fault_in_lockstep(fault: campaign.Fault) -> None:
-    outcome = campaign.run(fault)
-    assert outcome.passed, outcome
-
-
 _FED_FORWARD = (
     "feed-forward: all answers of a drive dropped",
     "feed-forward: drive fault in mid-motion",
@@ -60,45 +46,43 @@ _FED_FORWARD = (
     "drive ignores its offset",
     "drive without torque offset",
 )
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", _FED_FORWARD)
-def test_fault_with_feedforward(name: str) -> None:
-    (fault,) = (fault for fault in (*feedforward.AGAIN, *feedforward.FAULTS) if fault.name == name)
-    outcome = campaign.run(fault)
-    assert outcome.passed, outcome
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["feed-forward, serial: one reply lost", "serial: model with gravity reversed"])
-def test_serial_fault_with_feedforward(name: str) -> None:
-    (fault,) = (fault for fault in serial.WITH_FEEDFORWARD if fault.name == name)
-    outcome = serial.run(fault)
-    assert outcome.passed, outcome
-
-
-@pytest.mark.realtime
-@pytest.mark.parametrize("fault", _tested_at("realtime"), ids=lambda fault: fault.name)
-def test_canopen_fault_in_real_time(fault: campaign.Fault) -> None:
-    with timekeeping.watched() as machine:
-        outcome = campaign.run(fault)
-    assert outcome.safe, outcome
-    machine.expect(outcome.passed, f"{outcome.fault}: {outcome.reason}")
-
-
-@pytest.mark.realtime
-@pytest.mark.parametrize(
-    "fault",
-    [
-        f
-        for f in processes.FAULTS
-        if f.name in ("SIGINT twenty times", "SIGTERM") or f.name.startswith("SIGKILL of the rec")
-    ],
-    ids=lambda fault: fault.name,
+_SERIAL = ("feed-forward, serial: one reply lost", "serial: model with gravity reversed")
+_PROGRAMS = (
+    "SIGINT twenty times",
+    "SIGTERM",
+    "SIGKILL of the recorder",
+    "SIGKILL of the recorder at full torque offset",
 )
-def test_fault_of_a_program(fault: processes.ProcessFault) -> None:
+
+
+def _named(faults: Iterable[Any], names: Sequence[str]) -> list[Any]:
+    found = {fault.name: fault for fault in faults}
+    return [found[name] for name in names]
+
+
+_CANOPEN = _named((*canopen.FAULTS, *habits.FAULTS), _TESTED)
+_SIMULATED = [
+    *((campaign.run, fault) for fault in _CANOPEN if fault.pace == "lockstep"),
+    *((campaign.run, fault) for fault in _named((*feedforward.AGAIN, *feedforward.FAULTS), _FED_FORWARD)),
+    *((serial.run, fault) for fault in _named(serial.WITH_FEEDFORWARD, _SERIAL)),
+]
+_IN_REAL_TIME = [
+    *((campaign.run, fault) for fault in _CANOPEN if fault.pace == "realtime"),
+    *((processes.run, fault) for fault in _named(processes.FAULTS, _PROGRAMS)),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("run", "fault"), [pytest.param(*pair, id=pair[1].name) for pair in _SIMULATED])
+def test_fault_in_simulated_time(run: Callable[[Any], Outcome], fault: Any) -> None:
+    outcome = run(fault)
+    assert outcome.passed, outcome
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize(("run", "fault"), [pytest.param(*pair, id=pair[1].name) for pair in _IN_REAL_TIME])
+def test_fault_in_real_time(run: Callable[[Any], Outcome], fault: Any) -> None:
     with timekeeping.watched() as machine:
-        outcome = processes.run(fault)
+        outcome = run(fault)
     assert outcome.safe, outcome
     machine.expect(outcome.passed, f"{outcome.fault}: {outcome.reason}")

@@ -1,7 +1,7 @@
 """Backlash of the gear."""
 
 from drivers.simulated.effect import HiddenEffect, parameter
-from drivers.simulated.model_xml import Coupling
+from drivers.simulated.model_xml import ShaftCoupling
 
 
 class Backlash(HiddenEffect):
@@ -11,8 +11,8 @@ class Backlash(HiddenEffect):
 
     b: float = parameter(0.001, "rad", "half of the gap, as an angle of the joint", ge=0, le=0.03)
 
-    def couplings(self) -> tuple[Coupling, ...]:
-        return (Coupling(gap=self.b, damping=_OIL),) if self.b else ()
+    def couplings(self) -> tuple[ShaftCoupling, ...]:
+        return (ShaftCoupling(gap=self.b, damping=_OIL),) if self.b else ()
 
 
 _OIL = 0.02

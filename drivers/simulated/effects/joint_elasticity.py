@@ -3,7 +3,7 @@
 import math
 
 from drivers.simulated.effect import HiddenEffect, parameter
-from drivers.simulated.model_xml import Coupling
+from drivers.simulated.model_xml import ShaftCoupling
 
 
 class JointElasticity(HiddenEffect):
@@ -13,11 +13,13 @@ class JointElasticity(HiddenEffect):
 
     compliance: float = parameter(2e-4, "rad/(N m)", "1/k: twist per torque", ge=0, le=4e-3)
 
-    def couplings(self) -> tuple[Coupling, ...]:
+    def couplings(self) -> tuple[ShaftCoupling, ...]:
         if self.compliance < _RIGID:
             return ()
         stiffness = 1 / self.compliance
-        return (Coupling(stiffness=stiffness, damping=2 * _DAMPING_RATIO * math.sqrt(stiffness * _LIMB_INERTIA)),)
+        return (
+            ShaftCoupling(stiffness=stiffness, damping=2 * _DAMPING_RATIO * math.sqrt(stiffness * _LIMB_INERTIA)),
+        )
 
 
 _RIGID = 1e-5

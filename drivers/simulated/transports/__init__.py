@@ -21,15 +21,12 @@ class Simulation(Protocol):
         Raises:
             BadInput: the bus or line cannot be opened.
         """
-        ...
 
     def check_not_in_use(self, rig: Rig) -> None:
         """Raise BadInput if other drives already answer on the bus or lines, as far as this can be detected."""
-        ...
 
     def place(self, rig: Rig) -> str:
         """Bus or ports of the drives, as text for the user."""
-        ...
 
 
 def of(rig: Rig) -> Simulation:

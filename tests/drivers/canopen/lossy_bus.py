@@ -6,10 +6,12 @@
 from collections import Counter, deque
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import can
 
+from drivers.canopen.bus import Link
+from drivers.canopen.drive import CanopenDrives
+from drivers.protocol import Report
 from drivers.simulated.drive import SimulatedCanopenDrive
 from drivers.simulated.drive_state_machine import PowerState as DriveState
 from drivers.simulated.habits import Habits
@@ -53,7 +55,7 @@ class LossyBus(can.BusABC):
         """Number of next frames of each kind that are doubled."""
         self.witness: Callable[[int, bytes], None] = lambda arbitration_id, data: None
         """Called with each frame that the master sends, including lost ones."""
-        self._period = 1 / rig.rate
+        self._rig, self._period = rig, 1 / rig.rate
         self._inbox: deque[tuple[int, bytes]] = deque()
         self.volts = self.torque = 0.0
         """What the drives measure [V], [N m]."""
@@ -91,6 +93,12 @@ class LossyBus(can.BusABC):
             return None
         arbitration_id, data = self._inbox.popleft()
         return can.Message(arbitration_id=arbitration_id, data=data, is_extended_id=False)
+
+    def driver(self, report: Report = lambda *line: None) -> CanopenDrives:
+        """The driver of the rig on this bus, in simulated time."""
+        link = Link(self)
+        link.clock = self.now_ns
+        return CanopenDrives(self._rig, link, report)
 
     def now_ns(self) -> int:
         """Simulated time [ns]."""
@@ -134,11 +142,3 @@ class LossyBus(can.BusABC):
             self.doubles[kind] -= 1
             return 2
         return 1
-
-    @property
-    def channel_info(self) -> Any:
-        return "lossy"
-
-    @channel_info.setter
-    def channel_info(self, value: Any) -> None:
-        pass

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from drivers.canopen import roles
-from drivers.canopen.bus import Link
 from drivers.canopen.drive import CanopenDrives
 from drivers.protocol import Goal, Power, Sample
 from drivers.simulated.habits import Habits
@@ -103,9 +102,7 @@ def outcome_of(made_up: MadeUpDrive, rig: Rig, see: Callable[[int, bool], object
     """
     bus = bus_of(made_up, rig)
     reports: list[str] = []
-    link = Link(bus)
-    link.clock = bus.now_ns
-    driver = CanopenDrives(rig, link, lambda level, source, text: reports.append(text))
+    driver = bus.driver(lambda level, source, text: reports.append(text))
     driver.discover()
     findings = driver.check()
     outcome = Outcome(
@@ -115,7 +112,7 @@ def outcome_of(made_up: MadeUpDrive, rig: Rig, see: Callable[[int, bool], object
     try:
         driver.configure()
         if see is not None:
-            link.tap = lambda _, message, sent: see(message.arbitration_id, sent)  # type: ignore[misc]
+            driver._link.tap = lambda _, message, sent: see(message.arbitration_id, sent)  # type: ignore[misc]
         _move(driver, bus, rig, outcome)
     except (BadInput, RunFailed) as error:
         outcome.refused = str(error)

@@ -1,7 +1,6 @@
 """A CAN bus with scripted frames: those that must be sent, and the answers to them."""
 
 from collections import deque
-from typing import Any
 
 import can
 
@@ -46,11 +45,3 @@ class ScriptedBus(can.BusABC):
 
     def assert_finished(self) -> None:
         assert not self._script, f"{len(self._script)} expected frames were never sent: {self._script[0]}"
-
-    @property
-    def channel_info(self) -> Any:
-        return "script"
-
-    @channel_info.setter
-    def channel_info(self, value: Any) -> None:
-        pass

@@ -12,7 +12,6 @@ from daq.clock import LockstepClock
 from daq.recorder import NullRecorder
 from daq.stopping import StopRequest
 from daq.stream import CycleProgress, Stream
-from drivers.canopen.bus import Link
 from drivers.canopen.drive import CanopenDrives
 from drivers.cia402 import Controlword
 from drivers.protocol import Goal
@@ -78,9 +77,7 @@ class AnyRun(RuleBasedStateMachine):
             self.bus.losses.clear()
         self.stopping = False
         self.heartbeats = HEARTBEATS
-        link = Link(self.bus)
-        link.clock = self.bus.now_ns
-        self.driver = CanopenDrives(self.rig, link, lambda *line: None)
+        self.driver = self.bus.driver()
         try:
             self.driver.discover()
             self.driver.configure()

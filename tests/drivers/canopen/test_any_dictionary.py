@@ -3,6 +3,7 @@
 import math
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -56,22 +57,27 @@ def _may_refuse(made_up: MadeUpDrive, text: str) -> bool:
     return any(f"object {index}" in text for index in limited)
 
 
-@settings(max_examples=20, deadline=None, derandomize=True)
-@given(made_up_drives())
-def test_random_dictionary(made_up: MadeUpDrive) -> None:
-    rig = rig_of(made_up)
-    judge(made_up, rig, outcome_of(made_up, rig))
+def run_and_judge(made_up: MadeUpDrive, rate: float = 500.0, **keys: Any) -> Outcome:
+    rig = rig_of(made_up, rate, **keys)
+    outcome = outcome_of(made_up, rig)
+    judge(made_up, rig, outcome)
+    return outcome
 
 
-@pytest.mark.slow
-@settings(max_examples=200, deadline=None)
-@given(made_up_drives())
-def test_two_hundred_random_dictionaries(made_up: MadeUpDrive) -> None:
-    rig = rig_of(made_up)
-    judge(made_up, rig, outcome_of(made_up, rig))
+FEW = settings(max_examples=20, deadline=None, derandomize=True)
+MANY = pytest.param(settings(max_examples=200, deadline=None), marks=pytest.mark.slow)
 
 
-@settings(max_examples=20, deadline=None, derandomize=True)
+@pytest.mark.parametrize("examples", [FEW, MANY])
+def test_random_dictionary(examples: settings) -> None:
+    examples(given(made_up_drives())(run_and_judge_any))()
+
+
+def run_and_judge_any(made_up: MadeUpDrive) -> None:
+    run_and_judge(made_up)
+
+
+@FEW
 @given(made_up_drives())
 def test_with_the_file_of_the_drive_the_check_names_every_limit(made_up: MadeUpDrive) -> None:
     made_up = MadeUpDrive(made_up.items, {key: v for key, v in made_up.habits.items() if key != "allowed"})
@@ -81,120 +87,84 @@ def test_with_the_file_of_the_drive_the_check_names_every_limit(made_up: MadeUpD
     assert outcome.problems or not outcome.refused, outcome.refused
 
 
-@settings(max_examples=20, deadline=None, derandomize=True)
+@FEW
 @given(made_up_drives())
 def test_missing_safety_is_never_driven_without_acceptance(made_up: MadeUpDrive) -> None:
-    rig = rig_of(made_up, accept_missing=[])
-    outcome = outcome_of(made_up, rig)
-    judge(made_up, rig, outcome)
+    outcome = run_and_judge(made_up, accept_missing=[])
     for name in missing_from(made_up):
         assert outcome.refused
         assert any(problem.startswith(name) for problem in outcome.problems)
 
 
+WIDE, WILFUL = MADE_UP["wide_voltage"], MADE_UP["wilful"]
+ACCEPTED: dict[str, Any] = {"accept_missing": ["6066"]}
+
+
 def test_wilful_drive_runs_with_its_own_quick_stop_option_and_what_it_refuses_is_said() -> None:
-    made_up = MADE_UP["wilful"]
-    rig = rig_of(made_up, accept_missing=["6066"], homed={"index": 0x6041, "mask": 0x8000})
-    outcome = outcome_of(made_up, rig)
-    judge(made_up, rig, outcome)
+    outcome = run_and_judge(WILFUL, homed={"index": 0x6041, "mask": 0x8000}, **ACCEPTED)
     assert outcome.samples
     assert any("1006:00" in text for text in outcome.reports)
     assert any("6066:00" in text and "host stops all drives" in text for text in outcome.reports)
 
 
+@pytest.mark.parametrize(
+    ("name", "keys", "reasons"),
+    [
+        ("wilful", {}, ['accept_missing = ["6066"]']),
+        ("wilful", {**ACCEPTED, "quick_stop_option": 2}, ["the drive has 6", "quick_stop_option"]),
+        # Before anything is written.
+        (
+            "wilful",
+            {**ACCEPTED, "units": {"acceleration": "counts/s^2"}},
+            ["1 rad/s^2 of the joint", "200.535", "27379.7"],
+        ),
+        ("profile_only", {}, ["neither mode 7 nor 8"]),
+        ("one_millisecond", {"counts_per_turn": 360_000}, ["60C2:01", "1000 Hz"]),
+    ],
+)
+def test_drive_is_refused_with_the_object_and_the_key_to_change(
+    name: str, keys: dict[str, Any], reasons: list[str]
+) -> None:
+    outcome = run_and_judge(MADE_UP[name], **keys)
+    assert all(reason in outcome.refused for reason in reasons), outcome.refused
+
+
+def test_drives_in_units_of_an_older_profile_or_of_one_millisecond_run() -> None:
+    assert run_and_judge(MADE_UP["slow"]).samples
+    assert run_and_judge(MADE_UP["one_millisecond"], 1000.0, counts_per_turn=360_000).samples
+
+
+def without(made_up: MadeUpDrive, index: int) -> MadeUpDrive:
+    return MadeUpDrive(
+        {address: item for address, item in made_up.items.items() if address[0] != index}, made_up.habits
+    )
+
+
 def test_drive_without_an_accepted_object_is_driven_and_the_loss_is_said() -> None:
-    items = {address: item for address, item in MADE_UP["wide_voltage"].items.items() if address[0] != 0x605A}
-    made_up = MadeUpDrive(items, MADE_UP["wide_voltage"].habits)
-    outcome = outcome_of(made_up, rig_of(made_up))
+    outcome = run_and_judge(without(WIDE, 0x605A))
     assert outcome.samples
     (text,) = outcome.reports
     assert text.startswith("driven without 605Ah")
     assert "the host waits for standstill" in text
 
 
-def test_wilful_drive_without_acceptance_is_refused_by_name() -> None:
-    outcome = outcome_of(MADE_UP["wilful"], rig_of(MADE_UP["wilful"]))
-    assert 'accept_missing = ["6066"]' in outcome.refused
-
-
-def test_option_that_the_drive_refuses_names_the_key() -> None:
-    rig = rig_of(MADE_UP["wilful"], accept_missing=["6066"], quick_stop_option=2)
-    outcome = outcome_of(MADE_UP["wilful"], rig)
-    assert "the drive has 6" in outcome.refused
-    assert "quick_stop_option" in outcome.refused
-
-
-def test_voltage_of_32_bits_is_recorded_whole() -> None:
-    made_up = MADE_UP["wide_voltage"]
-    rig = rig_of(made_up)
-    outcome = outcome_of(made_up, rig)
-    judge(made_up, rig, outcome)
-    assert max(sample.voltage[0] for sample, _, _ in outcome.samples) == pytest.approx(8.0, abs=0.02)
-
-
-def test_polled_voltage_of_32_bits_is_recorded_whole() -> None:
-    made_up = MADE_UP["wide_voltage"]
-    keys = {"index": 0x2030, "sub": 0, "scale": 0.0001, "transfer": "sdo"}
-    made_up = MadeUpDrive(made_up.items, {**made_up.habits, "voltage_scale": 0.0001})
-    outcome = outcome_of(made_up, rig_of(made_up, voltage=keys))
-    polled = [(sample.voltage[0], volts) for sample, volts, _ in outcome.samples if not math.isnan(sample.voltage[0])]
-    assert len(polled) > 100
-    assert all(any(value == pytest.approx(volts, abs=1e-3) for _, volts in polled) for value, _ in polled)
-    assert max(value for value, _ in polled) > 7.9  # 79,000 counts
-
-
-@pytest.mark.parametrize("rate", [500.0, 1000.0])
-def test_drive_that_interpolates_over_one_millisecond_runs_at_1000_hz_only(rate: float) -> None:
-    made_up = MADE_UP["one_millisecond"]
-    rig = rig_of(made_up, rate, counts_per_turn=360_000)
-    outcome = outcome_of(made_up, rig)
-    assert outcome.problems == []
-    if rate == 1000.0:
-        judge(made_up, rig, outcome)
-        assert outcome.samples
-    else:
-        assert "60C2:01" in outcome.refused
-        assert "1000 Hz" in outcome.refused
-
-
-def test_drive_without_cyclic_modes_ends_in_that_reason() -> None:
-    outcome = outcome_of(MADE_UP["profile_only"], rig_of(MADE_UP["profile_only"]))
-    assert "neither mode 7 nor 8" in outcome.refused
-
-
-def test_slow_drive_in_units_of_an_older_profile() -> None:
-    made_up = MADE_UP["slow"]
-    rig = rig_of(made_up)
-    outcome = outcome_of(made_up, rig)
-    judge(made_up, rig, outcome)
-    assert outcome.samples
-
-
-def test_other_pdos_are_off_during_the_run() -> None:
-    made_up = MADE_UP["wide_voltage"]
-    rig = rig_of(made_up)
-    seen: set[int] = set()
-    outcome = outcome_of(made_up, rig, lambda arbitration_id, sent: sent or seen.add(arbitration_id))
-    assert outcome.samples
-    assert seen & {0x181, 0x281, 0x381, 0x481} == {0x181, 0x281}  # status and position; voltage
-
-
 def test_mode_that_is_not_listed_is_tried_only_where_the_rig_file_asks() -> None:
-    items = {address: item for address, item in MADE_UP["wide_voltage"].items.items() if address[0] != 0x6502}
-    made_up = MadeUpDrive(items, MADE_UP["wide_voltage"].habits)
-    assert outcome_of(made_up, rig_of(made_up)).samples
-    refused = outcome_of(made_up, rig_of(made_up, assume_mode=False))
+    assert run_and_judge(without(WIDE, 0x6502)).samples
+    refused = run_and_judge(without(WIDE, 0x6502), assume_mode=False)
     assert "6502h is absent" in refused.problems[0]
     assert "assume_mode" in refused.refused
 
 
-def test_units_that_contradict_the_drive_are_refused_before_anything_is_written() -> None:
-    made_up = MADE_UP["wilful"]
-    keys = {"accept_missing": ["6066"], "units": {"acceleration": "counts/s^2"}}
-    outcome = outcome_of(made_up, rig_of(made_up, **keys))
-    assert any("1 rad/s^2 of the joint" in problem for problem in outcome.problems)
-    assert "200.535" in outcome.refused
-    assert "27379.7" in outcome.refused
+def test_voltage_of_32_bits_is_recorded_whole_in_a_pdo_and_polled() -> None:
+    outcome = run_and_judge(WIDE)
+    assert max(sample.voltage[0] for sample, _, _ in outcome.samples) == pytest.approx(8.0, abs=0.02)
+    keys = {"index": 0x2030, "sub": 0, "scale": 0.0001, "transfer": "sdo"}
+    fine = MadeUpDrive(WIDE.items, {**WIDE.habits, "voltage_scale": 0.0001})
+    polled = [(s.voltage[0], volts) for s, volts, _ in run_and_judge(fine, voltage=keys).samples]
+    polled = [(value, volts) for value, volts in polled if not math.isnan(value)]
+    assert len(polled) > 100
+    assert all(any(value == pytest.approx(volts, abs=1e-3) for _, volts in polled) for value, _ in polled)
+    assert max(value for value, _ in polled) > 7.9  # 79,000 counts
 
 
 def with_entries(made_up: MadeUpDrive, entries: dict[int, int]) -> MadeUpDrive:
@@ -210,12 +180,13 @@ def with_entries(made_up: MadeUpDrive, entries: dict[int, int]) -> MadeUpDrive:
 @pytest.mark.parametrize(
     ("entries", "sent", "received"),
     [
+        ({}, {0x201}, {0x181, 0x281}),  # the drive's other PDOs are off
         ({0x1600: 1, 0x1A00: 1}, {0x301}, {0x181, 0x281}),  # one object in the first PDO, more in the second
         ({0x1600: 1, 0x1601: 1, 0x1A00: 1, 0x1A01: 1, 0x1A02: 1, 0x1A03: 1}, {0x201, 0x301}, {0x181, 0x281, 0x381}),
     ],
 )
-def test_drive_that_maps_one_object_into_a_pdo(entries: dict[int, int], sent: set[int], received: set[int]) -> None:
-    made_up = with_entries(MADE_UP["wide_voltage"], entries)
+def test_pdos_of_a_drive_that_maps_few_objects(entries: dict[int, int], sent: set[int], received: set[int]) -> None:
+    made_up = with_entries(WIDE, entries)
     rig = rig_of(made_up)
     frames: dict[bool, set[int]] = {True: set(), False: set()}
     outcome = outcome_of(made_up, rig, lambda arbitration_id, is_sent: frames[is_sent].add(arbitration_id))

@@ -12,8 +12,6 @@ import pytest
 
 from daq.proposal.document import propose
 from daq.proposal.facts import from_file
-from drivers.canopen.bus import Link
-from drivers.canopen.drive import CanopenDrives
 from drivers.protocol import Goal, Power
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import CanBus, Rig, load_rig
@@ -52,9 +50,7 @@ def bus_with(name: str) -> tuple[Rig, LossyBus]:
 
 def frames_of(rig: Rig, bus: LossyBus) -> list[str]:
     """Lines "sent > received received ..."; a drive's frames stand behind the one that they follow."""
-    link = Link(bus)
-    link.clock = bus.now_ns
-    lines: list[str] = []
+    driver, lines = bus.driver(), list[str]()
 
     def note(_: int, message: can.Message, sent: bool) -> None:
         text = f"{message.arbitration_id:03X} {bytes(message.data).hex(' ')}".strip()
@@ -63,8 +59,7 @@ def frames_of(rig: Rig, bus: LossyBus) -> list[str]:
         elif lines:
             lines[-1] += f" {text}"
 
-    link.tap = note
-    driver = CanopenDrives(rig, link, lambda *line: None)
+    driver._link.tap = note
     try:
         driver.discover()
         driver.configure()
@@ -88,9 +83,9 @@ def test_every_frame_is_the_kept_one(name: str) -> None:
 @pytest.mark.parametrize("name", sorted({*RIGS, *REAL} - {"profile_only", "isd860.eds"}))
 def test_order_of_the_set_up(name: str) -> None:
     """Of the drives that can be set up: the others end in the reason that is kept."""
-    lines = frames_of(*bus_with(name))
-    sent = [line.split(" >")[0] for line in lines]
-    first_write = next(k for k, text in enumerate(sent) if _download(text))
+    sent = [line.split(" >")[0] for line in (FRAMES / f"{name}.txt").read_text().splitlines()]
+    downloads = ("601 23", "601 27", "601 2b", "601 2f")
+    first_write = next(k for k, text in enumerate(sent) if text.startswith(downloads))
     started = sent.index("000 01 01")
     powered = next(k for k, text in enumerate(sent) if text.startswith("201 06 00"))
     assert sent[0] == "000 80 01"
@@ -101,18 +96,11 @@ def test_order_of_the_set_up(name: str) -> None:
         cob_ids = [text for text in sent if text.startswith(f"601 23 {parameters} 01")]
         assert cob_ids[0].endswith(("80", "c0"))
         assert not cob_ids[-1].endswith(("80", "c0"))
-        mapped = [k for k, text in enumerate(sent) if text.startswith(f"601 23 {parameters[:3]}{_map(parameters)} ")]
+        mapping = parameters.replace("14", "16").replace("18", "1a")
+        mapped = [k for k, text in enumerate(sent) if text.startswith(f"601 23 {mapping} ")]
         assert sent.index(cob_ids[0]) < min(mapped) <= max(mapped) < len(sent) - 1 - sent[::-1].index(cob_ids[-1])
     assert sent[-1] == "000 80 01"
     assert any(text.startswith("601 2b 40 60 00 00 00") for text in sent[powered:])
-
-
-def _download(text: str) -> bool:
-    return text.startswith(("601 23", "601 27", "601 2b", "601 2f"))
-
-
-def _map(parameters: str) -> str:
-    return {"14": "16", "18": "1a"}[parameters[3:]]
 
 
 if __name__ == "__main__":

@@ -4,8 +4,6 @@ from typing import Any
 
 import pytest
 
-from drivers.canopen.bus import Link
-from drivers.canopen.dictionary import DriveDictionary, standard_dictionary
 from drivers.canopen.drive import CanopenDrives
 from drivers.canopen.homing import homing_writes
 from drivers.protocol import Goal, HomingState, Power
@@ -13,6 +11,7 @@ from drivers.simulated.habits import Habits
 from recordings.config import validated
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import Drive, Homing, Rig, simulated_rig
+from tests.drivers.canopen.given import dictionary, values_of
 from tests.drivers.canopen.lossy_bus import LossyBus
 
 HOMED = {"index": 0x6041, "mask": 0x8000}
@@ -26,9 +25,7 @@ def rig_with(**keys: Any) -> Rig:
 
 def drives_of(rig: Rig, habits: Habits = HABITS) -> tuple[CanopenDrives, LossyBus]:
     bus = LossyBus(rig, habits=habits)
-    link = Link(bus)
-    link.clock = bus.now_ns
-    driver = CanopenDrives(rig, link, lambda *line: None)
+    driver = bus.driver()
     driver.discover()
     return driver, bus
 
@@ -72,20 +69,23 @@ def test_drive_without_reference_is_homed_and_then_runs() -> None:
     assert not bus.enabled
 
 
-def test_earlier_homing_is_not_taken_for_this_one() -> None:
-    driver, _ = drives_of(rig_with(homing={"method": 35}), Habits())
+@pytest.mark.parametrize(
+    ("method", "habits", "end", "least"),
+    [
+        # Method 35 is done at once; the drive says "attained" from the start, and may mean an earlier homing.
+        (35, Habits(), HomingState.DONE, 0.4 * 500),
+        (17, Habits(values={"6099:1": 0}), HomingState.FAILED, 0),
+    ],
+)
+def test_earlier_homing_is_not_taken_for_this_one_and_an_error_is_seen(
+    method: int, habits: Habits, end: HomingState, least: float
+) -> None:
+    driver, _ = drives_of(rig_with(homing={"method": method}), habits)
     driver.configure(referenced=False)
     driver.prepare_homing(1)
     states = search(driver)
-    assert states[-1] is HomingState.DONE
-    assert len(states) > 0.4 * 500  # method 35 is done at once: attained from the start
-
-
-def test_homing_error_is_seen() -> None:
-    driver, _ = drives_of(rig_with(homing={"method": 17}), Habits(values={"6099:1": 0}))
-    driver.configure(referenced=False)
-    driver.prepare_homing(1)
-    assert search(driver)[-1] is HomingState.FAILED
+    assert states[-1] is end
+    assert len(states) > least
 
 
 def test_drive_without_homing_mode_is_refused() -> None:
@@ -95,17 +95,14 @@ def test_drive_without_homing_mode_is_refused() -> None:
         driver.prepare_homing(1)
 
 
-def test_speeds_are_written_in_the_units_of_the_drive() -> None:
-    drive = Drive(node_id=1, counts_per_turn=8192, gear=21.0)
-    rpm = DriveDictionary(drive, {**standard_dictionary(drive).data, (0x60A9, 0): bytes.fromhex("0047b400")})
-    writes = homing_writes(Homing(method=17, speed=0.1, acceleration=1.0), rpm, "joint 1")
-    assert [(write.index, write.sub) for write in writes] == [(0x6098, 0), (0x6099, 1), (0x609A, 0)]
-    assert writes[1].value == round(0.1 * 21 * 60 / 6.283185307)
-    assert writes[2].value == round(8192 * 21 / 6.283185307)
-
-
-def test_speed_without_a_known_unit_is_refused() -> None:
-    drive = Drive(node_id=1)
+def test_speeds_are_written_in_the_units_of_the_drive_which_must_be_known() -> None:
+    drive, speed = Drive(node_id=1, counts_per_turn=8192, gear=21.0), Homing(method=17, speed=0.1, acceleration=1.0)
+    rpm = dictionary(drive, {(0x60A9, 0): bytes.fromhex("0047b400")})
+    assert values_of(homing_writes(speed, rpm, "joint 1")) == {
+        (0x6098, 0): 17,
+        (0x6099, 1): round(0.1 * 21 * 60 / 6.283185307),
+        (0x609A, 0): round(8192 * 21 / 6.283185307),
+    }
     with pytest.raises(BadInput, match="60A9h"):
-        homing_writes(Homing(method=17, speed=0.1), standard_dictionary(drive), "joint 1")
-    assert len(homing_writes(Homing(method=17), standard_dictionary(drive), "joint 1")) == 1
+        homing_writes(speed, dictionary(drive), "joint 1")
+    assert len(homing_writes(Homing(method=17), dictionary(drive), "joint 1")) == 1

@@ -5,8 +5,6 @@ from typing import Any
 
 import pytest
 
-from drivers.canopen.bus import Link
-from drivers.canopen.drive import CanopenDrives
 from drivers.simulated.drive_state_machine import PowerState
 from recordings.errors import BadInput, RunFailed
 from tests.drivers.canopen.lossy_bus import LossyBus
@@ -25,10 +23,8 @@ class Bench:
         self.bus: LossyBus = bus_of(made_up, rig)
         self.reports: list[tuple[str, str]] = []
         self.sent: list[str] = []
-        link = Link(self.bus)
-        link.clock = self.bus.now_ns
-        link.tap = self._note
-        self.driver = CanopenDrives(rig, link, lambda level, source, text: self.reports.append((level, text)))
+        self.driver = self.bus.driver(lambda level, source, text: self.reports.append((level, text)))
+        self.driver._link.tap = self._note
 
     def _note(self, _: int, message: Any, sent: bool) -> None:
         if sent:
@@ -41,20 +37,13 @@ class Bench:
 
     def controlwords(self) -> list[str]:
         """Controlwords written by SDO, and NMT commands, in their order."""
-        return [text[16:21] if text.startswith("601") else text for text in self.sent if _is_command(text)]
+        commands = [text for text in self.sent if text.startswith(("601 2b 40 60", "000 "))]
+        return [text[16:21] if text.startswith("601") else text for text in commands]
 
 
-def _is_command(text: str) -> bool:
-    return text.startswith(("601 2b 40 60", "000 "))
-
-
-def test_mode_that_the_drive_shows_must_be_the_one_written() -> None:
-    bench = Bench()
+def test_mode_that_the_drive_shows_must_be_the_one_written_or_none_before_power() -> None:
     with pytest.raises(RunFailed, match=r"mode 8 was written, the drive shows mode 1 \(6061h\)"):
-        bench.configure(lambda drive: drive._objects.measured.update({(0x6061, 0): lambda: 1}))
-
-
-def test_drive_that_shows_no_mode_before_power_is_said() -> None:
+        Bench().configure(lambda drive: drive._objects.measured.update({(0x6061, 0): lambda: 1}))
     bench = Bench()
     bench.configure(lambda drive: drive._objects.measured.update({(0x6061, 0): lambda: 0}))
     assert bench.reports == [("warning", "shows no mode yet (6061h) after mode 8 was written")]

@@ -1,69 +1,57 @@
 """The end of a run: what is written to each drive, also where another does not answer."""
 
-from collections import Counter
-from types import SimpleNamespace
-from typing import Any
+from collections import defaultdict
 
-import pytest
+import numpy as np
 
-from drivers.canopen import preparation, shutdown
-from drivers.cia402 import Controlword
-from recordings.errors import RunFailed
+from drivers.protocol import Goal, Power
+from recordings.rig import Drive, Limits, Rig
+from tests.drivers.canopen.lossy_bus import LossyBus
 
-OFF, QUICK_STOP = int(Controlword.DISABLE_VOLTAGE), int(Controlword.QUICK_STOP)
-
-
-class Axis:
-    """Axis of which only the SDO writes count; a silent one answers none."""
-
-    def __init__(self, name: str, silent: bool = False, torque_offset: bool = False) -> None:
-        self.name, self._silent = name, silent
-        self.drive = SimpleNamespace(torque_offset=torque_offset)
-        self.dictionary = SimpleNamespace()
-        self.sdo = self
-        self.warnings: Counter[int] = Counter()
-        self.written: list[tuple[int, Any]] = []
-
-    def write(self, index: int, sub: int, layout: str, value: int, check: bool) -> None:
-        if self._silent:
-            raise RunFailed("no answer")
-        self.written.append((index, int(value)))
-
-    def apply(self, write: str) -> None:
-        self.written.append((0, write))
-
-    def text_of(self, code: int) -> str:
-        return "temperature"
+QUICK_STOP, OFF, NO_OFFSET, NO_WATCHDOG = "6040:0002", "6040:0000", "60B2:0000", "1016:00000000"
+RIG = Rig(
+    name="three drives",
+    rate=200.0,
+    limits=Limits(torque_offset=0.5),
+    drives=(Drive(node_id=1), Drive(node_id=2), Drive(node_id=3, torque_offset=True)),
+)
 
 
-@pytest.fixture
-def axes(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """Three axes, of which the second does not answer and the third has had a torque offset."""
-    monkeypatch.setattr(
-        preparation, "command_by_sdo", lambda axis, command: axis.write(0x6040, 0, "<H", command, check=False)
-    )
-    monkeypatch.setattr("drivers.canopen.setup.watchdog_off", lambda dictionary: ["no watchdog"])
-    return [Axis("joint 1"), Axis("joint 2", silent=True), Axis("joint 3", torque_offset=True)]
+def test_every_drive_that_answers_is_stopped_off_and_without_a_watchdog_and_the_silent_one_named() -> None:
+    bus, reports, written = LossyBus(RIG), [], defaultdict[int, list[str]](list)
+    driver = bus.driver(lambda *line: reports.append(line))
+    driver.discover()
+    driver.configure()
+    driver.goal = Goal.ENABLED
+    while driver.exchange(None, 0.01).power != (Power.ON,) * 3:
+        pass
+    for code, times in ((0xFF01, 3), (0x8140, 1)):
+        for _ in range(times):
+            bus.drives[0].warn(code)
+    start = np.array([drive.generator.position for drive in bus.drives])
+    for setpoint in driver.encode(start + 0.005 * np.arange(1, 6)[:, None]):  # at 1 rad/s
+        driver.exchange(setpoint, 0.01)
+    bus.drives[1].receive = lambda *frame: None  # type: ignore[method-assign]
+    for axis in driver._axes:
+        axis.sdo._client.RESPONSE_TIMEOUT = 0.001
 
+    def note(arbitration_id: int, data: bytes) -> None:
+        if arbitration_id & 0x780 == 0x600 and data[0] & 0xE0 == 0x20:
+            value = data[4 : 8 - (data[0] >> 2 & 3)][::-1].hex()
+            written[arbitration_id & 0x7F].append(f"{data[2]:02X}{data[1]:02X}:{value}")
+            assert written[1][-1] != OFF or not bus.drives[0].powered, "switched off while it moves"
 
-def test_every_drive_that_answers_is_stopped_then_off_and_the_silent_one_named(axes: list[Any]) -> None:
-    reports: list[tuple[str, str, str]] = []
-    shutdown.power_off(axes, lambda *line: reports.append(line))
-    assert axes[0].written == [(0x6040, QUICK_STOP), (0x6040, OFF)]
-    assert axes[2].written == [(0x60B2, 0), (0x6040, QUICK_STOP), (0x60B2, 0), (0x6040, OFF)]
-    assert reports == [("error", "joint 2", "while switching power off: no answer")] * 2
-
-
-def test_released_drives_are_off_and_expect_no_master(axes: list[Any]) -> None:
-    reports: list[tuple[str, str, str]] = []
-    shutdown.release(axes, lambda *line: reports.append(line))
-    assert axes[0].written == [(0x6040, OFF), (0, "no watchdog")]
-    assert axes[2].written == [(0x6040, OFF), (0x60B2, 0), (0, "no watchdog")]
-    assert reports == [("error", "joint 2", "while closing: no answer")]
-
-
-def test_only_warnings_that_came_again_are_reported(axes: list[Any]) -> None:
-    reports: list[tuple[str, str, str]] = []
-    axes[0].warnings.update({0x4210: 3, 0x3210: 1})
-    shutdown.report_repeated_warnings(axes, lambda *line: reports.append(line))
-    assert reports == [("info", "joint 1", "EMCY 0x4210 (temperature) came 3 times")]
+    reports.clear()
+    bus.witness = note
+    assert driver.power_off() == (Power.OFF, Power.UNKNOWN, Power.OFF)
+    driver.close()
+    assert bus.enabled == [2]
+    assert written[1] == [QUICK_STOP, OFF, OFF, NO_WATCHDOG]
+    assert written[2] == [QUICK_STOP, OFF, OFF]
+    assert written[3] == [NO_OFFSET, QUICK_STOP, NO_OFFSET, OFF, OFF, NO_OFFSET, NO_WATCHDOG]
+    came_again, *errors = sorted(reports, key=lambda line: line[0] == "error")
+    assert came_again[1:] == ("joint 1 (node 1)", "EMCY 0xFF01 (the manufacturer's own code) came 3 times")
+    assert [text.split(":")[0] for _, _, text in errors] == ["while switching power off"] * 2 + ["while closing"]
+    assert {source for _, source, _ in errors} == {"joint 2 (node 2)"}
+    bus.wait(1.0)
+    assert not bus.enabled  # the watchdog of the silent one

@@ -96,18 +96,8 @@ def test_factors_that_nobody_has_set_say_nothing() -> None:
     units = units_of({**ones, (0x608E, 0): 0, (0x60AA, 0): 0}, DRIVE)
     assert (units.problems, units.acceleration) == ((), None)
     assert "the drive does not say it" in units.question
-
-
-def test_consistent_factor_group_is_no_problem() -> None:
-    objects = {
-        (0x608F, 1): 65536,
-        (0x608F, 2): 1,
-        (0x6091, 1): 21,
-        (0x6091, 2): 1,
-        (0x6092, 1): 8192 * 21,
-        (0x6092, 2): 1,
-    }
-    assert units_of(objects, DRIVE).problems == ()
+    consistent = {(0x608F, 1): 65536, (0x6091, 1): 21, (0x6092, 1): 8192 * 21}
+    assert units_of({**ones, **consistent}, DRIVE).problems == ()
 
 
 def test_rig_file_states_what_the_drive_does_not() -> None:

@@ -2,7 +2,7 @@
 
 import math
 
-from drivers.protocol import Goal, Power
+from drivers.protocol import Goal, Power, Sample
 from drivers.serial.drive import SerialDrives
 from recordings.buses import SerialBus
 from recordings.rig import Drive, Rig
@@ -74,13 +74,19 @@ RELEASED = [
 ENABLED = [*RELEASED, *(pair for node in (1, 2, 3) for pair in cycle(node, {node: enable(node)}, word=ON))]
 
 
+def run(amplifiers: SerialDrives, goals: dict[Goal, int]) -> Sample:
+    """The last sample of so many exchanges with each goal."""
+    for goal, count in goals.items():
+        amplifiers.goal = goal
+        for _ in range(count):
+            sample = amplifiers.exchange(None, 1.0)
+    return sample
+
+
 def enabled(script: list[Exchange]) -> tuple[SerialDrives, ScriptedPort, Log]:
     """Enabled drives, with the script that follows."""
     amplifiers, port, log = drives([*ENABLED, *script])
-    for goal in (Goal.DISABLED, Goal.ENABLED):
-        amplifiers.goal = goal
-        for _ in range(3):
-            sample = amplifiers.exchange(None, 1.0)
+    sample = run(amplifiers, {Goal.DISABLED: 3, Goal.ENABLED: 3})
     assert sample.power == (Power.ON,) * 3
     return amplifiers, port, log
 

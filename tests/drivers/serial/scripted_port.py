@@ -2,8 +2,10 @@
 
 import os
 from collections import deque
+from typing import Any
 
 from drivers.serial.line import SerialLine
+from recordings.buses import SerialBus
 
 Exchange = tuple[str, str | bytes]
 """A command and its reply, both without their ends; "" means no reply, bytes are returned unchanged."""
@@ -57,6 +59,7 @@ class ScriptedPort:
         assert not self._script, f"{len(self._script)} expected commands were never sent: {self._script[0]}"
 
 
-def line_on(port: ScriptedPort, name: str = "port", *, reply_timeout: float = 0.02, echo: bool = False) -> SerialLine:
+def line_on(port: Any, name: str = "port", *, echo: bool = False, **times: float) -> SerialLine:
     """A line without transmission time."""
-    return SerialLine(port, name, character=0.0, turnaround=0.002, reply_timeout=reply_timeout, echo=echo)
+    bus = SerialBus(baud=10**9, echo=echo, **({"turnaround": 0.002, "reply_timeout": 0.02} | times))
+    return SerialLine(port, name, bus)

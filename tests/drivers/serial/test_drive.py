@@ -26,38 +26,23 @@ from tests.drivers.serial.script import (
     move,
     off,
     read,
+    run,
     status,
 )
 from tests.drivers.serial.scripted_port import Exchange, ScriptedPort, line_on
 
 
-def test_target_at_power_on_is_the_last_measured_position() -> None:
-    script = [*RELEASED, *cycle(1, {1: enable(1, 0)}, counts=11), *cycle(2, {2: enable(2, 11)}, counts=22)]
-    amplifiers, port, _ = drives([*script, *cycle(3, {3: enable(3, 22)})])
-    for goal in (Goal.DISABLED, Goal.ENABLED):
-        amplifiers.goal = goal
-        for _ in range(3):
-            amplifiers.exchange(None, 1.0)
-    port.assert_finished()
-
-
-def test_enable_is_repeated_until_the_drive_is_on() -> None:
-    script = [*RELEASED, *cycle(1, {1: enable(1)}), *cycle(2, {2: enable(2)}, ON), *cycle(3, {3: enable(3)}, ON)]
-    amplifiers, port, _ = drives([*script, *cycle(1, {1: enable(1)}, ON)])
-    for goal, cycles in ((Goal.DISABLED, 3), (Goal.ENABLED, 4)):
-        amplifiers.goal = goal
-        for _ in range(cycles):
-            sample = amplifiers.exchange(None, 1.0)
-    assert sample.power == (Power.ON,) * 3
+def test_enable_is_repeated_at_the_last_measured_position_until_the_drive_is_on() -> None:
+    script = [*RELEASED, *cycle(1, {1: enable(1, 0)}, counts=11), *cycle(2, {2: enable(2, 11)}, ON, counts=22)]
+    script += [*cycle(3, {3: enable(3, 22)}, ON, counts=33), *cycle(1, {1: enable(1, 33)}, ON)]
+    amplifiers, port, _ = drives(script)
+    assert run(amplifiers, {Goal.DISABLED: 3, Goal.ENABLED: 4}).power == (Power.ON,) * 3
     port.assert_finished()
 
 
 def test_power_is_unknown_without_a_reply_to_enable() -> None:
     amplifiers, _, _ = drives([*RELEASED, ("1 s r0xca 0", "ok"), ("1 s r0x24 21", ""), *read(2), *read(3)])
-    for _ in range(3):
-        amplifiers.exchange(None, 1.0)
-    amplifiers.goal = Goal.ENABLED
-    assert amplifiers.exchange(None, 1.0).power == (Power.UNKNOWN, Power.OFF, Power.OFF)
+    assert run(amplifiers, {Goal.DISABLED: 3, Goal.ENABLED: 1}).power == (Power.UNKNOWN, Power.OFF, Power.OFF)
 
 
 def test_no_power_on_with_an_old_position() -> None:
@@ -65,27 +50,19 @@ def test_no_power_on_with_an_old_position() -> None:
     lost: list[Exchange] = [status(1, OFF), ("1 g r0x32", ""), *read(2), *read(3)]
     wait = [*cycle(2, {2: enable(2)}), *cycle(3, {3: enable(3)}), *cycle(1, {1: enable(1)})]
     amplifiers, port, _ = drives([*RELEASED, *lost, *cycle(2), *cycle(3), *lost, *wait])
-    for _ in range(7):
-        amplifiers.exchange(None, 0.2)
-    amplifiers.goal = Goal.ENABLED
-    for _ in range(3):
-        amplifiers.exchange(None, 1.0)
+    run(amplifiers, {Goal.DISABLED: 7, Goal.ENABLED: 3})
     port.assert_finished()
 
 
-def test_targets_are_written_and_updated() -> None:
-    rows = np.array([[1.0, 0.0, -1.0]])
+def test_targets_are_written_and_updated_and_nothing_without_one() -> None:
     script = cycle(1, {1: move(1, 1000), 2: move(2, 500), 3: move(3, -1000)}, word=MOVING)
-    amplifiers, port, _ = enabled(script)
-    (setpoint,) = amplifiers.encode(rows)
+    amplifiers, port, _ = enabled([*script, *cycle(2, word=ON)])
+    (setpoint,) = amplifiers.encode(np.array([[1.0, 0.0, -1.0]]))
     assert amplifiers.exchange(setpoint, 1.0).power == (Power.ON,) * 3
-    port.assert_finished()
-
-
-def test_no_command_is_sent_without_a_target() -> None:
-    amplifiers, port, _ = enabled(cycle(1, word=ON))
     amplifiers.exchange(None, 1.0)
     port.assert_finished()
+    with pytest.raises(BadInput, match="32 bits"):
+        amplifiers.encode(np.array([[1e7, 0.0, 0.0]]))
 
 
 def test_units_signs_and_zero_offset() -> None:
@@ -126,16 +103,13 @@ def test_quick_stop_of_all_drives_then_power_off_of_each_at_rest() -> None:
 
 def test_drive_that_refuses_the_quick_stop_is_switched_off() -> None:
     amplifiers, port, _ = enabled(cycle(1, {**quick_stops(), 2: [("2 t 0", "e 14"), off(2)]}, word=MOVING))
-    amplifiers.goal = Goal.STOPPED
-    amplifiers.exchange(None, 1.0)
+    run(amplifiers, {Goal.STOPPED: 1})
     port.assert_finished()
 
 
 def test_disable_is_repeated_until_the_status_shows_off() -> None:
     amplifiers, port, _ = enabled(RELEASED)
-    amplifiers.goal = Goal.DISABLED
-    for _ in range(3):
-        amplifiers.exchange(None, 1.0)
+    run(amplifiers, {Goal.DISABLED: 3})
     port.assert_finished()
 
 
@@ -148,19 +122,22 @@ def test_fault_ends_the_run() -> None:
     assert sample.trouble == "joint 1 ('1' on line): drive fault, following error (0x0200)"
 
 
-def test_refused_command_ends_the_run() -> None:
-    refused: list[Exchange] = [("1 s r0xca 9", "e 10"), status(1, ON), *read(1)]
-    amplifiers, port, _ = enabled([*refused, *move(2, 509), *read(2), *move(3, 9), *read(3)])
-    sample = amplifiers.exchange(amplifiers.encode(np.full((1, 3), 0.009).round(3) * [[1, -1, 1]])[0], 1.0)
-    assert sample.trouble == "joint 1 ('1' on line): the drive refuses '1 s r0xca 9': value out of range (e 10)"
+@pytest.mark.parametrize(
+    ("refused", "trouble"),
+    [
+        # A fault is the better reason for a refused command.
+        ([status(2, FAULT), ("2 g r0xa4", "v 16")], "joint 2 ('2' on line): drive fault, motor too hot (0x0010)"),
+        (
+            [status(2, ON), *read(2)],
+            "joint 2 ('2' on line): the drive refuses '2 t 1': not possible in the state of the axis (e 14)",
+        ),
+    ],
+)
+def test_refused_command_ends_the_run_with_the_best_reason(refused: list[Exchange], trouble: str) -> None:
+    script = [*move(1, 0), status(1, ON), *read(1), ("2 s r0xca 500", "ok"), ("2 t 1", "e 14"), *refused]
+    amplifiers, port, _ = enabled([*script, *(read(2) if len(refused) < 3 else []), *move(3, 0), *read(3)])
+    assert amplifiers.exchange(amplifiers.encode(np.zeros((1, 3)))[0], 1.0).trouble == trouble
     port.assert_finished()
-
-
-def test_command_refused_because_of_a_fault_is_reported_as_the_fault() -> None:
-    refused: list[Exchange] = [("2 s r0xca 500", "ok"), ("2 t 1", "e 14"), status(2, FAULT), ("2 g r0xa4", "v 16")]
-    amplifiers, _, _ = enabled(cycle(1, {1: move(1, 0), 2: refused, 3: move(3, 0)}, word=ON))
-    sample = amplifiers.exchange(amplifiers.encode(np.zeros((1, 3)))[0], 1.0)
-    assert sample.trouble == "joint 2 ('2' on line): drive fault, motor too hot (0x0010)"
 
 
 def test_lost_reply_affects_only_its_drive_if_there_is_time_for_the_others() -> None:
@@ -213,12 +190,6 @@ def test_disturbances_are_reported_ever_less_often() -> None:
     for _ in range(7):
         amplifiers.exchange(None, 1.0)
     assert [entry[2].split("disturbance ")[1] for entry in log] == ["1)", "2)", "4)", "8)", "16)"]
-
-
-def test_target_beyond_32_bits_is_refused() -> None:
-    amplifiers, _, _ = drives([])
-    with pytest.raises(BadInput, match="32 bits"):
-        amplifiers.encode(np.array([[1e7, 0.0, 0.0]]))
 
 
 def test_close_switches_power_off_and_never_raises() -> None:

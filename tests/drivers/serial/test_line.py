@@ -17,7 +17,7 @@ from drivers.serial.protocol import (
     ask_integer,
     tell,
 )
-from tests.drivers.serial.scripted_port import ScriptedPort, line_on
+from tests.drivers.serial.scripted_port import Exchange, ScriptedPort, line_on
 
 
 def say(line: SerialLine, subscript: Generator[str, Reply, object], timeout: float = 2.0) -> object:
@@ -70,40 +70,33 @@ def test_reply_may_arrive_in_pieces_and_with_line_feeds() -> None:
     assert line.receive() == Reply("v", "12")
 
 
-def test_missing_reply_is_a_timeout() -> None:
-    with pytest.raises(ReplyTimeout, match="no reply in time"):
-        say(line_on(ScriptedPort([("g r0x32", "")])), ask("g r0x32"))
-
-
-def test_partial_reply_is_discarded() -> None:
-    line = line_on(ScriptedPort([("g r0x32", b"v 12"), ("g r0x32", "v 34")]))
-    with pytest.raises(ReplyTimeout):
-        say(line, ask("g r0x32"))
-    assert say(line, ask("g r0x32")) == "34"
-
-
-def test_late_reply_is_not_used_for_the_next_command() -> None:
-    port = ScriptedPort([("g r0x32", ""), ("g r0x15", "v 2")])
+@pytest.mark.parametrize(
+    ("first", "late", "error", "text"),
+    [
+        ("", b"", ReplyTimeout, "no reply in time"),
+        (b"v 12", b"", ReplyTimeout, "no reply in time"),
+        ("", b"v 1\r", ReplyTimeout, "no reply in time"),
+        ("v 1\rv 2", b"\xff\x00 more of it", InvalidReply, "one reply expected"),
+        ("g r0x32", b"", InvalidReply, r"set bus\.echo = true"),
+    ],
+)
+def test_lost_late_and_invalid_replies_are_errors_and_never_answer_the_next_command(
+    first: str | bytes, late: bytes, error: type[LineError], text: str
+) -> None:
+    port = ScriptedPort([("g r0x32", first), ("g r0x15", "v 2")])
     line = line_on(port)
-    with pytest.raises(ReplyTimeout):
-        say(line, ask("g r0x32"), timeout=0.001)
-    port.arrive(b"v 1\r")
+    with pytest.raises(error, match=text):
+        say(line, ask("g r0x32"))
+    port.arrive(late)
     assert say(line, ask("g r0x15")) == "2"
 
 
-def test_line_is_used_again_after_silence_following_an_invalid_reply() -> None:
-    port = ScriptedPort([("g r0x32", "v 1\rv 2"), ("g r0x15", "v 3")])
-    line = line_on(port)
-    with pytest.raises(InvalidReply, match="one reply expected"):
-        say(line, ask("g r0x32"))
-    port.arrive(b"\xff\x00 more of it")
-    assert say(line, ask("g r0x15")) == "3"
-
-
-def test_unrequested_line_is_discarded() -> None:
-    port = ScriptedPort([("g r0x32", "v 3")])
+def test_what_was_not_requested_is_discarded() -> None:
+    port = ScriptedPort([("", "e 33"), ("g r0x32", "v 3")])
     port.arrive(b"v 99\r")
-    assert say(line_on(port), ask("g r0x32")) == "3"
+    line = line_on(port)
+    line.flush()
+    assert say(line, ask("g r0x32")) == "3"
 
 
 def test_command_is_not_sent_on_a_line_that_is_never_quiet() -> None:
@@ -117,26 +110,12 @@ def test_command_is_not_sent_on_a_line_that_is_never_quiet() -> None:
     assert not port.sent
 
 
-def test_echo_is_removed() -> None:
-    port = ScriptedPort([("2 g r0x32", "2 g r0x32\rv 5")])
-    assert say(line_on(port, echo=True), ask("2 g r0x32")) == "5"
-
-
-def test_disturbed_echo_is_invalid() -> None:
+def test_echo_is_removed_and_a_disturbed_one_invalid() -> None:
+    script: list[Exchange] = [("2 g r0x32", "2 g r0x32\rv 5"), ("g r0x32", "g r0y32\rv 5")]
+    line = line_on(ScriptedPort(script), echo=True)
+    assert say(line, ask("2 g r0x32")) == "5"
     with pytest.raises(InvalidReply, match="echo of b'g r0x32' expected"):
-        say(line_on(ScriptedPort([("g r0x32", "g r0y32\rv 5")]), echo=True), ask("g r0x32"))
-
-
-def test_unexpected_echo_is_explained() -> None:
-    with pytest.raises(InvalidReply, match=r"set bus\.echo = true"):
-        say(line_on(ScriptedPort([("g r0x32", "g r0x32")])), ask("g r0x32"))
-
-
-def test_flush_ends_a_partial_command_and_discards_its_reply() -> None:
-    port = ScriptedPort([("", "e 33"), ("g r0x32", "v 3")])
-    line = line_on(port)
-    line.flush()
-    assert say(line, ask("g r0x32")) == "3"
+        say(line, ask("g r0x32"))
 
 
 def test_unplugged_port_is_lost() -> None:
@@ -157,16 +136,13 @@ def test_other_exceptions_of_a_script_are_passed_on() -> None:
         converse({line_on(ScriptedPort([("g r0x32", "ok")])): script()}, time.perf_counter() + 1.0)
 
 
-class Noise:
+class Noise(ScriptedPort):
     """A port that receives arbitrary bytes."""
 
     def __init__(self, chunks: list[bytes]) -> None:
+        super().__init__([])
         self._chunks = iter(chunks)
-        self._port = ScriptedPort([])
-        self._port.arrive(b"!")  # always readable for select
-
-    def fileno(self) -> int:
-        return self._port.fileno()
+        self.arrive(b"!")  # always readable for select
 
     def write(self, data: bytes) -> None:
         pass
@@ -175,8 +151,8 @@ class Noise:
         return next(self._chunks, b"")[:size]
 
     def close(self) -> None:
-        self._port.close()
-        self._port.unplug()
+        super().close()
+        self.unplug()
 
 
 CHUNK = st.one_of(
@@ -188,8 +164,7 @@ CHUNK = st.one_of(
 @settings(max_examples=300, deadline=None)
 @given(st.lists(CHUNK, max_size=30), st.booleans())
 def test_line_survives_any_bytes(chunks: list[bytes], echo: bool) -> None:
-    port = Noise(chunks)
-    line = SerialLine(port, "noise", character=0.0, turnaround=1e-4, reply_timeout=5e-4, echo=echo)
+    line = line_on(Noise(chunks), echo=echo, turnaround=1e-4, reply_timeout=5e-4)
 
     def script() -> Script:
         yield from ask_integer("g r0x32")

@@ -26,35 +26,35 @@ def test_only_drives_without_reply_are_named() -> None:
         amplifiers.discover()
 
 
-def test_command_is_repeated_after_a_disturbed_reply() -> None:
+def test_command_is_repeated_after_a_disturbed_reply_and_settings_are_written_and_read_back() -> None:
     script = [FLUSH, ("1 g f0x80", b"\x80\r"), *((f"{node} g f0x80", "v A") for node in (1, 2, 3))]
-    amplifiers, port, _ = drives(script)
+    amplifiers, port, _ = drives([*script, *SET_UP])
     amplifiers.discover()
-    port.assert_finished()
-
-
-def test_settings_are_written_and_read_back() -> None:
-    amplifiers, port, _ = drives(SET_UP)
     amplifiers.configure()
     port.assert_finished()
 
 
-def test_a_setting_that_reads_back_differently_is_refused() -> None:
-    amplifiers, _, _ = drives([*configured(1, *ENDS[1])[:4], ("1 g r0xba", "v 49")])
-    with pytest.raises(RunFailed, match=r"joint 1 .*r0xba \(following error.*reads back as 49, 50 was written"):
-        amplifiers.configure()
-
-
-def test_unknown_register_is_named() -> None:
-    amplifiers, _, _ = drives([*configured(1, *ENDS[1])[:3], ("1 s r0xba 50", "e 9")])
-    with pytest.raises(RunFailed, match=r"joint 1 .*refuses '1 s r0xba 50': unknown register \(e 9\)"):
-        amplifiers.configure()
-
-
-def test_latched_faults_are_cleared() -> None:
-    clear: list[Exchange] = [off(1), ("1 g r0xa4", "v 528"), ("1 s r0xa4 528", "ok"), ("1 g r0xa4", "v 16")]
-    amplifiers, port, _ = drives(clear)
-    with pytest.raises(RunFailed, match=r"joint 1 .*motor too hot \(0x0010\), cannot be reset"):
+@pytest.mark.parametrize(
+    ("script", "reason"),
+    [
+        (
+            [*configured(1, *ENDS[1])[:4], ("1 g r0xba", "v 49")],
+            r"r0xba \(following error.*reads back as 49, 50 was written",
+        ),
+        (
+            [*configured(1, *ENDS[1])[:3], ("1 s r0xba 50", "e 9")],
+            r"refuses '1 s r0xba 50': unknown register \(e 9\)",
+        ),
+        # Faults that are latched are cleared; one that stays is named.
+        (
+            [off(1), ("1 g r0xa4", "v 528"), ("1 s r0xa4 528", "ok"), ("1 g r0xa4", "v 16")],
+            r"motor too hot \(0x0010\), cannot be reset",
+        ),
+    ],
+)
+def test_drive_that_cannot_be_set_up_is_refused(script: list[Exchange], reason: str) -> None:
+    amplifiers, port, _ = drives(script)
+    with pytest.raises(RunFailed, match=f"joint 1 .*{reason}"):
         amplifiers.configure()
     port.assert_finished()
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from drivers.simulated.config import EffectSpec, Friction, SimConfig
 from drivers.simulated.effect import discover
-from drivers.simulated.machine import Machine
+from drivers.simulated.machine import SimulatedMachine
 from recordings.rig import Rig, Voltage, simulated_rig
 
 RIG = simulated_rig()
@@ -27,16 +27,16 @@ def spec_of(name: str, **parameters: float) -> EffectSpec:
     return EffectSpec(name=name, joints=joints, parameters=parameters)
 
 
-def machine_with(name: str = "", coulomb: float = 0.0, rig: Rig = RIG, **parameters: float) -> Machine:
+def machine_with(name: str = "", coulomb: float = 0.0, rig: Rig = RIG, **parameters: float) -> SimulatedMachine:
     """A machine with the effect and power on."""
     friction = Friction(viscous=(0.0,) * 3, coulomb=(coulomb,) * 3)
     config = SimConfig(friction=friction, effects=(spec_of(name, **parameters),) if name else ())
-    machine = Machine(rig, config, np.random.default_rng(0))
+    machine = SimulatedMachine(rig, config, np.random.default_rng(0))
     machine.enabled, machine.brake = [True] * 3, [False] * 3
     return machine
 
 
-def held_torque(machine: Machine, theta: Floats, seconds: float = 0.5) -> Floats:
+def held_torque(machine: SimulatedMachine, theta: Floats, seconds: float = 0.5) -> Floats:
     """Motor torques (3,) after holding the joint angles `theta` [rad] for `seconds` [s]."""
     machine.advance([theta.tolist()] * round(seconds / machine.dt))
     return np.array(machine.torque())
@@ -68,7 +68,7 @@ class Run:
         )
 
 
-def swing(machine: Machine) -> Run:
+def swing(machine: SimulatedMachine) -> Run:
     """Swing all joints for 0.8 s, at different frequencies."""
     start = np.array(machine.position())
     held_torque(machine, start, 0.2)

@@ -3,6 +3,7 @@ from pathlib import Path
 import pytest
 
 from drivers.simulated.config import EffectSpec, Links, SimConfig, load_sim
+from drivers.simulated.habits import Habits, habits_from
 from recordings.errors import BadInput
 
 
@@ -58,3 +59,23 @@ def test_file_is_read(tmp_path: Path) -> None:
 def test_bad_file_is_explained(tmp_path: Path, text: str, complaint: str) -> None:
     with pytest.raises(BadInput, match=complaint):
         load_sim(_file(tmp_path, text))
+
+
+def test_settings_of_the_command_line_are_toml() -> None:
+    habits = habits_from(["fault_reset = 0.1", 'allowed."605A"=[6]', 'refuse_write=["1006"]'], Habits(enabling=0.2))
+    assert habits == Habits(fault_reset=0.1, allowed={"605A": (6,)}, refuse_write=("1006",), enabling=0.2)
+
+
+@pytest.mark.parametrize(
+    ("settings", "reason"),
+    [
+        (["fault_reset"], "KEY=VALUE as in TOML"),
+        (["slow=1"], "unknown key 'slow'"),
+        (["fault_reset=-1"], "greater than or equal to 0"),
+        (['refuse_read=["60C2.1"]'], "refuse_read.*pattern"),
+        (['refuse_read=["XYZW"]'], "refuse_read"),
+    ],
+)
+def test_settings_that_are_not_valid_are_explained(settings: list[str], reason: str) -> None:
+    with pytest.raises(BadInput, match=reason):
+        habits_from(settings, Habits())

@@ -1,4 +1,7 @@
+"""The simulated CANopen drive: its objects, PDOs and targets, with any frames on the bus."""
+
 import struct
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -6,217 +9,194 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from drivers.cia402 import Controlword, decode
-from drivers.simulated.drive import SimulatedCanopenDrive
 from drivers.simulated.drive_state_machine import PowerState
 from recordings.rig import Drive
+from tests.drivers.simulated.bench import NODE, TPDO, Bench, made_up
+from tests.drivers.simulated.dictionaries import (
+    CURRENT,
+    GEAR,
+    INCREMENTS_PER_TURN,
+    MADE_UP,
+    TORQUE,
+    U8,
+    U16,
+    U32,
+    Item,
+    base,
+    four_tpdos,
+    pdo,
+)
 
-DT = 2e-4
-NODE = 3
-SCALE = 0.0005
-"""Voltage per count [V]."""
-START = bytes([0x01, NODE])
-
-
-class Bench:
-    """A drive with manual frames and time; the encoder follows the setpoint unless held."""
-
-    def __init__(self) -> None:
-        self.sent: list[tuple[int, bytes]] = []
-        self.drive = SimulatedCanopenDrive(
-            Drive(node_id=NODE, counts_per_turn=10000, gear=1.0),
-            DT,
-            lambda i, d: self.sent.append((i, d)),
-            lambda: 77 * SCALE,
-            lockstep=True,
-        )
-        self.now = 0.0
-        self.held_at: int | None = None
-
-    def command(self, controlword: int, target: int = 0) -> None:
-        self.drive.receive(0x200 + NODE, struct.pack("<Hi", controlword, target), self.now)
-
-    def sync(self) -> None:
-        self.drive.synchronise(self.counts, 123 * SCALE, 1.5)
-
-    @property
-    def counts(self) -> int:
-        if self.held_at is not None:
-            return self.held_at
-        return round(self.drive.generator.position * self.drive.drive.counts_per_radian)
-
-    def run(self, duration: float) -> None:
-        for _ in range(round(duration / DT)):
-            self.drive.generator.step()
-            self.now += DT
-            if round(self.now / DT) % 10 == 0:
-                self.drive.update(self.counts, self.now)
-
-    def cycle(self, controlword: int, target: int = 0) -> None:
-        self.command(controlword, target)
-        self.sync()
-        self.run(0.002)
-
-    def sdo(self, data: str) -> str:
-        self.sent.clear()
-        self.drive.receive(0x600 + NODE, bytes.fromhex(data), self.now)
-        assert self.sent[0][0] == 0x580 + NODE
-        return self.sent[0][1].hex(" ")
-
-    def enable(self) -> None:
-        self.sdo("2f 60 60 00 08 00 00 00")
-        self.drive.receive(0x000, START, self.now)
-        for word in (Controlword.SHUTDOWN, Controlword.SWITCH_ON, Controlword.ENABLE):
-            self.cycle(word, self.counts)
-        assert self.drive.state is PowerState.ENABLED
+# Objects
 
 
-def test_boots_up_and_serves_its_dictionary() -> None:
+def test_boots_up_and_serves_its_dictionary_marked_as_simulated() -> None:
     bench = Bench()
     assert bench.sent == [(0x700 + NODE, b"\x00")]
-    assert bench.sdo("40 00 10 00 00 00 00 00") == "43 00 10 00 92 01 02 00"
-    assert bench.sdo("40 41 60 00 00 00 00 00") == "4b 41 60 00 40 02 00 00"
+    assert (bench.read(0x1000), bench.read(0x6041)) == (0x20192, 0x240)
+    assert bench.read(0x5FFF, 1) == 1
+    assert bench.read(0x5FFF, 3) == len("delta-workbench simulated drive")  # the length of a segmented transfer
 
 
-@pytest.mark.parametrize(
-    ("request_", "abort"),
-    [
-        ("40 00 50 00 00 00 00 00", "80 00 50 00 00 00 02 06"),  # no such object
-        ("2b 41 60 00 00 00 00 00", "80 41 60 00 02 00 01 06"),  # read only
-        ("2b 60 60 00 08 00 00 00", "80 60 60 00 10 00 07 06"),  # wrong length
-        ("23 01 16 01 20 00 00 50", "80 01 16 01 00 00 02 06"),  # no such object to write
-        ("23 00 16 01 10 00 41 60", "80 00 16 01 22 00 00 08"),  # while the PDO is valid
-        ("23 00 14 01 04 02 00 00", "80 00 14 01 30 00 09 06"),  # likewise, another COB-ID
-    ],
-)
-def test_refused_sdo_requests(request_: str, abort: str) -> None:
-    assert Bench().sdo(request_) == abort
+def test_reads_and_writes_are_answered_or_aborted_as_in_cia_301(tmp_path: Path) -> None:
+    items = base(modes=0x80) | {(0x1024, 0): Item(U8, "wo"), (0x2005, 0): Item(U32, default=None)}
+    habits = {"allowed": {"605A": [6]}, "refuse_write": ["1006"], "refuse_read": ["1008"], "values": {"6066": 33}}
+    bench = made_up(tmp_path, items, **habits)
+    reads = {
+        **{(0x6085, 0): 100_000, (0x6066, 0): 33, (0x2005, 0): 0},
+        **{(0x5000, 0): -0x06020000, (0x6085, 1): -0x06090011, (0x1024, 0): -0x06010001, (0x1008, 0): -0x08000020},
+    }
+    assert {address: bench.read(*address) for address in reads} == reads
+    writes = {
+        **{(0x6085, "I", 5): 0, (0x1024, "B", 5): 0, (0x605A, "h", 6): 0, (0x6060, "b", 8): 0},
+        **{(0x6041, "H", 5): -0x06010002, (0x6085, "H", 5): -0x06070010, (0x6007, "h", 4): -0x06090031},
+        **{(0x6007, "h", -1): -0x06090032, (0x605A, "h", 2): -0x06090030, (0x1006, "I", 2000): -0x08000020},
+        **{(0x5000, "I", 2000): -0x06020000, (0x6060, "b", 1): -0x06090030},
+    }
+    assert {write: bench.try_to_write(*write) for write in writes} == writes
+    assert (bench.read(0x6085), bench.read(0x6061)) == (5, 8)
+    assert bench.try_to_write(0x6085, "I", 2000, sub=3) == -0x06090011
 
 
-def test_only_mappable_objects_of_the_right_length_are_mapped() -> None:
+def test_only_mappable_objects_of_the_right_length_are_mapped_into_a_pdo_that_is_off() -> None:
+    bench, no_pdo, cob_id = Bench(), 0x8000_0203, 0x1400
+    assert bench.try_to_write(0x1600, "I", 0x6041_0010, 1) == -0x08000022  # while the PDO is valid
+    assert bench.try_to_write(cob_id, "I", 0x204, 1) == -0x06090030  # likewise, another COB-ID
+    bench.write(cob_id, "I", no_pdo, 1)
+    bench.write(0x1600, "B", 0)
+    for sub, entry, answer in (
+        (1, 0x6040_0010, 0),
+        (2, 0x6040_0020, -0x06040041),  # 32 bits of 16
+        (2, 0x6085_0020, -0x06040041),  # not mappable
+        (2, 0x607A_0020, 0),
+        (3, 0x60C1_0120, 0),
+    ):
+        assert bench.try_to_write(0x1600, "I", entry, sub) == answer
+    assert bench.try_to_write(0x1600, "B", 3) == -0x06040042  # ten bytes
+    bench.nmt(0x01)
+    assert bench.try_to_write(0x1600, "B", 2) == -0x08000022
+
+
+def test_reset_restores_values_and_takes_power_and_reset_communication_only_its_objects() -> None:
     bench = Bench()
-    assert bench.sdo("23 00 14 01 03 02 00 80").startswith("60")
-    assert bench.sdo("2f 00 16 00 00 00 00 00").startswith("60")
-    assert bench.sdo("23 00 16 01 10 00 40 60").startswith("60")
-    assert bench.sdo("23 00 16 02 20 00 40 60") == "80 00 16 02 41 00 04 06"  # 32 bits of 16
-    assert bench.sdo("23 00 16 02 20 00 85 60") == "80 00 16 02 41 00 04 06"  # not mappable
-    assert bench.sdo("23 00 16 02 20 00 7a 60").startswith("60")
-    assert bench.sdo("23 00 16 03 20 01 c1 60").startswith("60")
-    assert bench.sdo("2f 00 16 00 03 00 00 00") == "80 00 16 00 42 00 04 06"  # ten bytes
-
-
-def test_answers_sync_only_when_operational() -> None:
-    bench = Bench()
-    bench.sent.clear()
-    bench.sync()
-    assert bench.sent == []
-    bench.drive.receive(0x000, START, 0.0)
-    bench.sync()
-    assert [i for i, _ in bench.sent] == [0x180 + NODE]
-    assert struct.unpack("<Hih", bench.sent[0][1]) == (0x240, 0, 123)
-
-
-def test_no_sdo_when_stopped() -> None:
-    bench = Bench()
-    bench.drive.receive(0x000, bytes([0x02, 0]), 0.0)
-    bench.sent.clear()
-    bench.drive.receive(0x600 + NODE, bytes.fromhex("40 00 10 00 00 00 00 00"), 0.0)
-    assert bench.sent == []
-
-
-def test_targets_are_interpolated_linearly() -> None:
-    bench = Bench()
-    bench.sdo("2f c2 60 01 02 00 00 00")
+    bench.write(0x1017, "H", 100)
+    bench.write(0x6066, "H", 5)
     bench.enable()
-    bench.cycle(Controlword.ENABLE, 100)
-    assert bench.counts == 100
-    assert bench.drive.statusword & 0x1000
-
-
-def test_enabling_does_not_move_to_an_old_target() -> None:
-    bench = Bench()
-    bench.drive.receive(0x000, START, 0.0)
-    bench.cycle(Controlword.SHUTDOWN, 5000)
-    bench.cycle(Controlword.SWITCH_ON, 5000)
-    bench.command(Controlword.ENABLE, 0)
-    bench.sync()
-    assert bench.drive.state is PowerState.ENABLED
-    assert bench.drive.generator.position == 0.0
-
-
-def test_quick_stop_decelerates_on_its_ramp_and_switches_power_off() -> None:
-    bench = Bench()
-    bench.sdo("2f c2 60 01 02 00 00 00")  # 2 ms
-    bench.sdo("23 85 60 00 a0 86 01 00")  # 100,000 counts/s^2
-    bench.enable()
-    for k in range(1, 50):
-        bench.cycle(Controlword.ENABLE, 20 * k)  # 10,000 counts/s
-    start = bench.counts
-    bench.cycle(Controlword.QUICK_STOP, 0)
-    assert bench.drive.state is PowerState.QUICK_STOP
+    bench.nmt(0x82)
+    assert (bench.read(0x1017), bench.read(0x6066)) == (0, 5)
     assert bench.drive.powered
-    bench.run(0.12)
-    assert bench.drive.state is PowerState.SWITCH_ON_DISABLED
+    bench.sent.clear()
+    bench.nmt(0x81)
+    assert bench.sent == [(0x700 + NODE, b"\x00")]
     assert not bench.drive.powered
-    assert bench.counts - start == pytest.approx(10_000**2 / 2 / 100_000, rel=0.05)
+    assert bench.read(0x6066) != 5
 
 
-def test_following_error_is_a_fault_with_emcy() -> None:
+def test_units_ratings_and_bits_of_cob_ids_are_those_of_the_drive(tmp_path: Path) -> None:
+    bench = made_up(tmp_path, base() | TORQUE | CURRENT, cob_id_bits=0x4000_0000)
+    bench.torque = 0.952 * GEAR / 2
+    bench.sync()
+    assert (bench.read(0x6077), bench.read(0x6078), bench.read(0x1400, 1)) == (500, 500, 0x4000_0203)
+    without_rating = made_up(tmp_path, base() | TORQUE | {(0x6076, 0): Item(U32, default=0)})
+    assert without_rating.read(0x6076) == round(1000 * Drive(node_id=1).rated_torque / GEAR)
+    degrees = made_up(tmp_path, MADE_UP["one_millisecond"].items)
+    degrees.enable()
+    degrees.cycle(Controlword.ENABLE, 90_000, cycles=3)  # a quarter of a turn of the motor, in 1/360,000 turn
+    assert degrees.counts == pytest.approx(INCREMENTS_PER_TURN / 4, abs=1)
+    assert degrees.read(0x6064) == pytest.approx(90_000, abs=44)
+
+
+# Network management
+
+
+def test_answers_sync_only_when_operational_and_sdo_unless_stopped() -> None:
     bench = Bench()
-    bench.sdo("23 65 60 00 64 00 00 00")
-    bench.enable()
-    bench.held_at = bench.counts
     bench.sent.clear()
-    for k in range(20):
-        bench.cycle(Controlword.ENABLE, 50 * k)
-    assert (0x80 + NODE, bytes.fromhex("1186010000000000")) in bench.sent
-    bench.run(0.5)
-    assert bench.drive.state is PowerState.FAULT
-    assert decode(bench.drive.statusword).name == "FAULT"
-
-
-def test_fault_is_reset_by_the_rising_edge() -> None:
-    bench = Bench()
-    bench.drive.receive(0x000, START, 0.0)
-    bench.drive.fail(0x2310)
-    assert bench.drive.state is PowerState.FAULT
-    bench.cycle(Controlword.ENABLE)
-    assert bench.drive.state is PowerState.FAULT
+    bench.sync()
+    assert bench.sent == []
+    bench.nmt(0x01)
+    bench.sync()
+    assert [(i, struct.unpack("<Hih", data)) for i, data in bench.sent] == [(0x180 + NODE, (0x240, 0, 123))]
     bench.sent.clear()
-    bench.cycle(Controlword.FAULT_RESET)
-    assert bench.drive.state is PowerState.SWITCH_ON_DISABLED
-    assert (0x80 + NODE, bytes(8)) in bench.sent
-
-
-def test_lost_master_stops_the_drive() -> None:
-    bench = Bench()
-    bench.sdo("23 16 10 01 fa 00 7f 00")  # node 127, 250 ms
-    bench.sdo("2b 07 60 00 03 00 00 00")
-    bench.drive.receive(0x77F, b"\x05", bench.now)
-    bench.enable()
-    bench.run(0.2)
-    assert bench.drive.state is PowerState.ENABLED
-    bench.sent.clear()
-    bench.run(0.3)
-    assert bench.drive.state is PowerState.SWITCH_ON_DISABLED
-    assert (0x80 + NODE, bytes.fromhex("3081110000000000")) in bench.sent
+    bench.nmt(0x02)
+    bench.drive.receive(0x600 + NODE, bytes.fromhex("4000100000000000"), 0.0)
+    assert bench.sent == []
 
 
 def test_heartbeat_contains_the_nmt_state() -> None:
     bench = Bench()
-    bench.sdo("2b 17 10 00 64 00 00 00")
-    bench.drive.receive(0x000, START, 0.0)
+    bench.write(0x1017, "H", 100)
+    bench.nmt(0x01)
     bench.sent.clear()
-    bench.run(1.0)
-    assert [frame for frame in bench.sent if frame[0] == 0x700 + NODE] == [(0x700 + NODE, b"\x05")] * 10
+    bench.run(0.99)
+    assert bench.sent == [(0x700 + NODE, b"\x05")] * 10
 
 
-def test_reset_boots_again_without_power() -> None:
+# Targets
+
+
+def test_targets_are_interpolated_within_limits_and_an_old_one_moves_nothing() -> None:
     bench = Bench()
+    for sub, limit in ((1, -50), (2, 400)):
+        bench.write(0x607D, "i", limit, sub)
+    bench.start()
+    bench.held_at = 300
+    bench.cycle(Controlword.SHUTDOWN, 5000)
+    bench.cycle(Controlword.SWITCH_ON, 5000)
+    bench.cycle(Controlword.ENABLE, 300)
+    assert bench.state is PowerState.ENABLED
+    bench.held_at = None
+    assert bench.counts == 300
+    for target, reached in ((100, 100), (500, 400)):
+        bench.cycle(Controlword.ENABLE, target)
+        assert bench.counts == reached
+    assert bench.drive.statusword & 0x1000
+
+
+def test_without_60c2_targets_are_interpolated_over_the_time_between_syncs(tmp_path: Path) -> None:
+    bench = made_up(tmp_path, {a: item for a, item in base().items() if a[0] != 0x60C2})
     bench.enable()
+    bench.command(Controlword.ENABLE, 1000)
+    bench.drive.synchronise(0, 0.0, 0.0, bench.now)
+    for _ in range(5):
+        bench.drive.generator.step()
+    assert bench.counts == pytest.approx(500, abs=1)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_torque_offset_acts_in_the_direction_of_the_drive_while_the_loops_are_closed(sign: int) -> None:
+    bench = Bench()
+    bench.drive.drive = bench.drive.drive.model_copy(update={"sign": sign})
+    bench.write(0x60B2, "h", 250)
+    assert bench.drive.torque_offset == 0.0
+    bench.enable()
+    # A quarter of the rated torque of 20 N m at the joint.
+    assert bench.drive.torque_offset == pytest.approx(sign * 5.0)
+    bench.cycle(Controlword.QUICK_STOP)
+    bench.run(0.5)
+    bench.cycle(Controlword.DISABLE_VOLTAGE)
+    assert bench.drive.torque_offset == 0.0
+
+
+# PDOs by events
+
+
+def test_tpdos_are_sent_on_a_change_from_power_up_on_by_a_timer_or_every_nth_sync(tmp_path: Path) -> None:
+    bench = made_up(tmp_path, base() | four_tpdos())
+    bench.nmt(0x01)
+    bench.run(0.1)
+    tpdos = [0x180 + NODE, 0x280 + NODE, 0x380 + NODE, 0x480 + NODE]
+    assert [arbitration_id for arbitration_id, _ in bench.sent[1:]] == tpdos
     bench.sent.clear()
-    bench.drive.receive(0x000, bytes([0x81, NODE]), bench.now)
-    assert bench.sent == [(0x700 + NODE, b"\x00")]
-    assert not bench.drive.powered
+    bench.cycle(Controlword.SHUTDOWN)
+    assert [arbitration_id for arbitration_id, _ in bench.sent] == tpdos[:3]
+    items = base() | pdo(0, False, TPDO, kind=3) | pdo(1, False, TPDO, kind=255)
+    bench = made_up(tmp_path, items | {(0x1801, 5): Item(U16, default=10)})
+    bench.nmt(0x01)
+    for _ in range(30):
+        bench.sync()
+    ids = [arbitration_id for arbitration_id, _ in bench.sent]
+    assert (ids.count(tpdos[0]), ids.count(tpdos[1])) == (10, pytest.approx(6, abs=1))
 
 
 class AnyTraffic(RuleBasedStateMachine):
@@ -225,7 +205,6 @@ class AnyTraffic(RuleBasedStateMachine):
     @initialize()
     def switch_on(self) -> None:
         self.bench = Bench()
-        self.previous = self.bench.drive.state
 
     @rule(command=st.sampled_from([0x01, 0x02, 0x80, 0x81, 0x82]), node=st.sampled_from([0, NODE, 5]))
     def nmt(self, command: int, node: int) -> None:
@@ -236,9 +215,9 @@ class AnyTraffic(RuleBasedStateMachine):
         goal=st.integers(-500, 500),
     )
     def cycle(self, word: int, goal: int) -> None:
-        before = self.bench.drive.state
+        before = self.bench.state
         self.bench.cycle(word, goal)
-        if self.bench.drive.state is PowerState.ENABLED:
+        if self.bench.state is PowerState.ENABLED:
             assert before in (PowerState.SWITCHED_ON, PowerState.ENABLED)
 
     @rule(data=st.binary(min_size=0, max_size=8))
@@ -249,7 +228,7 @@ class AnyTraffic(RuleBasedStateMachine):
     @rule()
     def fault(self) -> None:
         self.bench.drive.fail(0x4310)
-        assert self.bench.drive.state in (PowerState.FAULT, PowerState.FAULT_REACTION)
+        assert self.bench.state in (PowerState.FAULT, PowerState.FAULT_REACTION)
 
     @rule()
     def pass_time(self) -> None:
@@ -257,7 +236,7 @@ class AnyTraffic(RuleBasedStateMachine):
 
     @invariant()
     def statusword_tells_the_truth(self) -> None:
-        assert decode(self.bench.drive.statusword).name == self.bench.drive.state.name
+        assert decode(self.bench.drive.statusword).name == self.bench.state.name
 
 
 AnyTraffic.TestCase.settings = settings(max_examples=40, stateful_step_count=25, deadline=None)

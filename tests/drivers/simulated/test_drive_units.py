@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from drivers.eds import load_dictionary
-from drivers.simulated.drive_units import DriveUnits
+from drivers.simulated.drive_units import FactorGroup
 from drivers.simulated.habits import Habits
 from drivers.simulated.objects import Objects
 from recordings.rig import Drive
@@ -17,14 +17,14 @@ MOTOR = 21 / (2 * math.pi)
 INCREMENTS = 8192 * MOTOR
 
 
-def units(folder: Path, values: dict[tuple[int, int], int]) -> DriveUnits:
+def units(folder: Path, values: dict[tuple[int, int], int]) -> FactorGroup:
     path = folder / "drive.eds"
     types = {0x608D: I8, 0x608E: U8}
     path.write_text(
         eds({(0x1000, 0): Item(U32)} | {a: Item(types.get(a[0], U32), default=v) for a, v in values.items()})
     )
     objects = Objects(load_dictionary(path, 1), Habits(), lambda address, value: None, 1, lambda *frame: None)
-    return DriveUnits(objects, Drive(node_id=1))
+    return FactorGroup(objects, Drive(node_id=1))
 
 
 def ratios(**pairs: tuple[int, int]) -> dict[tuple[int, int], int]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drivers.simulated.config import EffectSpec, Friction, SimConfig
-from drivers.simulated.machine import Machine
+from drivers.simulated.machine import SimulatedMachine
 from tests.drivers.simulated.swinging import RIG, Floats, Run, held_torque, machine_with, swing
 
 COULOMB = 0.7
@@ -97,33 +97,31 @@ def test_presliding_friction_follows_dahls_model() -> None:
     assert np.ptp(run.added[:, 1]) > 1.9 * COULOMB
 
 
-@pytest.mark.parametrize("push", [0.5, 0.9])
-def test_presliding_friction_holds_up_to_its_level(push: float) -> None:
-    """Joint 2 alone, weightless, well damped: 0.7 N m of friction."""
-    bristles = EffectSpec(name="presliding_hysteresis", joints=(2,), parameters={"z_s": 0.01})
-    pull = EffectSpec(name="torque_offset", joints=(2,), parameters={"a": push})
-    config = SimConfig(friction=Friction(viscous=(8.0,) * 3, coulomb=(COULOMB,) * 3), effects=(bristles, pull))
-    machine = Machine(RIG, config, np.random.default_rng(0))
+def pulled(effect: EffectSpec, torque: float, steps: tuple[int, ...], viscous: float) -> list[float]:
+    """Displacements of joint 2 alone, weightless, after so many steps under a constant torque [rad]."""
+    pull = EffectSpec(name="torque_offset", joints=(2,), parameters={"a": torque})
+    config = SimConfig(friction=Friction(viscous=(viscous,) * 3, coulomb=(COULOMB,) * 3), effects=(effect, pull))
+    machine = SimulatedMachine(RIG, config, np.random.default_rng(0))
     machine.plant.model.opt.gravity = (0.0, 0.0, 0.0)
     machine.brake = [True, False, True]
-    start = machine.position()
-    machine.advance([start] * 20000)
-    before = machine.position()[1]
-    machine.advance([start] * 2000)
-    sliding, deflection = before - machine.position()[1], start[1] - before
-    assert (sliding > 1e-3) == (push > COULOMB)
-    assert push > COULOMB or (1e-3 < deflection < 0.05 and abs(sliding) < 1e-6)
+    start, reached = machine.position(), []
+    for count in steps:
+        machine.advance([start] * count)
+        reached.append(start[1] - machine.position()[1])
+    return reached
 
 
-@pytest.mark.parametrize(("push", "moves"), [(1.2, False), (1.4, True)])
-def test_stribeck_friction_sticks(push: float, moves: bool) -> None:
+@pytest.mark.parametrize("torque", [0.5, 0.9])
+def test_presliding_friction_holds_up_to_its_level(torque: float) -> None:
+    bristles = EffectSpec(name="presliding_hysteresis", joints=(2,), parameters={"z_s": 0.01})
+    deflection, later = pulled(bristles, torque, (20000, 2000), viscous=8.0)
+    assert (later - deflection > 1e-3) == (torque > COULOMB)
+    assert torque > COULOMB or (1e-3 < deflection < 0.05 and abs(later - deflection) < 1e-6)
+
+
+@pytest.mark.parametrize(("torque", "moves"), [(1.2, False), (1.4, True)])
+def test_stribeck_friction_sticks(torque: float, moves: bool) -> None:
     """0.7 N m of Coulomb and 0.6 N m of Stribeck friction hold 1.3 N m together."""
     stribeck = EffectSpec(name="stribeck", joints=(2,), parameters={"a": 0.6, "v_s": 0.4})
-    pull = EffectSpec(name="torque_offset", joints=(2,), parameters={"a": push})
-    friction = Friction(coulomb=(COULOMB,) * 3)
-    machine = Machine(RIG, SimConfig(friction=friction, effects=(stribeck, pull)), np.random.default_rng(0))
-    machine.plant.model.opt.gravity = (0.0, 0.0, 0.0)
-    machine.brake = [True, False, True]
-    start = machine.position()
-    machine.advance([start] * 500)
-    assert (start[1] - machine.position()[1] > 1e-4) == moves
+    (displacement,) = pulled(stribeck, torque, (500,), viscous=0.35)
+    assert (displacement > 1e-4) == moves

@@ -84,12 +84,3 @@ def test_torque_follows_the_voltage_after_the_delay(delay: float) -> None:
     late, prompt = np.interp(time - delay, time, np.array(reported)[:, 1]), np.array(reported)[:, 0]
     assert np.array(motor_torque)[100:, 1] == pytest.approx(late[100:], abs=1e-9)
     assert np.array(motor_torque)[:, 0] == pytest.approx(prompt, abs=1e-12)
-
-
-def test_voltage_leads_the_delayed_torque() -> None:
-    machine = machine_with("actuation_delay", delay=0.004)
-    machine.advance([(np.array(machine.position()) + 0.05).tolist()] * 20)
-    volts = 0.0005 * np.array(machine.voltage_counts())
-    assert machine.torque()[1] == 0.0
-    assert volts[1] * abs(volts[1]) == pytest.approx(machine.reported_torque()[1], rel=0.05)
-    assert machine.reported_torque()[1] > 5.0

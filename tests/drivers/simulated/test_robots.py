@@ -4,21 +4,17 @@ import numpy as np
 import pytest
 
 from drivers.simulated.config import ROBOTS, Friction, SimConfig, load_sim
-from drivers.simulated.machine import Machine
+from drivers.simulated.machine import SimulatedMachine
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import simulated_rig
 from trajectories.library import load
 
 
-def _torque_along_fig5a(name: str) -> Floats:
+def _torque_along_fig5a(config: SimConfig) -> Floats:
     """(n, 3) of one repetition."""
-    return _torque_of(load_sim(ROBOTS / f"{name}.toml"))
-
-
-def _torque_of(config: SimConfig) -> Floats:
     rig = simulated_rig()
-    machine = Machine(rig, config, np.random.default_rng(0))
+    machine = SimulatedMachine(rig, config, np.random.default_rng(0))
     trajectory = load("fig5a", rig, cycles=1, rate=1 / machine.dt)
     machine.reset(trajectory.platform[0].tolist())
     machine.enabled, machine.brake = [True] * 3, [False] * 3
@@ -30,11 +26,20 @@ def _torque_of(config: SimConfig) -> Floats:
     return np.array(rows)[trajectory.repeat == 0]
 
 
-def test_torque_of_the_light_robot_changes_its_sign() -> None:
-    torque = _torque_along_fig5a("light")
+@pytest.mark.parametrize(("name", "rms", "low", "high"), [("light", 1.4, 0.2, 0.5), ("heavy", 15.0, -1.0, 1e-9)])
+def test_torque_and_its_share_of_negative_values(name: str, rms: float, low: float, high: float) -> None:
+    torque = _torque_along_fig5a(load_sim(ROBOTS / f"{name}.toml"))
     negative = np.mean(torque < 0, axis=0)
-    assert np.all((negative > 0.2) & (negative < 0.5))
-    assert np.sqrt(np.mean(torque**2, axis=0)) == pytest.approx([1.4] * 3, rel=0.1)
+    assert np.all((negative > low) & (negative < high))
+    assert np.sqrt(np.mean(torque**2, axis=0)) == pytest.approx([rms] * 3, rel=0.1)
+
+
+def test_friction_of_eq_36_is_most_of_the_torque_of_the_paper_friction_robot() -> None:
+    config = load_sim(ROBOTS / "paper_friction.toml")
+    assert config.friction.coulomb == (9.1037, 7.6127, 9.2628)
+    without = config.model_copy(update={"friction": Friction(coulomb=(0.0, 0.0, 0.0))})
+    difference = _torque_along_fig5a(config) - _torque_along_fig5a(without)
+    assert np.sqrt(np.mean(difference**2, axis=0)) == pytest.approx(config.friction.coulomb, rel=0.05)
 
 
 def test_a_shipped_robot_is_found_by_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -44,17 +49,3 @@ def test_a_shipped_robot_is_found_by_its_name(tmp_path: Path, monkeypatch: pytes
     assert load_sim(Path("heavy")).voltage_noise == 0.5
     with pytest.raises(BadInput, match="does not exist"):
         load_sim(Path("elsewhere/light"))
-
-
-def test_friction_of_eq_36_is_most_of_the_torque_of_the_paper_friction_robot() -> None:
-    config = load_sim(ROBOTS / "paper_friction.toml")
-    assert config.friction.coulomb == (9.1037, 7.6127, 9.2628)
-    without = config.model_copy(update={"friction": Friction(coulomb=(0.0, 0.0, 0.0))})
-    difference = _torque_along_fig5a("paper_friction") - _torque_of(without)
-    assert np.sqrt(np.mean(difference**2, axis=0)) == pytest.approx(config.friction.coulomb, rel=0.05)
-
-
-def test_torque_of_the_heavy_robot_keeps_its_sign() -> None:
-    torque = _torque_along_fig5a("heavy")
-    assert np.all(torque > 0)
-    assert np.sqrt(np.mean(torque**2, axis=0)) == pytest.approx([15.0] * 3, rel=0.1)

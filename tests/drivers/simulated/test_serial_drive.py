@@ -16,9 +16,9 @@ OFF, MOVING, FAULT = 0x8000, 0x0800_2000, 0x0040_0000
 class Bench:
     """A drive with its axis at `counts`; 1000 counts per radian."""
 
-    def __init__(self, **bus: object) -> None:
+    def __init__(self, torque_offset: str = "", **bus: object) -> None:
         drive = Drive(node_id=1, counts_per_turn=1000, gear=math.tau)
-        section = SerialBus(registers=SerialRegisters(watchdog="r0xf0"), **bus)
+        section = SerialBus(registers=SerialRegisters(watchdog="r0xf0", torque_offset=torque_offset), **bus)
         rig = Rig(name="r", rate=100.0, bus=section, drives=(drive, Drive(node_id=2), Drive(node_id=3)))
         self.counts, self.volts, self.time = 0, 0, 0.0
         self.drive = SimulatedSerialDrive(rig, 1, DT, lambda: self.counts, lambda: self.volts, lockstep=True)
@@ -63,18 +63,13 @@ def test_refused_commands(command: str, reply: str) -> None:
     assert Bench().say(command) == [reply]
 
 
-def test_target_received_before_power_on_does_not_move_the_axis() -> None:
+def test_target_takes_effect_with_power_and_the_update_and_is_reached_one_period_later() -> None:
     bench = Bench()
     bench.say("s r0xca 500")
     bench.enable()
     bench.run(0.1)
     assert bench.counts == 0
     assert bench.say("g r0xa0") == ["v 0"]
-
-
-def test_target_takes_effect_with_the_update_and_is_reached_one_period_later() -> None:
-    bench = Bench()
-    bench.enable()
     bench.say("s r0xca 10")
     bench.run(0.01)
     assert bench.counts == 0
@@ -136,8 +131,10 @@ def test_following_error_must_be_cleared_before_power_on() -> None:
     assert bench.say(f"s r0xa4 {FOLLOWING_ERROR}", "s r0x24 21", "g r0xa0") == ["ok", "ok", "v 0"]
 
 
-def test_watchdog_stops_the_drive_without_commands() -> None:
+def test_only_a_watchdog_stops_the_drive_without_commands() -> None:
     bench = moving()
+    bench.run(5.0)
+    assert bench.drive.powered
     bench.say("s r0xf0 50")
     bench.run(0.04)
     bench.say("g r0x32")
@@ -148,7 +145,9 @@ def test_watchdog_stops_the_drive_without_commands() -> None:
     assert bench.say("g r0xa4") == [f"v {COMMAND_LOST}"]
 
 
-def test_no_fault_without_commands_and_without_watchdog() -> None:
-    bench = moving()
-    bench.run(5.0)
-    assert bench.drive.powered
+def test_torque_offset_acts_with_power() -> None:
+    bench = Bench(torque_offset="r0xd5")
+    assert bench.say("s r0xd5 -500", "g r0xd5") == ["ok", "v -500"]
+    assert bench.drive.torque_offset == 0.0
+    bench.enable()
+    assert bench.drive.torque_offset == pytest.approx(-10.0)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from drivers.protocol import Goal, Power
+from drivers.protocol import Amplifiers, Goal, Power
 from drivers.serial.port import simulated
 from drivers.simulated.config import SimConfig
 from drivers.simulated.serial_rig import SerialRig
@@ -31,11 +31,12 @@ def served(described: Rig, pace: Pace = "lockstep") -> Iterator[SerialRig]:
     assert machine.error is None
 
 
-def say(port: str, command: bytes, ends: int = 1) -> bytes:
-    """Send a command; returns the reply up to `ends` end characters."""
+def say(port: str, *pieces: bytes, ends: int = 1) -> bytes:
+    """Send pieces of commands; returns the reply up to `ends` end characters."""
     device = os.open(port, os.O_RDWR | os.O_NOCTTY)
     try:
-        os.write(device, command)
+        for piece in pieces:
+            os.write(device, piece)
         reply = b""
         while reply.count(b"\r") < ends:
             reply += os.read(device, 100)
@@ -44,24 +45,15 @@ def say(port: str, command: bytes, ends: int = 1) -> bytes:
         os.close(device)
 
 
-def test_port_named_simulated_exists_while_it_is_served() -> None:
+def test_ports_exist_while_they_are_served_and_replace_dangling_links_but_no_other_file(tmp_path: Path) -> None:
     with served(rig()):
         assert say(simulated["simulated"], b"2 g r0xa4\r") == b"v 0\r"
     assert not simulated
-
-
-def test_other_port_name_is_a_link_that_is_removed_at_the_end(tmp_path: Path) -> None:
-    link = tmp_path / "line"
-    with served(rig(str(link))):
-        assert say(str(link), b"2 g r0xa4\r") == b"v 0\r"
-    assert not link.is_symlink()
-
-
-def test_dangling_link_is_replaced_but_no_other_file(tmp_path: Path) -> None:
     link, precious = tmp_path / "line", tmp_path / "precious"
     link.symlink_to(tmp_path / "gone")
     with served(rig(str(link))):
-        assert link.exists()
+        assert say(str(link), b"2 g r0xa4\r") == b"v 0\r"
+    assert not link.is_symlink()
     precious.write_text("data")
     with pytest.raises(BadInput, match=r"precious cannot be made: File exists"):
         SerialRig(rig(str(precious)), SimConfig(), pace="lockstep", seed=0)
@@ -70,13 +62,7 @@ def test_dangling_link_is_replaced_but_no_other_file(tmp_path: Path) -> None:
 
 def test_commands_may_arrive_in_pieces_and_are_routed_by_prefix() -> None:
     with served(rig()):
-        device = os.open(simulated["simulated"], os.O_RDWR | os.O_NOCTTY)
-        for piece in (b"3 g ", b"r0xa4\r4 g r0xa4\r", b"\r1 x\r"):
-            os.write(device, piece)
-        replies = b""
-        while replies.count(b"\r") < 2:
-            replies += os.read(device, 100)
-        os.close(device)
+        replies = say(simulated["simulated"], b"3 g ", b"r0xa4\r4 g r0xa4\r", b"\r1 x\r", ends=2)
     assert replies == b"v 0\re 3\r"
 
 
@@ -99,40 +85,42 @@ def test_lockstep_time_advances_only_with_the_latch() -> None:
         assert machine.machine.time == pytest.approx(1 / 20)
 
 
-def test_latch_is_unknown_in_real_time() -> None:
-    with served(rig(), "realtime"):
-        assert say(simulated["simulated"], b"2 latch\r") == b"e 3\r"
-
-
-def test_real_time_includes_the_transmission_time() -> None:
-    described = rig(baud=1200)
+def test_real_time_includes_the_transmission_time_and_knows_no_latch() -> None:
     command, reply = b"1 g r0xa4\r", b"v 0\r"
-    with served(described, "realtime"):
+    with served(rig(baud=1200), "realtime"):
         begin = time.perf_counter()
         assert say(simulated["simulated"], command) == reply
         assert time.perf_counter() - begin >= (len(command) + len(reply)) * 10 / 1200
+        assert say(simulated["simulated"], b"2 latch\r") == b"e 3\r"
+
+
+@contextmanager
+def enabled(described: Rig, pace: Pace = "lockstep") -> Iterator[tuple[SerialRig, Amplifiers]]:
+    """Enabled drives on their lines."""
+    with served(described, pace) as machine:
+        clock = (lambda: 0) if pace == "lockstep" else None
+        drives = transport.connect(described, lambda *line: None, lambda *frame: None, clock)
+        drives.discover()
+        drives.configure()
+        drives.exchange(None, 5.0)
+        drives.goal = Goal.ENABLED
+        while not all(drive.powered for drive in machine.drives):
+            drives.exchange(None, 5.0)
+        yield machine, drives
+        if pace == "lockstep":
+            drives.close()
 
 
 @pytest.fixture
-def three() -> Iterator[tuple[SerialRig, transport.SerialDrives]]:
+def three() -> Iterator[tuple[SerialRig, Amplifiers]]:
     """Enabled drives on three lines."""
-    described = rig("simulated1", "simulated2", "simulated3")
-    with served(described) as machine:
-        drives = transport.connect(described, lambda *line: None, lambda *frame: None, lambda: 0)
-        assert isinstance(drives, transport.SerialDrives)
-        drives.discover()
-        drives.configure()
-        drives.goal = Goal.DISABLED
-        drives.exchange(None, 2.0)
-        drives.goal = Goal.ENABLED
-        while drives.exchange(None, 2.0).power != (Power.ON,) * 3:
-            pass
+    with enabled(rig("simulated1", "simulated2", "simulated3")) as (machine, drives):
+        assert drives.exchange(None, 5.0).power == (Power.ON,) * 3
         yield machine, drives
-        drives.close()
 
 
 def test_unplugged_line_ends_the_run_and_the_other_drives_stop(
-    three: tuple[SerialRig, transport.SerialDrives],
+    three: tuple[SerialRig, Amplifiers],
 ) -> None:
     machine, drives = three
     machine.unplug("simulated2")
@@ -147,7 +135,7 @@ def test_unplugged_line_ends_the_run_and_the_other_drives_stop(
 
 
 def test_disturbed_replies_are_missing_and_the_line_recovers(
-    three: tuple[SerialRig, transport.SerialDrives],
+    three: tuple[SerialRig, Amplifiers],
 ) -> None:
     machine, drives = three
     machine.disturb = lambda port, reply: reply.replace(b"v", b"w") if port == "simulated3" else reply
@@ -161,14 +149,7 @@ def test_disturbed_replies_are_missing_and_the_line_recovers(
 @pytest.mark.parametrize("register", ["r0xf0", ""])
 def test_only_a_watchdog_switches_power_off_when_the_host_is_lost(register: str) -> None:
     described = rig(registers=SerialRegisters(watchdog=register), reply_timeout=1.0)
-    with served(described, "realtime") as machine:
-        drives = transport.connect(described, lambda *line: None, lambda *frame: None, None)
-        drives.discover()
-        drives.configure()
-        drives.exchange(None, 5.0)
-        drives.goal = Goal.ENABLED
-        while not all(drive.powered for drive in machine.drives):
-            drives.exchange(None, 5.0)
+    with enabled(described, "realtime") as (machine, _):
         # As after SIGKILL: no more commands.
         deadline = time.perf_counter() + (20.0 if register else 1.0)
         while any(drive.powered for drive in machine.drives) and time.perf_counter() < deadline:

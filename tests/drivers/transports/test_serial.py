@@ -21,40 +21,30 @@ LOOK = len("1 g r0xa0.") + len("v 4294967295.")
 SWITCH_ON = len("1 s r0xca -32856.") + len("ok.") + len("1 s r0x24 21.") + len("ok.")
 
 
-def test_transport_is_selected_by_the_rig() -> None:
-    assert transports.of(rig()) is serial
+def wire_time(characters: int, exchanges: int = 0) -> float:
+    return characters * 10 / 115_200 + exchanges * 0.001
 
 
-def test_cycle_time_of_three_drives_on_one_line() -> None:
-    characters = 3 * (MOVE + READ) + LOOK + (SWITCH_ON - MOVE)
-    exchanges = 3 * 4 + 1
-    expected = characters * 10 / 115_200 + exchanges * 0.001
-    assert serial.cycle_time(rig(turnaround=0.001)) == pytest.approx(expected)
-
-
-def test_cycle_time_of_one_drive_per_line_without_prefix() -> None:
-    characters = MOVE + READ + LOOK + (SWITCH_ON - MOVE) - 5 * len("1 ")
-    assert serial.cycle_time(rig("a", "b", "c", turnaround=0.0)) == pytest.approx(characters * 10 / 115_200)
-
-
-def test_without_an_update_command_a_cycle_is_shorter() -> None:
+def test_cycle_time_is_that_of_the_longest_commands_and_replies() -> None:
+    of_three = 3 * (MOVE + READ) + LOOK + (SWITCH_ON - MOVE)
+    assert serial.cycle_time(rig(turnaround=0.001)) == pytest.approx(wire_time(of_three, 3 * 4 + 1))
+    quick = serial.cycle_time(rig(turnaround=0.0))
+    assert quick == pytest.approx(wire_time(of_three))
+    # Alone on a line, a drive needs no prefix.
+    of_one = MOVE + READ + LOOK + (SWITCH_ON - MOVE) - 5 * len("1 ")
+    assert serial.cycle_time(rig("a", "b", "c", turnaround=0.0)) == pytest.approx(wire_time(of_one))
     # In the longest cycle the drive whose status is read is enabled.
-    saved = 2 * (len("1 t 1.") + len("ok."))
-    difference = serial.cycle_time(rig(turnaround=0.0)) - serial.cycle_time(rig(turnaround=0.0, update=""))
-    assert difference == pytest.approx(saved * 10 / 115_200)
+    without_update = serial.cycle_time(rig(turnaround=0.0, update=""))
+    assert quick - without_update == pytest.approx(wire_time(2 * (len("1 t 1.") + len("ok."))))
+    long_name = serial.cycle_time(rig(turnaround=0.0, registers=SerialRegisters(position="r0x0032")))
+    assert long_name - quick == pytest.approx(wire_time(3 * 2))
 
 
-def test_four_times_the_baud_rate_is_four_times_the_rate() -> None:
+def test_highest_rate_reaches_the_allowed_load_and_above_it_is_refused() -> None:
     slow, fast = (serial.highest_rate(rig(turnaround=0.0, baud=baud)) for baud in (115_200, 460_800))
     assert fast == pytest.approx(4 * slow)
-
-
-def test_highest_rate_reaches_the_allowed_load() -> None:
     described = rig(max_load=0.5)
     assert serial.highest_rate(described) * serial.cycle_time(described) == pytest.approx(0.5)
-
-
-def test_rate_above_the_highest_is_refused_with_the_highest_rate() -> None:
     with pytest.raises(BadInput, match=r"at 100 Hz a cycle has 10\.0 ms.* choose --rate 31 or less"):
         serial.check(rig(rate=100.0))
     serial.check(rig(rate=31.0))
@@ -81,7 +71,8 @@ def test_description_contains_time_load_and_rate() -> None:
     assert "apart" not in three
 
 
-def test_only_ports_named_simulated_are_simulated_here() -> None:
+def test_transport_is_selected_by_the_rig_and_simulated_where_its_ports_are() -> None:
+    assert transports.of(rig()) is serial
     assert serial.simulated_here(rig("simulated1", "simulated2", "simulated3"))
     assert not serial.simulated_here(rig("/dev/ttyUSB0"))
 
@@ -94,9 +85,3 @@ def test_missing_port_is_named_and_the_others_are_released() -> None:
             serial.connect(described, lambda *line: None, lambda *frame: None, None)
     os.close(controller)
     os.close(device)
-
-
-def test_cycle_time_depends_on_the_register_names() -> None:
-    long_name = rig(turnaround=0.0, registers=SerialRegisters(position="r0x0032"))
-    difference = serial.cycle_time(long_name) - serial.cycle_time(rig(turnaround=0.0))
-    assert difference == pytest.approx(3 * 2 * 10 / 115_200)
