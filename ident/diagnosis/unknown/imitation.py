@@ -1,8 +1,8 @@
 """Check whether something unknown explains the data in place of the effects that imitate it.
 
-Several known effects together approximate one that is in no library, and held-out rows confirm each of them. What they
-leave shows what the unknown one depends on. Beside curves over that, a true effect still explains what no curve does;
-an imitation explains nothing more.
+Several known effects together approximate one that is in no library, and held-out rows confirm each of them. What
+they leave shows what the unknown one depends on. Beside curves over that, a true effect still explains what no curve
+does; an imitation explains nothing more.
 """
 
 from ident.diagnosis.judge.fitted_model import FittedModel
