@@ -10,7 +10,7 @@ from daq.command_options import PACE, RATE, RIG, SIM
 from recordings.command_line import FiniteRange, say, say_next
 
 if TYPE_CHECKING:
-    from daq.axis_check import AxisFigures
+    from daq.commissioning.axis_check import AxisFigures
     from drivers.protocol import CheckResult
     from recordings.recording import Floats
     from recordings.rig import Rig
@@ -52,9 +52,9 @@ def command(
     """
     from functools import partial
 
-    from daq.axis_check import figures_of, judge
-    from daq.commissioning import Machine, move
-    from daq.session import rig_from
+    from daq.commissioning.axis_check import figures_of, judge
+    from daq.commissioning.small_motion import Machine, move
+    from daq.cycle.session import rig_from
     from recordings.errors import RunFailed
 
     machine = Machine.of(rig_from(rig_file, rate), pace, sim_file)

@@ -35,7 +35,7 @@ def command(
     Nothing moves, and nothing is written unless --set-up asks for it: which values a drive refuses is known only when
     they are written. Exit code 1 where a problem was found that would end a recording.
     """
-    from daq.session import rig_from
+    from daq.cycle.session import rig_from
     from daq.simulation import served
     from drivers import transports
     from recordings.errors import RunFailed

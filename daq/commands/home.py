@@ -28,9 +28,9 @@ def command(
     The drive searches by itself, as its manual says of the method; the other joints hold. Ctrl-C is a quick stop. A
     drive with an absolute encoder needs no homing: leave the key out.
     """
-    from daq.commissioning import Machine
-    from daq.homing import home
-    from daq.session import rig_from
+    from daq.commissioning.homing import home
+    from daq.commissioning.small_motion import Machine
+    from daq.cycle.session import rig_from
     from recordings.progress import progress_bar
 
     machine = Machine.of(rig_from(rig_file), pace, sim_file)

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from daq.importing import Choice, Description, Imported
-    from daq.importing.observations import Observation
+    from recordings.importing import Choice, Description, Imported
+    from recordings.importing.observations import Observation
 
 _FILE = click.Path(path_type=Path)
 _DESCRIBING = frozenset(
@@ -104,10 +104,10 @@ def command(
 
     Three joints without --rig and --mechanism are the delta robot of the paper.
     """
-    from daq.importing import Choice, import_data
-    from daq.importing.dates import iso_date
-    from daq.importing.observations import observe
-    from daq.importing.table import Selection
+    from recordings.importing import Choice, import_data
+    from recordings.importing.dates import iso_date
+    from recordings.importing.observations import observe
+    from recordings.importing.table import Selection
 
     choice = Choice(mapping, Selection(topic, _parts("--names", names)))
     if only_guess:
@@ -145,8 +145,8 @@ def _check_out(out: Path) -> None:
 
 def _guess(file: Path, choice: "Choice", as_json: bool) -> None:
     """Print what each column is taken for, and the command that says so."""
-    from daq.importing.proposal import propose
     from recordings.errors import BadInput
+    from recordings.importing.proposal import propose
 
     if choice.mapping:
         raise BadInput("--guess proposes a mapping, --map found as well; leave one of them out")
@@ -169,8 +169,8 @@ def _given_options() -> list[str]:
 def _description(
     rig_file: Path | None, mechanism: Any, joints: str | None, torque: dict[str, Any], gravity: bool
 ) -> "Description":
-    from daq.importing import Description
     from recordings.errors import BadInput
+    from recordings.importing import Description
     from recordings.rig import load_rig
 
     if rig_file is not None:

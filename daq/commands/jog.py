@@ -10,7 +10,7 @@ from daq.command_options import PACE, RATE, RIG, SIM
 from recordings.command_line import FiniteRange, say, say_next
 
 if TYPE_CHECKING:
-    from daq.commissioning import Moved
+    from daq.commissioning.small_motion import Moved
 
 _FILE = click.Path(path_type=Path)
 
@@ -59,9 +59,9 @@ def command(
     """
     import sys
 
-    from daq.commissioning import Machine, move
-    from daq.hold import keys_unbuffered
-    from daq.session import rig_from
+    from daq.commissioning.hold import keys_unbuffered
+    from daq.commissioning.small_motion import Machine, move
+    from daq.cycle.session import rig_from
     from recordings.errors import BadInput, RunFailed
     from trajectories.small_moves import jog
 

@@ -12,8 +12,8 @@ from daq.command_options import PACE, RATE, RIG, SEED
 from recordings.command_line import FiniteRange, say, say_next
 
 if TYPE_CHECKING:
-    from daq.session import Display, Result, RunRequest
-    from daq.status import LineSink
+    from daq.cycle.session import Display, Result, RunRequest
+    from daq.live.status import LineSink
     from recordings.rig import Rig
     from trajectories import Trajectory
 
@@ -103,8 +103,8 @@ def command(
     With --listen nothing is sent: it ends with Ctrl-C, after --duration, or five seconds after the last SYNC. --traj
     then names the motion that the other master runs, if it is known.
     """
+    from daq.cycle.session import check_request, rig_from
     from daq.live.viewers import viewers
-    from daq.session import check_request, rig_from
     from drivers import transports
     from recordings.errors import BadInput
     from trajectories import load
@@ -162,7 +162,7 @@ def record_trajectory(
         BadInput: the trajectory exceeds a limit, the file exists, or the rig or sim file does not suit.
         RunFailed: the motion was not completed.
     """
-    from daq.session import check_request
+    from daq.cycle.session import check_request
     from drivers import transports
     from recordings.errors import BadInput
 
@@ -177,7 +177,7 @@ def record_trajectory(
 def _request(
     rig: "Rig", trajectory: "Trajectory", out: Path | None, pace: str | None, seed: int, simulated: bool
 ) -> "RunRequest":
-    from daq.session import RunRequest
+    from daq.cycle.session import RunRequest
     from trajectories.checks import check
 
     check(trajectory, rig)
@@ -230,7 +230,7 @@ def _run_on_drives(request: "RunRequest", sim_file: Path | None, hidden: int | N
 def _listen(
     rig: "Rig", name: str | None, cycles: int | None, out: Path | None, duration: float | None, as_json: bool
 ) -> None:
-    from daq.listen import TRAJECTORY_NAME, BusTraffic, check, record
+    from daq.passive.listen import TRAJECTORY_NAME, BusTraffic, check, record
     from recordings.progress import progress_bar
     from trajectories import load
 
@@ -263,8 +263,8 @@ def _listen(
 def _record(
     request: "RunRequest", as_json: bool, status: bool, sinks: "list[LineSink]", analysis: str = "fit"
 ) -> None:
-    from daq.session import Session
-    from daq.status import to_stdout
+    from daq.cycle.session import Session
+    from daq.live.status import to_stdout
 
     _announce(request)
     display = _display(request.rig.rate, not status, [*sinks, to_stdout] if status else sinks)
@@ -272,9 +272,9 @@ def _record(
 
 
 def _display(rate: float, bar: bool, sinks: "Sequence[LineSink]") -> "Display":
-    from daq.display import ProgressBar
-    from daq.status import StatusLines
-    from daq.watched import CycleProgress
+    from daq.cycle.progress import CycleProgress
+    from daq.live.status import StatusLines
+    from daq.live.terminal import ProgressBar
 
     @contextmanager
     def display(progress: CycleProgress) -> Iterator[None]:
@@ -291,8 +291,8 @@ def _display(rate: float, bar: bool, sinks: "Sequence[LineSink]") -> "Display":
 def _dry_run(request: "RunRequest", as_json: bool) -> None:
     from rich.console import Console
 
-    from daq.display import ProgressBar, figures, summary
-    from daq.session import Session
+    from daq.cycle.session import Session
+    from daq.live.terminal import ProgressBar, figures, summary
 
     _announce(request)
     result, position = Session(request, _log).dry_run(ProgressBar)
@@ -316,7 +316,7 @@ def _announce(request: "RunRequest") -> None:
 def _show(request: "RunRequest", result: "Result", as_json: bool, analysis: str) -> None:
     from rich.console import Console
 
-    from daq.display import figures, summary
+    from daq.live.terminal import figures, summary
 
     simulated = any(identity.simulated for identity in result.identities)
     if as_json:

@@ -20,7 +20,7 @@ def command(file: Path, out: Path | None, in_place: bool, as_json: bool) -> None
     If it was made by listening, and the program did not come to make the samples, they are made from the frames.
     FILE itself is not touched.
     """
-    from daq.recover import recover, recover_in_place
+    from daq.passive.recover import recover, recover_in_place
     from recordings.errors import BadInput
 
     if in_place and out is not None:

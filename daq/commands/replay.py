@@ -9,7 +9,7 @@ import click
 from recordings.command_line import FiniteRange, say, say_next
 
 if TYPE_CHECKING:
-    from daq.replay import Plan, Replayed
+    from daq.passive.replay import Plan, Replayed
     from recordings.buses import CanBus
 
 _EPILOG = """\b
@@ -55,7 +55,7 @@ def command(
     Frames that command drives (NMT, SYNC, targets, SDO requests) MOVE real drives, without limits or supervision:
     they are refused without --yes. Ctrl-C ends at once; nothing stops drives that were set in motion.
     """
-    from daq.replay import commanding, matching, plan
+    from daq.passive.replay import commanding, matching, plan
     from recordings.errors import BadInput, RunFailed
     from recordings.reader import read_can
 
@@ -102,8 +102,8 @@ def _announce(plan_: "Plan", bus: "CanBus", orders: int, speed: float) -> None:
 
 
 def _replay(plan_: "Plan", bus: "CanBus") -> "Replayed":
-    from daq.replay import replay
-    from daq.stopping import StopRequest
+    from daq.cycle.stopping import StopRequest
+    from daq.passive.replay import replay
     from drivers.canopen.bus import open_bus
     from recordings.progress import progress_bar
 

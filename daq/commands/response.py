@@ -49,7 +49,7 @@ def command(
     as after `daq record`. `ident response` finds resonance and delay in the recording.
     """
     from daq.commands.record import record_trajectory
-    from daq.session import rig_from
+    from daq.cycle.session import rig_from
     from trajectories.multisine import multisine
     from trajectories.trajectory import assemble
 

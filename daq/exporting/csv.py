@@ -10,7 +10,7 @@ from typing import Any, BinaryIO
 
 from numpy.typing import NDArray
 
-from daq.columns import columns
+from recordings.columns import columns
 from recordings.reader import read
 
 _ROWS = 50_000

@@ -17,7 +17,7 @@ from typing import Any, BinaryIO, cast
 
 import numpy as np
 
-from daq.columns import JOINT_COLUMNS
+from recordings.columns import JOINT_COLUMNS
 from recordings.reader import read
 
 

@@ -6,7 +6,7 @@ The metadata of the schema hold the rig description (`rig`) and the run (`run`) 
 from pathlib import Path
 from typing import BinaryIO
 
-from daq.columns import columns, numbered
+from recordings.columns import columns, numbered
 from recordings.errors import BadInput
 from recordings.reader import read
 

@@ -9,8 +9,8 @@ from copy import copy
 from pathlib import Path
 from typing import Literal
 
+from daq.cycle.session import RunRequest
 from daq.feedforward.source import TorqueSource
-from daq.session import RunRequest
 from drivers.simulated.config import SimConfig
 from drivers.simulated.serial_rig import SerialRig
 from recordings.config import validated

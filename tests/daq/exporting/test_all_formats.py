@@ -135,7 +135,7 @@ def test_export_never_overwrites_and_leaves_no_partial_file(form: str, recording
 
 
 def test_candump_rejects_a_recording_without_frames(tmp_path: Path) -> None:
-    from daq.importing import Description, import_data
+    from recordings.importing import Description, import_data
 
     (tmp_path / "data.csv").write_text("time,position_1,effort_1\n0,1,1\n1,2,2\n")
     import_data(tmp_path / "data.csv", tmp_path / "r.mcap", Description(mechanism="axes"))

@@ -1,0 +1,177 @@
+"""Samples reconstructed from frames, compared with the recording that holds the frames."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from daq.passive.reconstruct import reconstruct
+from recordings.reader import read
+from recordings.recording import CanFrames, Recording
+from recordings.rig import Rig
+from recordings.writer import RecordingWriter
+from tests.daq.passive.listening import SAMPLE, START, arrivals, sample_frames, write
+from trajectories import Trajectory, load
+
+PERIOD = 4e6
+ONE_COUNT = 2 * np.pi / (8192 * 21)
+
+
+@pytest.fixture(scope="module")
+def sample() -> Recording:
+    return read(SAMPLE)
+
+
+@pytest.fixture(scope="module")
+def frames() -> CanFrames:
+    return sample_frames()
+
+
+@pytest.fixture(scope="module")
+def trajectory(sample: Recording) -> Trajectory:
+    return load("fig5a", sample.rig, 2)
+
+
+def test_same_clock_reproduces_the_recorded_arrays(
+    tmp_path: Path, sample: Recording, frames: CanFrames, trajectory: Trajectory
+) -> None:
+    write(tmp_path / "r.mcap", sample.rig, frames, arrivals(frames, PERIOD, 0))
+    reconstructed = reconstruct(tmp_path / "r.mcap", sample.rig, trajectory)
+    assert reconstructed is not None
+    samples = reconstructed.samples
+    np.testing.assert_array_equal(samples.stamp - samples.stamp[0], np.arange(len(sample.time)) * 4_000_000)
+    np.testing.assert_allclose(samples.position, sample.position, rtol=0, atol=1e-15)
+    for name in ("voltage", "statusword", "error_code", "repeat"):
+        np.testing.assert_array_equal(getattr(samples, name), getattr(sample, name), err_msg=name)
+    known = np.isfinite(sample.command)
+    assert np.abs(samples.command - sample.command)[known].max() <= 0.51 * ONE_COUNT
+    assert (reconstructed.rate, reconstructed.uses_configured_period, reconstructed.missing) == (250.0, True, 0)
+    assert (reconstructed.period, reconstructed.cycles, reconstructed.simulated) == (4.0, 2, True)
+    assert reconstructed.trajectory is trajectory
+
+
+def test_commands_with_torque_offsets_are_found(
+    tmp_path: Path, sample: Recording, frames: CanFrames, trajectory: Trajectory
+) -> None:
+    commands = np.isin(frames.id, (0x201, 0x202, 0x203))
+    longer = replace(frames, dlc=np.where(commands, 8, frames.dlc))
+    write(tmp_path / "r.mcap", sample.rig, longer, arrivals(frames, PERIOD, 0))
+    reconstructed = reconstruct(tmp_path / "r.mcap", sample.rig, trajectory)
+    assert reconstructed is not None
+    assert reconstructed.trajectory is trajectory
+
+
+def test_different_clock_changes_the_estimated_period(tmp_path: Path, sample: Recording, frames: CanFrames) -> None:
+    write(tmp_path / "r.mcap", sample.rig, frames, arrivals(frames, PERIOD * 1.0003, 0))
+    reconstructed = reconstruct(tmp_path / "r.mcap", sample.rig)
+    assert reconstructed is not None
+    assert not reconstructed.uses_configured_period
+    assert reconstructed.rate == pytest.approx(250 / 1.0003, rel=1e-6)
+    assert np.ptp(np.diff(reconstructed.samples.stamp)) <= 1
+    assert reconstructed.period == pytest.approx(4.0012, rel=1e-6)
+
+
+def test_lost_answers_and_syncs_are_gaps(
+    tmp_path: Path, sample: Recording, frames: CanFrames, trajectory: Trajectory
+) -> None:
+    cycle = np.cumsum(frames.id == 0x80) - 1
+    keep = np.ones(len(cycle), bool)
+    keep &= (frames.id != 0x182) | (cycle != 900)
+    keep &= (cycle < 1500) | (cycle > 1504)
+    write(tmp_path / "r.mcap", sample.rig, frames, arrivals(frames, PERIOD, 1), keep)
+    reconstructed = reconstruct(tmp_path / "r.mcap", sample.rig, trajectory)
+    assert reconstructed is not None
+    lost = np.zeros(sample.position.shape, bool)
+    lost[900, 1] = True
+    lost[1500:1505] = True
+    np.testing.assert_array_equal(np.isnan(reconstructed.samples.position), lost)
+    np.testing.assert_array_equal(np.isnan(reconstructed.samples.voltage), lost)
+    np.testing.assert_array_equal(reconstructed.samples.statusword == 0, lost | (sample.statusword == 0))
+    np.testing.assert_array_equal(reconstructed.samples.repeat, sample.repeat)
+    assert reconstructed.missing == 5
+    assert reconstructed.figures()["answers_lost"] == [5, 6, 5]
+
+
+def test_long_pause_is_not_counted_as_missing_syncs(tmp_path: Path, sample: Recording, frames: CanFrames) -> None:
+    log = arrivals(frames, PERIOD, 0)
+    log[np.cumsum(frames.id == 0x80) > 1000] += 10 * 10**9
+    write(tmp_path / "r.mcap", sample.rig, frames, log)
+    reconstructed = reconstruct(tmp_path / "r.mcap", sample.rig)
+    assert reconstructed is not None
+    assert len(reconstructed.samples.stamp) == len(sample.time)
+    assert np.diff(reconstructed.samples.stamp).max() == pytest.approx(10 * 10**9 + PERIOD, abs=10)
+
+
+def test_repetitions_are_detected_without_a_trajectory(tmp_path: Path, sample: Recording, frames: CanFrames) -> None:
+    write(tmp_path / "r.mcap", sample.rig, frames, arrivals(frames, PERIOD, 0))
+    for given in (None, load("fig5b", sample.rig, 2)):
+        reconstructed = reconstruct(tmp_path / "r.mcap", sample.rig, given)
+        assert reconstructed is not None
+        assert reconstructed.trajectory is None
+        assert (reconstructed.period, reconstructed.cycles) == (4.0, 2)
+        # The commands determine the beginning of the repetitions to within a few counts.
+        assert abs(int(np.argmax(reconstructed.samples.repeat == 0)) - int(np.argmax(sample.repeat == 0))) < 15
+
+
+def test_motion_without_repetition_is_one_repetition_while_enabled(
+    tmp_path: Path, sample: Recording, frames: CanFrames
+) -> None:
+    half = np.cumsum(frames.id == 0x80) < 1400
+    write(tmp_path / "r.mcap", sample.rig, frames, arrivals(frames, PERIOD, 0), half)
+    reconstructed = reconstruct(tmp_path / "r.mcap", sample.rig)
+    assert reconstructed is not None
+    enabled = (sample.statusword[:1399] & 0x6F == 0x27).all(axis=1)
+    assert 1000 < enabled.sum() < 1399
+    np.testing.assert_array_equal(reconstructed.samples.repeat, np.where(enabled, 0, -1))
+    assert (reconstructed.period, reconstructed.cycles) == (0.0, 1)
+
+
+def test_torque_and_emergency_codes_are_reconstructed(tmp_path: Path) -> None:
+    drive = {"node_id": 5, "torque_actual": True, "sign": -1, "rated_torque": 10.0, "zero_offset": 0.5}
+    text = {"name": "one", "mechanism": "axes", "axes": [{}], "rate": 500.0, "drives": [drive]}
+    rig = Rig.model_validate(text, strict=False)
+    with RecordingWriter(tmp_path / "r.mcap", rig, read(SAMPLE).run) as writer:
+
+        def hear(time: int, arbitration_id: int, data: bytes) -> None:
+            writer.can(START + time, START + time, arbitration_id, data, sent=False)
+
+        for k in range(6):
+            now = k * 2_000_000
+            if k == 3:
+                hear(now - 500_000, 0x85, bytes.fromhex("1032000000000000"))
+            hear(now, 0x80, b"")
+            hear(now + 1000, 0x185, bytes.fromhex("3712e803000064ff"))
+            hear(now + 2000, 0x285, bytes.fromhex("f401"))
+            hear(now + 3000, 0x185, b"short")
+    reconstructed = reconstruct(tmp_path / "r.mcap", rig)
+    assert reconstructed is not None
+    samples = reconstructed.samples
+    counts = 8192 * 21 / (2 * np.pi)
+    np.testing.assert_allclose(samples.position, np.full((6, 1), 0.5 - 1000 / counts))
+    np.testing.assert_allclose(samples.voltage, np.full((6, 1), 156 * 0.0005))
+    np.testing.assert_allclose(samples.effort, np.full((6, 1), -0.5 * 10.0))
+    # The frame came before the fourth SYNC, so it belongs to the third cycle.
+    assert samples.error_code[:, 0].tolist() == [0, 0, 0x3210, 0x3210, 0x3210, 0x3210]
+    assert not reconstructed.simulated
+    assert np.isnan(samples.command).all()
+
+
+def test_voltage_of_32_bits_is_known_by_the_length_of_its_frames(tmp_path: Path) -> None:
+    drive = {"node_id": 5, "voltage": {"index": 0x2030, "sub": 0, "scale": 0.001}}
+    text = {"name": "one", "mechanism": "axes", "axes": [{}], "rate": 500.0, "drives": [drive]}
+    rig = Rig.model_validate(text, strict=False)
+    with RecordingWriter(tmp_path / "r.mcap", rig, read(SAMPLE).run) as writer:
+        for k in range(6):
+            now = START + k * 2_000_000
+            writer.can(now, now, 0x80, b"", sent=False)
+            writer.can(now + 1000, now + 1000, 0x185, bytes.fromhex("3712e8030000"), sent=False)
+            writer.can(now + 2000, now + 2000, 0x285, (70_000).to_bytes(4, "little"), sent=False)
+    reconstructed = reconstruct(tmp_path / "r.mcap", rig)
+    assert reconstructed is not None
+    np.testing.assert_allclose(reconstructed.samples.voltage, np.full((6, 1), 70.0))
+
+
+def test_frames_without_sync_give_no_samples(tmp_path: Path, sample: Recording, frames: CanFrames) -> None:
+    write(tmp_path / "r.mcap", sample.rig, frames, arrivals(frames, PERIOD, 0), frames.id != 0x80)
+    assert reconstruct(tmp_path / "r.mcap", sample.rig) is None

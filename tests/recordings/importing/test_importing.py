@@ -1,0 +1,289 @@
+"""Import of CSV files: values, and error messages for invalid files."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from daq.commands.import_ import command
+from recordings.errors import BadInput
+from recordings.importing import Choice, Description, import_data
+from recordings.reader import read
+
+GOOD = "time,position_1,voltage_1\n0,1,2\n0.1,1.5,2.5\n0.3,2,3\n"
+CYCLES = "time,position_1,effort_1,cycle\n0,1,2,0\n1,2,2,1\n2,3,2,2\n"
+AXES = Description(mechanism="axes")
+NO_DATE = "1970-01-01T00:00:00.000+00:00"
+
+
+def imported(folder: Path, text: str | bytes, description: Description = AXES) -> Path:
+    (folder / "data.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
+    out = folder / "data.mcap"
+    out.unlink(missing_ok=True)
+    import_data(folder / "data.csv", out, description)
+    return out
+
+
+def test_repetitions_are_detected_without_a_cycle_column(tmp_path: Path) -> None:
+    """The time steps are uneven, so the motion repeats only between the samples."""
+    rng = np.random.default_rng(0)
+    time = np.cumsum(rng.uniform(0.002, 0.006, size=4000))
+    angle = np.sin(2 * np.pi * time / 2.0) + 0.5 * np.cos(2 * np.pi * 3 * time / 2.0)
+    rows = "".join(f"{t!r},{x!r},1\n" for t, x in zip(time.tolist(), angle.tolist(), strict=True))
+    recording = read(imported(tmp_path, "time,position_1,effort_1\n" + rows))
+    assert recording.run.period == pytest.approx(2.0, abs=0.005)
+    assert recording.run.cycles == int((time[-1] - time[0]) / 2.0)
+    begin = [recording.time[np.argmax(recording.repeat == k)] for k in range(recording.run.cycles)]
+    np.testing.assert_allclose(np.diff(begin), 2.0, atol=0.012)
+    np.testing.assert_allclose(recording.time, time - time[0], atol=1e-9)
+
+
+def test_imported_run_and_extra_columns(tmp_path: Path) -> None:
+    text = (
+        "\ufefftime, position_1 ,effort_1,velocity_1,cycle,temperature\r\n"
+        "10,1,2,,1,20.5\r\n10.5,,3,0.1,1,\r\n11.25,3,NaN,0.2,4,21\r\n"
+    )
+    recording = read(imported(tmp_path, text, Description(mechanism="axes", joints=("prismatic",))))
+    np.testing.assert_array_equal(recording.time, [0, 0.5, 1.25])
+    np.testing.assert_array_equal(recording.position, [[1], [np.nan], [3]])
+    np.testing.assert_array_equal(recording.effort, [[2], [3], [np.nan]])
+    np.testing.assert_array_equal(recording.velocity, [[np.nan], [0.1], [0.2]])
+    np.testing.assert_array_equal(recording.voltage, [[np.nan]] * 3)
+    np.testing.assert_array_equal(recording.repeat, [0, 0, 1])
+    np.testing.assert_array_equal(recording.extra["temperature"], [20.5, np.nan, 21])
+    assert recording.rig.joint_types == ("prismatic",)
+    assert recording.rig.torque.gain_source == "calibrated", "the effort itself was measured"
+    assert recording.gaps.tolist() == [1]
+    assert (recording.complete, recording.run.reason) == (True, "imported from data.csv")
+
+
+BAD: dict[str, tuple[str | bytes, str]] = {
+    "empty file": ("", "line 1: a header row"),
+    "no rows": ("time,position_1,voltage_1\n", "two samples expected, 0 found"),
+    "not text": (b"\xff\x01\x00t", "one of the formats csv, mat"),
+    "no time": (GOOD.replace("time", "t"), "column 'time' expected, t, position_1"),
+    "no position": (
+        GOOD.replace("position", "angle"),
+        "position_1, position_2, ... expected, time, angle_1, voltage_1 found",
+    ),
+    "no voltage": (
+        GOOD.replace("voltage", "volts"),
+        "voltage_1 ..., effort_1 ... or current_1 ... with numbers expected, none found",
+    ),
+    "a joint is missing": (GOOD.replace("position_1", "position_2"), "position_1 is missing"),
+    "voltage of no joint": (GOOD.replace("voltage_1", "voltage_2"), "voltage_1 is missing"),
+    "a name twice": (GOOD.replace("voltage_1", "position_1"), "'position_1' twice found"),
+    "not a number": (GOOD.replace("1.5", "1,5"), "line 3: 3 cells as in the header expected, 4 found"),
+    "text in a cell": (GOOD.replace("2.5", "abc"), "line 3, column 'voltage_1': a number expected, 'abc' found"),
+    "too few cells": (GOOD.replace(",3\n", "\n"), "line 4: 3 cells as in the header expected, 2 found"),
+    "an empty line": (GOOD.replace("\n0.1", "\n\n0.1"), "line 3: 3 cells as in the header expected, 0 found"),
+    "infinity": (GOOD.replace("2.5", "inf"), "line 3, column 'voltage_1': a finite number expected, infinity"),
+    "time stands still": (GOOD.replace("0.3", "0.1"), "line 4, column 'time': a time after 0.1 s expected, 0.1"),
+    "time runs back": (GOOD.replace("0.3", "-1"), "line 4, column 'time': a time after 0.1 s expected, -1.0 found"),
+    "a time is missing": (GOOD.replace("0.1", ""), "line 3, column 'time': a time expected, none"),
+    "times beyond a stamp": (GOOD.replace("0.3", "1e10"), 'say the unit, as in --map "time=time:ns"'),
+    "half a cycle": (CYCLES.replace(",2\n", ",0.5\n"), "line 4, column 'cycle': a whole number expected, 0.5 found"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_errors_in_a_file_name_line_and_column(name: str, tmp_path: Path) -> None:
+    text, expected = BAD[name]
+    with pytest.raises(BadInput) as failure:
+        imported(tmp_path, text)
+    assert expected in str(failure.value)
+    assert not (tmp_path / "data.mcap").exists()
+
+
+def test_line_number_is_correct_beyond_the_first_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("recordings.csv_table._BLOCK", 100)
+    rows = "".join(f"{k},1,2\n" for k in range(500))
+    with pytest.raises(BadInput, match=r"line 402, column 'position_1': .*'x' found"):
+        imported(tmp_path, "time,position_1,voltage_1\n" + rows.replace("\n400,1,", "\n400,x,"))
+    assert len(read(imported(tmp_path, "time,position_1,voltage_1\n" + rows)).time) == 500
+
+
+OPTIONS: dict[str, tuple[list[str], str]] = {
+    "one joint is no delta robot": ([], "--mechanism axes"),
+    "nor if it is called one": (["--mechanism", "delta"], "three revolute joints expected"),
+    "joints without axes": (["--joints", "prismatic"], "add it"),
+    "a joint of another kind": (["--mechanism", "axes", "--joints", "ball"], "'ball' found"),
+    "two kinds for one joint": (["--mechanism", "axes", "--joints", "revolute,prismatic"], "one each"),
+    "a gain that is no number": (["--mechanism", "axes", "--gain", "x"], "--gain: numbers such as"),
+    "a torque per ampere that is no number": (["--mechanism", "axes", "--kt", "x"], "--kt: numbers such as"),
+    "the weight of a robot": (["--mechanism", "delta", "--gravity"], "three revolute joints expected"),
+    "a gain that is negative": (["--mechanism", "axes", "--gain", "-1"], "--gain: numbers above 0 expected"),
+    "two gains for one joint": (
+        ["--mechanism", "axes", "--gain", "1,2"],
+        "--gain: one number, or 1 (one per joint) expected, 2",
+    ),
+    "a rig file and more": (["--rig", "rig.toml", "--gain", "1"], "both found"),
+    "a rig with other joints": (["--rig", "rig.toml"], "2 joints expected by the rig file, 1"),
+    "no such rig file": (["--rig", "none.toml"], "does not exist"),
+}
+
+
+@pytest.mark.parametrize("name", OPTIONS)
+def test_inconsistent_options_are_rejected(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "data.csv").write_text(GOOD)
+    (tmp_path / "rig.toml").write_text('name = "two"\nmechanism = "axes"\n[[axes]]\n[[axes]]\n')
+    options, expected = OPTIONS[name]
+    with pytest.raises(BadInput) as failure:
+        CliRunner().invoke(command, ["data.csv", "--out", "data.mcap", *options], catch_exceptions=False)
+    assert expected in str(failure.value)
+    assert not (tmp_path / "data.mcap").exists()
+
+
+def test_file_with_efforts_needs_no_gain(tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text(GOOD.replace("voltage", "effort"))
+    arguments = [str(tmp_path / "data.csv"), "--out", str(tmp_path / "r.mcap"), "--mechanism", "axes", "--gain", "2"]
+    with pytest.raises(BadInput, match="holds no voltages, which alone need a torque map or gain"):
+        CliRunner().invoke(command, arguments, catch_exceptions=False)
+
+
+CURRENTS = "time,position_1,current_1,temperature_1\n0,1,2,30\n0.1,1.5,-1,\n0.2,2,,31\n"
+
+
+def test_currents_become_efforts_and_temperatures_are_kept(tmp_path: Path) -> None:
+    description = Description(mechanism="axes", torque={"per_ampere": [0.5]}, gravity=True)
+    recording = read(imported(tmp_path, CURRENTS, description))
+    assert recording.effort is not None
+    np.testing.assert_array_equal(recording.effort[:, 0], [1.0, -0.5, np.nan])
+    np.testing.assert_array_equal(recording.temperature[:, 0], [30.0, np.nan, 31.0])
+    np.testing.assert_array_equal(recording.numbered("current")[:, 0], [2.0, -1.0, np.nan])
+    assert recording.rig.torque.per_ampere == (0.5,)
+    assert recording.rig.axes[0].gravity
+
+
+def test_efforts_go_before_currents(tmp_path: Path) -> None:
+    recording = read(imported(tmp_path, "time,position_1,current_1,effort_1\n0,1,2,3\n0.1,1.5,-1,4\n"))
+    assert recording.effort is not None
+    np.testing.assert_array_equal(recording.effort[:, 0], [3.0, 4.0])
+
+
+def test_currents_without_torque_per_ampere_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match=r"torque per ampere expected, none found; give --kt"):
+        imported(tmp_path, CURRENTS)
+
+
+def test_existing_recording_is_not_overwritten(tmp_path: Path) -> None:
+    (tmp_path / "data.mcap").write_text("precious")
+    (tmp_path / "data.csv").write_text(GOOD)
+    with pytest.raises(BadInput, match="exists"):
+        import_data(tmp_path / "data.csv", tmp_path / "data.mcap", AXES)
+    assert (tmp_path / "data.mcap").read_text() == "precious"
+
+
+def test_command_prints_a_summary(tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text(GOOD)
+    arguments = [str(tmp_path / "data.csv"), "--mechanism", "axes", "--torque-map", "linear", "--gain", "2.5"]
+    result = CliRunner().invoke(command, [*arguments, "--out", str(tmp_path / "a.mcap")], catch_exceptions=False)
+    assert "steps: 150 ms, from 100 ms to 200 ms" in result.stdout
+    assert "cycles: none found" in result.stdout
+    assert "torque gain" not in result.stderr, "it was given"
+    result = CliRunner().invoke(command, [*arguments, "--out", str(tmp_path / "b.mcap"), "--json"])
+    figures = json.loads(result.stdout)
+    assert (figures["samples"], figures["joints"], figures["cycles"], figures["gaps"]) == (3, 1, 0, [0])
+    torque = read(tmp_path / "b.mcap").rig.torque
+    assert (torque.map, torque.gain, torque.gain_source) == ("linear", (2.5,), "calibrated")
+
+
+def test_time_in_milliseconds_is_pointed_out(tmp_path: Path) -> None:
+    for unit, factor in (("s", 0.002), ("ms", 2.0)):
+        rows = "".join(f"{factor * i!r},{i},1\n" for i in range(10))
+        (tmp_path / f"{unit}.csv").write_text(f"time,position_1,effort_1\n{rows}")
+        arguments = [str(tmp_path / f"{unit}.csv"), "--out", str(tmp_path / f"{unit}.mcap"), "--mechanism", "axes"]
+        result = CliRunner().invoke(command, arguments, catch_exceptions=False)
+        assert result.exit_code == 0
+        assert ("a sample every 2 s (0.5 Hz)" in result.stderr) == (unit == "ms")
+        assert ('import again with --map "time=time:ms"' in result.stderr) == (unit == "ms")
+
+
+@pytest.mark.parametrize(
+    ("gap", "empty", "line"), [(0, 0, "none"), (4, 0, "in time"), (0, 2, "2"), (4, 1, "1; in time")]
+)
+def test_gaps_are_named_in_one_place_as_in_the_other(gap: float, empty: int, line: str, tmp_path: Path) -> None:
+    rows = "".join(f"{0.01 * i + gap * (i > 9)!r},{'' if i < empty else i},1\n" for i in range(30))
+    (tmp_path / "data.csv").write_text(f"time,position_1,effort_1\n{rows}")
+    arguments = [str(tmp_path / "data.csv"), "--out", str(tmp_path / "r.mcap"), "--mechanism", "axes"]
+    output = CliRunner().invoke(command, arguments, catch_exceptions=False).stdout
+    assert f"gaps: {line}\n" in output
+    assert ("1 gap in time, the longest 4.01 s" in output) == (gap > 0)
+
+
+def test_single_gain_and_torque_per_ampere_are_those_of_all_joints(tmp_path: Path) -> None:
+    header = ",".join(f"{name}_{k}" for name in ("position", "voltage") for k in (1, 2, 3))
+    rows = "".join(f"{0.01 * i},{i},{i},{i},1,{i},2\n" for i in range(10))
+    (tmp_path / "data.csv").write_text(f"time,{header}\n{rows}")
+    arguments = [str(tmp_path / "data.csv"), "--out", str(tmp_path / "r.mcap"), "--gain", "1.7", "--kt", "0.5"]
+    result = CliRunner().invoke(command, arguments, catch_exceptions=False)
+    torque = read(tmp_path / "r.mcap").rig.torque
+    assert (torque.gain, torque.gain_source, torque.per_ampere) == ((1.7,) * 3, "calibrated", (0.5,) * 3)
+    assert "assumed" not in result.output
+
+
+def test_start_and_robot_are_kept(tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text(GOOD)
+    arguments = [str(tmp_path / "data.csv"), "--mechanism", "axes", "--json"]
+    options = ["--start", "2026-01-05T09:00:00+01:00", "--robot", "r07"]
+    for name, dated, expected in (
+        ("a", options, ("2026-01-05T08:00:00.000+00:00", "r07")),
+        ("b", [], (NO_DATE, None)),
+    ):
+        out = ["--out", str(tmp_path / f"{name}.mcap")]
+        result = CliRunner().invoke(command, [*arguments, *dated, *out], catch_exceptions=False)
+        figures = json.loads(result.stdout)
+        run = read(tmp_path / f"{name}.mcap").run
+        assert (run.start, run.robot) == (figures["start"], figures["robot"]) == expected
+
+
+@pytest.mark.parametrize(
+    ("times", "start"),
+    [
+        (("2026-01-05T08:00:00Z", "2026-01-05T08:00:00.5Z"), "2026-01-05T08:00:00.000+00:00"),
+        (("1767600000", "1767600000.5"), "2026-01-05T08:00:00.000+00:00"),
+        (("08:00:00", "08:00:00.5"), NO_DATE),
+        (("5", "5.5"), NO_DATE),
+    ],
+)
+def test_start_is_that_of_the_file(times: tuple[str, str], start: str, tmp_path: Path) -> None:
+    recording = read(imported(tmp_path, f"time,position_1,effort_1\n{times[0]},1,2\n{times[1]},2,3\n"))
+    assert recording.run.start == start
+    np.testing.assert_array_equal(recording.time, [0, 0.5])
+
+
+def test_mapped_columns_are_converted_and_the_others_kept(tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text("t;q;i;T;position_1\n0;90;1000;300;7\n10;180;2000;301;8\n")
+    mapping = ("time=t:ms", "position_1=q:deg", "current_1=i:mA", "temperature_1=T:K")
+    description = Description(mechanism="axes", torque={"per_ampere": [0.5]})
+    import_data(tmp_path / "data.csv", tmp_path / "r.mcap", description, Choice(mapping))
+    recording = read(tmp_path / "r.mcap")
+    assert recording.effort is not None
+    np.testing.assert_array_equal(recording.time, [0, 0.01])
+    np.testing.assert_allclose(recording.position[:, 0], [np.pi / 2, np.pi])
+    np.testing.assert_allclose(recording.effort[:, 0], [0.5, 1.0])
+    np.testing.assert_allclose(recording.temperature[:, 0], [26.85, 27.85])
+    np.testing.assert_allclose(recording.numbered("current")[:, 0], [1.0, 2.0])
+    np.testing.assert_array_equal(recording.extra["position_1 (not used)"], [7, 8])
+
+
+def test_rows_are_counted_where_there_is_no_time(tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text("position_1,effort_1\n1,2\n2,3\n3,4\n")
+    import_data(tmp_path / "data.csv", tmp_path / "r.mcap", AXES, Choice(("time=row:s*0.001",)))
+    np.testing.assert_array_equal(read(tmp_path / "r.mcap").time, [0, 0.001, 0.002])
+
+
+def test_short_recording_with_a_long_gap_is_not_searched_for_repetitions(tmp_path: Path) -> None:
+    """The grid of the search would fill the memory."""
+    recording = read(imported(tmp_path, "time,position_1,effort_1\n0,1,2\n1e-9,2,3\n2e-9,1,2\n2e9,2,3\n"))
+    assert recording.run.period == 0
+
+
+def test_columns_of_text_and_infinity_are_left_out_and_noted(tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text("time,position_1,effort_1,state,load\n0,1,2,on,inf\n1,2,3,off,2\n")
+    result = import_data(tmp_path / "data.csv", tmp_path / "r.mcap", AXES)
+    assert result.notes == ("left out, because not finite numbers throughout: state, load",)
+    assert not read(tmp_path / "r.mcap").extra
