@@ -22,10 +22,13 @@ RIG = simulated_rig().at_rate(100.0)
 TRAJECTORY = load("fig5a", RIG, cycles=1)
 
 
+Interference = Callable[["PerfectDrives", int, Sample], Sample]
+
+
 class PerfectDrives:
     """Drives that reach every target at the next SYNC; `interfere` may change an answer or raise."""
 
-    def __init__(self, interfere: Callable[["PerfectDrives", int, Sample], Sample] | None = None) -> None:
+    def __init__(self, interfere: Interference | None = None) -> None:
         self.goal = Goal.DISABLED
         self.power = Power.OFF
         self.position = np.array([0.3, 0.3, 0.3])
@@ -77,6 +80,7 @@ class Rows:
     """Recorder that keeps its rows in memory."""
 
     def __init__(self) -> None:
+        self.progress = CycleProgress()
         self.rows: list[tuple[Any, ...]] = []
         self.events: list[str] = []
         self.error: RunFailed | None = None
@@ -90,11 +94,11 @@ class Rows:
 
 def stream(drives: PerfectDrives, clock: Any = None, stop: StopRequest | None = None) -> tuple[Stream, Rows]:
     rows = Rows()
-    stream = Stream(RIG, drives, clock or LockstepClock(RIG.rate), rows, stop or StopRequest(), CycleProgress())  # type: ignore[arg-type]
-    return stream, rows
+    clock, stop = clock or LockstepClock(RIG.rate), stop or StopRequest()
+    return Stream(RIG, drives, clock, rows, stop, rows.progress), rows  # type: ignore[arg-type]
 
 
-def test_complete_run_follows_the_trajectory_and_ends_disabled() -> None:
+def test_complete_run_follows_the_trajectory_smoothly_and_ends_disabled() -> None:
     drives = PerfectDrives()
     run, rows = stream(drives)
     run.run(TRAJECTORY)
@@ -102,28 +106,27 @@ def test_complete_run_follows_the_trajectory_and_ends_disabled() -> None:
     streamed = [row for row in rows.rows if row[6] is not None]
     np.testing.assert_array_equal([row[5] for row in streamed], TRAJECTORY.joint_position)
     np.testing.assert_array_equal([row[3] for row in streamed], TRAJECTORY.repeat)
-    assert [row[2] for row in rows.rows] == list(range(len(rows.rows)))
+    assert [(row[0], row[2]) for row in rows.rows] == [(10_000_000 * k, k) for k in range(len(rows.rows))]
+    assert np.isnan(rows.rows[0][5]).all(), "no target before power"
     np.testing.assert_allclose(drives.position, TRAJECTORY.joint_position[-1])
+    assert np.abs(np.diff(drives.positions, axis=0)).max() * RIG.rate < RIG.limits.speed
 
 
-def test_approach_to_the_start_is_smooth() -> None:
-    drives = PerfectDrives()
-    run, _ = stream(drives)
-    run.run(TRAJECTORY)
-    steps = np.abs(np.diff(drives.positions, axis=0)).max() * RIG.rate
-    assert steps < RIG.limits.speed
-
-
-def test_stop_request_ramps_down_along_the_path() -> None:
+def asked_to_stop(*cycles: int) -> tuple[PerfectDrives, Stream, Rows]:
+    """A run that is asked to stop in these cycles."""
     stop = StopRequest()
 
     def interfere(drives: PerfectDrives, cycle: int, sample: Sample) -> Sample:
-        if cycle == 400:
+        if cycle in cycles:
             stop.ask("stopped by the operator (SIGINT)")
         return sample
 
     drives = PerfectDrives(interfere)
-    run, _ = stream(drives, stop=stop)
+    return drives, *stream(drives, stop=stop)
+
+
+def test_stop_request_ramps_down_along_the_path() -> None:
+    drives, run, _ = asked_to_stop(400)
     with pytest.raises(RunFailed, match="stopped by the operator"):
         run.run(TRAJECTORY)
     assert drives.stands_disabled()
@@ -131,21 +134,12 @@ def test_stop_request_ramps_down_along_the_path() -> None:
     speed = np.linalg.norm(np.diff(path, axis=0), axis=1) * RIG.rate
     assert speed[0] > 0.1
     assert np.abs(np.diff(speed)).max() < 0.2 * speed[0]
-    # Every point of the ramp lies on the commanded path.
-    for point in path[::5]:
-        assert np.abs(TRAJECTORY.joint_position - point).max(axis=1).min() < 0.02
+    distances = np.abs(TRAJECTORY.joint_position - path[:, None]).max(axis=2).min(axis=1)
+    assert distances.max() < 0.02, "every point of the ramp lies on the commanded path"
 
 
 def test_second_stop_request_is_a_quick_stop() -> None:
-    stop = StopRequest()
-
-    def interfere(drives: PerfectDrives, cycle: int, sample: Sample) -> Sample:
-        if cycle in (400, 405):
-            stop.ask("stopped by the operator (SIGINT)")
-        return sample
-
-    drives = PerfectDrives(interfere)
-    run, _ = stream(drives, stop=stop)
+    drives, run, _ = asked_to_stop(400, 405)
     with pytest.raises(RunFailed, match="twice: quick stop"):
         run.run(TRAJECTORY)
     assert drives.goals.index(Goal.STOPPED) == 405
@@ -153,19 +147,18 @@ def test_second_stop_request_is_a_quick_stop() -> None:
 
 
 def test_stop_request_before_power_never_enables_the_drives() -> None:
-    stop = StopRequest()
-    stop.ask("stopped by the operator (SIGTERM)")
-    drives = PerfectDrives()
-    run, _ = stream(drives, stop=stop)
-    with pytest.raises(RunFailed, match="SIGTERM"):
+    drives, run, _ = asked_to_stop(1)
+    with pytest.raises(RunFailed, match="SIGINT"):
         run.run(TRAJECTORY)
     assert Goal.ENABLED not in drives.goals
     assert drives.stands_disabled()
 
 
-def _from(cycle: int, **changes: Any) -> Callable[[PerfectDrives, int, Sample], Sample]:
+def _from(cycle: int, goal: Goal | None = Goal.ENABLED, **changes: Any) -> Interference:
+    """Answers with these changes from a cycle on, while this goal is pursued; None: whatever the goal."""
+
     def interfere(drives: PerfectDrives, now: int, sample: Sample) -> Sample:
-        return replace(sample, **changes) if now >= cycle and drives.goal is Goal.ENABLED else sample
+        return replace(sample, **changes) if now >= cycle and goal in (None, drives.goal) else sample
 
     return interfere
 
@@ -180,28 +173,31 @@ def _from(cycle: int, **changes: Any) -> Callable[[PerfectDrives, int, Sample], 
         (_from(2, power=(Power.ON, Power.OFF, Power.ON)), r"not enabled within 3 s: joint 2 \(off\)"),
     ],
 )
-def test_motion_fault_ends_in_a_quick_stop_of_the_drives(interfere: Any, reason: str) -> None:
+def test_motion_fault_ends_in_a_quick_stop_of_the_drives(interfere: Interference, reason: str) -> None:
     drives = PerfectDrives(interfere)
     run, rows = stream(drives)
     with pytest.raises(RunFailed, match=reason):
         run.run(TRAJECTORY)
     assert drives.stands_disabled()
-    first = drives.goals.index(Goal.STOPPED)
-    assert Goal.ENABLED not in drives.goals[first:]
+    assert Goal.ENABLED not in drives.goals[drives.goals.index(Goal.STOPPED) :]
     assert len(rows.rows) == len(drives.goals)
 
 
-def test_full_disk_ends_in_an_orderly_stop() -> None:
+def test_joint_outside_its_range_is_never_enabled() -> None:
     drives = PerfectDrives()
+    drives.position = np.array([0.3, 2.5, 0.3])
+    with pytest.raises(RunFailed, match=r"joint 2 stands at 2\.500 rad"):
+        stream(drives)[0].run(TRAJECTORY)
+    assert Goal.ENABLED not in drives.goals
+
+
+def test_full_disk_ends_in_an_orderly_stop() -> None:
+    def interfere(drives: PerfectDrives, cycle: int, sample: Sample) -> Sample:
+        rows.error = RunFailed("disk full") if cycle >= 300 else None
+        return sample
+
+    drives = PerfectDrives(interfere)
     run, rows = stream(drives)
-    original = drives.exchange
-
-    def exchange(setpoint: Any, timeout: float) -> Sample:
-        if len(drives.goals) == 300:
-            rows.error = RunFailed("disk full")
-        return original(setpoint, timeout)
-
-    drives.exchange = exchange  # type: ignore[method-assign]
     with pytest.raises(RunFailed, match="disk full"):
         run.run(TRAJECTORY)
     assert drives.goals.index(Goal.STOPPED) > 300 + 0.3 * RIG.rate
@@ -219,26 +215,27 @@ def test_lost_bus_reports_that_no_drive_confirmed() -> None:
         run.run(TRAJECTORY)
 
 
-def test_drive_that_stays_enabled_is_named() -> None:
-    def interfere(drives: PerfectDrives, cycle: int, sample: Sample) -> Sample:
-        return replace(sample, power=(Power.OFF, Power.ON, Power.OFF)) if drives.goal is not Goal.ENABLED else sample
+OFF_BUT_ONE = (Power.OFF, Power.ON, Power.OFF)
 
-    drives = PerfectDrives(interfere)
-    drives.found_by_power_off = (Power.OFF, Power.ON, Power.OFF)
+
+@pytest.mark.parametrize("goal", [Goal.STOPPED, Goal.DISABLED])
+def test_drive_that_stays_enabled_is_named(goal: Goal) -> None:
+    drives = PerfectDrives(_from(300, goal, power=OFF_BUT_ONE))
+    drives.found_by_power_off = OFF_BUT_ONE
     run, _ = stream(drives)
+    if goal is Goal.STOPPED:  # it is off at last
+        run.run(TRAJECTORY)
+        return
     with pytest.raises(RunFailed, match="NOT CONFIRMED DISABLED: joint 2"):
         run.run(TRAJECTORY)
     assert drives.powered_off
 
 
 def test_drive_disabled_by_the_fallback_is_confirmed() -> None:
-    def interfere(drives: PerfectDrives, cycle: int, sample: Sample) -> Sample:
-        return replace(sample, position=(math.nan,) * 3, missing=3) if cycle >= 300 else sample
-
-    drives = PerfectDrives(interfere)
+    drives = PerfectDrives(_from(300, None, position=(math.nan,) * 3, missing=3))
     drives.found_by_power_off = (Power.OFF,) * 3
     run, rows = stream(drives)
-    with pytest.raises(RunFailed) as failure:
+    with pytest.raises(RunFailed, match="no answer") as failure:
         run.run(TRAJECTORY)
     assert "NOT CONFIRMED" not in str(failure.value)
     assert drives.powered_off
@@ -248,49 +245,37 @@ def test_drive_disabled_by_the_fallback_is_confirmed() -> None:
 class StallingClock(LockstepClock):
     """Clock of a host that misses some periods once."""
 
-    def __init__(self, rate: float, at: int, periods: float) -> None:
+    def __init__(self, rate: float, periods: float) -> None:
         super().__init__(rate)
-        self._at, self._stall = at, periods / rate
+        self._stall = periods / rate
 
     def overdue(self, index: int) -> float:
-        return self._stall if index == self._at else 0.0
+        return self._stall if index == 400 else 0.0
 
 
-def test_missed_cycles_are_gaps_and_the_motion_does_not_jump() -> None:
-    drives = PerfectDrives()
-    run, rows = stream(drives, clock=StallingClock(RIG.rate, at=400, periods=4.0))
+def ahead(drives: PerfectDrives, count: int, sample: Sample) -> Sample:
+    """The kernel sends every SYNC; the program misses four of them before the 401st exchange."""
+    return replace(sample, sync=count - 1 + (4 if count > 400 else 0))
+
+
+@pytest.mark.parametrize("late", ["host", "kernel"])
+def test_missed_cycles_are_gaps_and_the_motion_does_not_jump(late: str) -> None:
+    drives = PerfectDrives(ahead if late == "kernel" else None)
+    run, rows = stream(drives, clock=StallingClock(RIG.rate, 4.0 if late == "host" else 0.0))
     run.run(TRAJECTORY)
     assert [row[2] for row in rows.rows] == list(range(len(rows.rows)))
-    gap = rows.rows[400:404]
-    assert all(math.isnan(row[5][0]) and math.isnan(row[7].position[0]) for row in gap)
+    gaps = [row for row in rows.rows if math.isnan(row[7].position[0])]
+    assert [row[2] for row in gaps] == [400, 401, 402, 403]
+    assert all(np.isnan(row[5]).all() and row[7].missing == 3 for row in gaps)
     np.testing.assert_array_equal([row[5] for row in rows.rows if row[6] is not None], TRAJECTORY.joint_position)
-    assert rows.events == ["host 40.0 ms late, 4 missed"]
-
-
-def test_syncs_sent_by_the_kernel_meanwhile_are_gaps_and_the_motion_does_not_jump() -> None:
-    """The drives answer every SYNC; the program misses two of them before the 401st exchange."""
-    drives = PerfectDrives(lambda _, count, sample: replace(sample, sync=count - 1 + (2 if count > 400 else 0)))
-    run, rows = stream(drives)
-    run.run(TRAJECTORY)
-    assert [row[2] for row in rows.rows] == list(range(len(rows.rows)))
-    assert [row[2] for row in rows.rows if math.isnan(row[7].position[0])] == [400, 401]
-    np.testing.assert_array_equal([row[5] for row in rows.rows if row[6] is not None], TRAJECTORY.joint_position)
-    assert rows.events == ["host 0.0 ms late, 2 missed"]
+    assert rows.events == [f"host {40.0 if late == 'host' else 0.0} ms late, 4 missed"]
+    assert (rows.progress.missed, rows.progress.lost) == (4, 0)
 
 
 def test_long_host_stall_ends_the_run_along_the_path() -> None:
     drives = PerfectDrives()
-    run, _ = stream(drives, clock=StallingClock(RIG.rate, at=400, periods=7.4))
+    run, _ = stream(drives, clock=StallingClock(RIG.rate, 7.4))
     with pytest.raises(RunFailed, match="the host came 74 ms late, 50 ms allowed"):
         run.run(TRAJECTORY)
     assert drives.stands_disabled()
     assert drives.goals.index(Goal.STOPPED) > 400 + 0.3 * RIG.rate
-
-
-def test_joint_outside_its_range_is_never_enabled() -> None:
-    drives = PerfectDrives()
-    drives.position = np.array([0.3, 2.5, 0.3])
-    run, _ = stream(drives)
-    with pytest.raises(RunFailed, match=r"joint 2 stands at 2\.500 rad"):
-        run.run(TRAJECTORY)
-    assert Goal.ENABLED not in drives.goals

@@ -11,10 +11,10 @@ import pytest
 from numpy.typing import NDArray
 
 from daq.cycle.clock import LockstepClock
-from daq.cycle.progress import CycleProgress
 from daq.cycle.stopping import StopRequest
 from daq.cycle.stream import Stream
 from daq.feedforward.planning import Feedforward
+from daq.feedforward.segments import lead_in
 from drivers.protocol import Goal, Power, Sample
 from recordings.errors import RunFailed
 from recordings.rig import simulated_rig
@@ -64,17 +64,11 @@ def run(
     """computed_after: time of the computation [s]; as a rule longer than the first look at it."""
     rows, ready = Rows(), Event()
     Timer(computed_after, ready.set).start()
-    feedforward = Feedforward(GivenTorque(torque, ready=ready), RIG, frozenset(), lambda *line: None)
-    stream = Stream(
-        RIG,
-        drives,
-        LockstepClock(RIG.rate),
-        rows,
-        stop or StopRequest(),
-        CycleProgress(),
-        feedforward,  # type: ignore[arg-type]
-    )
-    stream.run(TRAJECTORY)
+    source = GivenTorque(torque, ready=ready)
+    feedforward = Feedforward(source, RIG, frozenset(), lambda *line: None)
+    clock, stop = LockstepClock(RIG.rate), stop or StopRequest()
+    Stream(RIG, drives, clock, rows, stop, rows.progress, feedforward).run(TRAJECTORY)  # type: ignore[arg-type]
+    assert source.start == pytest.approx(1 / RIG.rate + lead_in(RIG)), "planned after the first answers"
     return rows
 
 
