@@ -80,7 +80,7 @@ def commanding(frames: CanFrames) -> Bools:
 
 
 @dataclass(frozen=True)
-class Plan:
+class ReplayPlan:
     """Frames to send and their deadlines."""
 
     frames: CanFrames
@@ -105,7 +105,7 @@ class Plan:
         return (self.loops - 1) * self.loop_time + float(self.due[-1])
 
 
-def plan(frames: CanFrames, chosen: Bools, speed: float, loops: int, bitrate: int) -> Plan:
+def plan(frames: CanFrames, chosen: Bools, speed: float, loops: int, bitrate: int) -> ReplayPlan:
     """Plan `loops` replays of the `chosen` frames at `speed` times the recorded speed; `bitrate` of the bus [bit/s].
 
     Raises:
@@ -117,7 +117,7 @@ def plan(frames: CanFrames, chosen: Bools, speed: float, loops: int, bitrate: in
             f"frames to replay expected, none of {len(frames.id)} recorded ones is chosen; check --direction and --id"
         )
     due = (frames.log[rows] - frames.log[rows[0]]) / 1e9 / speed
-    return Plan(
+    return ReplayPlan(
         frames=frames,
         rows=rows,
         due=due,
@@ -147,7 +147,7 @@ class Replayed:
 
 
 def replay(
-    plan: Plan, bus: can.BusABC, stop: StopRequest, show: Callable[[int], None] = lambda sent: None
+    plan: ReplayPlan, bus: can.BusABC, stop: StopRequest, show: Callable[[int], None] = lambda sent: None
 ) -> Replayed:
     """Send the frames at absolute deadlines, so that lateness does not accumulate, but no faster than the wire.
 
@@ -174,7 +174,7 @@ def replay(
     return Replayed(sent, lateness, None)
 
 
-def _messages(plan: Plan) -> Iterator[tuple[float, float, can.Message]]:
+def _messages(plan: ReplayPlan) -> Iterator[tuple[float, float, can.Message]]:
     frames = plan.frames
     for first in range(0, len(plan.rows), _BLOCK):
         block = slice(first, first + _BLOCK)

@@ -85,9 +85,6 @@ def test_contradiction_is_named(changes: dict[str, Any], expected: str) -> None:
     text = problems(figures_of(recording_of(RIG, motion, 1, **changes), motion, 1))
     assert expected in text
     assert "|" not in text
-
-
-def test_position_against_the_command() -> None:
     assert "runs against the command" in problems(AxisFigures(1, -0.9, 0.8, 1.0, 1.0, 0.1, 4.0))
 
 

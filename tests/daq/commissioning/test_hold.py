@@ -20,26 +20,24 @@ def pipe() -> Iterator[tuple[int, int]]:
     os.close(reading)
 
 
-def wait(condition: object, timeout: float = 10.0) -> None:
+def wait_for(stop: StopRequest, timeout: float = 10.0) -> None:
     deadline = time.monotonic() + timeout
-    while not condition() and time.monotonic() < deadline:  # type: ignore[operator]
+    while not stop.count and time.monotonic() < deadline:
         time.sleep(0.01)
 
 
-def test_end_of_the_input_stops_the_run(pipe: tuple[int, int]) -> None:
-    with StopRequest() as stop, HoldToRun(CycleProgress(phase="start"), pipe[0]) as hold:
+@pytest.mark.parametrize(("phase", "ends"), [("start", True), ("stream", False)])
+def test_end_of_the_keep_alives_stops_the_run(pipe: tuple[int, int], phase: str, ends: bool) -> None:
+    """Of the input, or only of what comes over it."""
+    with StopRequest() as stop, HoldToRun(CycleProgress(phase=phase), pipe[0]) as hold:
         assert stop.count == 0
-        os.close(pipe[1])
-        wait(lambda: stop.count)
+        if ends:
+            os.close(pipe[1])
+        wait_for(stop)
     assert hold.released
     assert stop.count == 1
-
-
-def test_missing_keep_alives_stop_a_moving_axis(pipe: tuple[int, int]) -> None:
-    with StopRequest() as stop, HoldToRun(CycleProgress(phase="stream"), pipe[0]) as hold:
-        wait(lambda: stop.count)
-    assert hold.released
-    os.close(pipe[1])
+    if not ends:
+        os.close(pipe[1])
 
 
 def test_keep_alives_keep_it_moving(pipe: tuple[int, int]) -> None:
@@ -64,5 +62,5 @@ def test_keep_alives_from_before_the_run_do_not_count(pipe: tuple[int, int]) -> 
     os.write(pipe[1], b" " * 5000)
     os.close(pipe[1])
     with StopRequest() as stop, HoldToRun(CycleProgress(phase="stream"), pipe[0]):
-        wait(lambda: stop.count)
+        wait_for(stop)
     assert stop.reason == f"stopped by the operator ({signal.Signals.SIGTERM.name})"

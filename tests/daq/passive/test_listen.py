@@ -8,7 +8,6 @@ from pathlib import Path
 import can
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from daq.commands.record import command
 from daq.cycle.stopping import StopRequest
@@ -17,6 +16,7 @@ from daq.passive.listen import Listener
 from recordings.errors import BadInput, RunFailed
 from recordings.reader import read, read_can
 from recordings.rig import Rig, simulated_rig
+from tests.running import invoke, printed
 
 RIG = simulated_rig()
 BUS = '[bus]\ninterface = "{}"\nchannel = "x"\n'
@@ -66,10 +66,11 @@ def listened(
     return listener, reason, received
 
 
-def test_every_frame_is_recorded_and_none_is_sent(tmp_path: Path) -> None:
+def test_every_frame_is_recorded_none_is_sent_and_samples_are_made_of_them(tmp_path: Path) -> None:
     listener, reason, received = listened(tmp_path, "all", lambda bus: master(bus, 50))
     assert reason == "enough"
-    frames = read_can(tmp_path / "r.mcap")
+    path = tmp_path / "r.mcap"
+    frames = read_can(path)
     assert frames.id.tolist() == [message.arbitration_id for message in received]
     assert len(frames.id) == 50 * 7 + 1 == listener.traffic.frames
     assert listener.traffic.syncs == 50
@@ -78,10 +79,6 @@ def test_every_frame_is_recorded_and_none_is_sent(tmp_path: Path) -> None:
     np.testing.assert_allclose(frames.log, stamps, atol=2_000_000_000)
     assert (np.diff(frames.log) >= 0).all()
 
-
-def test_samples_are_reconstructed_at_the_end(tmp_path: Path) -> None:
-    _, reason, _ = listened(tmp_path, "samples", lambda bus: master(bus, 50))
-    path = tmp_path / "r.mcap"
     with pytest.raises(BadInput, match="holds no samples"):
         read(path)
     reconstructed = listen.complete(path, RIG, None, {"exit_status": "0", "reason": reason})
@@ -94,12 +91,11 @@ def test_samples_are_reconstructed_at_the_end(tmp_path: Path) -> None:
     np.testing.assert_array_equal(recording.command, recording.position)
     np.testing.assert_allclose(recording.voltage[known], 0.05)
     assert (recording.repeat[known] == 0).all()
-    assert recording.run.trajectory == "listened"
-    assert (recording.run.exit_status, recording.run.reason) == (0, "enough")
-    assert recording.run.rate == reconstructed.rate
+    run = recording.run
+    assert (run.trajectory, run.exit_status, run.reason) == ("listened", 0, "enough")
+    assert run.rate == reconstructed.rate
     assert [(event.level, event.source) for event in recording.events] == [("error", "joint 2")]
     assert "0x3210" in recording.events[0].message
-    assert not path.with_name("r.mcap.part").exists()
     assert len(read_can(path).id) == 351
 
 
@@ -140,51 +136,46 @@ def test_recording_without_sync_keeps_its_frames_and_has_no_samples(tmp_path: Pa
     assert len(read_can(tmp_path / "r.mcap").id) == 1
 
 
-def test_existing_recording_is_not_overwritten(tmp_path: Path) -> None:
-    (tmp_path / "r.mcap").write_text("precious")
-    with can.Bus(interface="virtual", channel="x") as bus, pytest.raises(BadInput, match="exists"):
-        Listener(bus, RIG, tmp_path / "r.mcap")
-    assert (tmp_path / "r.mcap").read_text() == "precious"
-
-
-def serial_rig() -> str:
-    return '[bus]\ntransport = "serial"\nports = ["/dev/null"]\n'
-
-
+SERIAL = '[bus]\ntransport = "serial"\nports = ["/dev/null"]\n'
 BAD: dict[str, tuple[str | None, list[str], str]] = {
-    "no rig": (None, [], "--listen needs --rig"),
-    "dry run": (BUS.format("socketcan"), ["--dry-run"], "no --pace, --sim, --hidden, --feedforward or --dry-run"),
-    "the virtual bus": (BUS.format("virtual"), [], "ends at this program"),
-    "serial": (serial_rig(), [], "a CAN bus expected"),
-    "no such interface": (BUS.format("socketcan"), [], "cannot be opened"),
-    "unknown motion": (BUS.format("socketcan"), ["--traj", "fig5z"], "unknown trajectory"),
+    "no rig": (None, ["--listen"], "--listen needs --rig"),
+    "dry run": (
+        BUS.format("socketcan"),
+        ["--listen", "--dry-run"],
+        "no --pace",
+    ),
+    "the virtual bus": (BUS.format("virtual"), ["--listen"], "ends at this program"),
+    "serial": (SERIAL, ["--listen"], "a CAN bus expected"),
+    "no such interface": (BUS.format("socketcan"), ["--listen"], "cannot be opened"),
+    "unknown motion": (BUS.format("socketcan"), ["--listen", "--traj", "fig5z"], "unknown trajectory"),
+    "duration of a motion": (None, ["--traj", "fig5a", "--duration", "3"], "how long to --listen"),
+    "duration that is no number": (None, ["--listen", "--duration", "nan"], "a finite number expected, nan found"),
 }
 
 
-@pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_rejected(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def rig_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], str]:
+    """Write a rig file with a section [bus] into the working folder."""
     monkeypatch.chdir(tmp_path)
-    bus, options, expected = BAD[name]
-    arguments = ["--listen", *options]
-    if bus is not None:
+
+    def write(bus: str) -> str:
         drives = "".join(f"[[drives]]\nnode_id = {node}\n" for node in (1, 2, 3))
         Path("rig.toml").write_text(f'name = "bench"\n{bus}{drives}')
-        arguments += ["--rig", "rig.toml"]
+        return "rig.toml"
+
+    return write
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_is_rejected(name: str, rig_file: Callable[[str], str]) -> None:
+    bus, options, expected = BAD[name]
     with pytest.raises(BadInput) as failure:
-        CliRunner().invoke(command, arguments, catch_exceptions=False)
+        printed(command, *options, *(("--rig", rig_file(bus)) if bus else ()))
     assert expected in str(failure.value)
     assert not Path("listened.mcap").exists()
 
 
-def test_duration_is_rejected_without_listen() -> None:
-    with pytest.raises(BadInput, match="how long to --listen"):
-        CliRunner().invoke(command, ["--traj", "fig5a", "--duration", "3"], catch_exceptions=False)
-
-
-def test_command_prints_a_summary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    drives = "".join(f"[[drives]]\nnode_id = {node}\n" for node in (1, 2, 3))
-    Path("rig.toml").write_text(f'name = "bench"\n{BUS.format("udp_multicast")}{drives}')
+def test_command_prints_a_summary(rig_file: Callable[[str], str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(listen, "SYNC_TIMEOUT", 2.0)
     listening = threading.Event()
 
@@ -202,15 +193,9 @@ def test_command_prints_a_summary(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
     thread = threading.Thread(target=send_frames)
     thread.start()
-    result = CliRunner().invoke(command, ["--listen", "--rig", "rig.toml"], catch_exceptions=False)
+    result = invoke(command, "--listen", "--rig", rig_file(BUS.format("udp_multicast")))
     thread.join()
     assert "sending nothing" in result.stderr
     assert "syncs: 30" in result.stdout
     assert "recorded listened.mcap (listened)" in result.stdout
     assert isinstance(read(Path("listened.mcap")).rig, Rig)
-
-
-def test_duration_that_is_no_number_is_rejected() -> None:
-    refused = CliRunner().invoke(command, ["--listen", "--duration", "nan"])
-    assert refused.exit_code == 2
-    assert "'--duration': a finite number expected, nan found" in refused.output

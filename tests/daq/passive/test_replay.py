@@ -9,16 +9,16 @@ from pathlib import Path
 import can
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from daq.commands.replay import command
 from daq.cycle.stopping import StopRequest
-from daq.passive.replay import Plan, commanding, matching, plan, replay
+from daq.passive.replay import ReplayPlan, commanding, matching, plan, replay
 from recordings.errors import BadInput, RunFailed
 from recordings.reader import read_can
 from recordings.recording import CanFrames
+from tests.running import invoke, printed
 
 SAMPLE = Path(__file__).parents[3] / "recordings" / "samples" / "fig5a.mcap"
 BITRATE = 1_000_000
@@ -41,38 +41,14 @@ def frames(ids: list[int], log: list[int], **flags: list[bool]) -> CanFrames:
     )
 
 
-class BusReceiver:
-    """Receiver on a virtual bus, with its own thread."""
-
-    def __init__(self, channel: str) -> None:
-        self.messages: list[can.Message] = []
-        self._bus = can.Bus(interface="virtual", channel=channel)
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._listen)
-        self._thread.start()
-
-    def _listen(self) -> None:
-        while (message := self._bus.recv(0.05)) is not None or not self._over.is_set():
-            if message is not None:
-                self.messages.append(message)
-
-    def close(self) -> list[can.Message]:
-        self._over.set()
-        self._thread.join()
-        self._bus.shutdown()
-        return self.messages
+def replayed(plan_: ReplayPlan, channel: str) -> list[can.Message]:
+    """What another node on a virtual bus receives."""
+    with can.Bus(interface="virtual", channel=channel) as bus, can.Bus(interface="virtual", channel=channel) as node:
+        assert replay(plan_, bus, StopRequest()).sent == plan_.total == node.queue.qsize()
+        return [node.queue.get() for _ in range(plan_.total)]
 
 
-def replayed(plan_: Plan, channel: str, stop: StopRequest | None = None) -> list[can.Message]:
-    receiver = BusReceiver(channel)
-    with can.Bus(interface="virtual", channel=channel) as bus:
-        result = replay(plan_, bus, stop or StopRequest())
-    messages = receiver.close()
-    assert result.sent == len(messages)
-    return messages
-
-
-def test_all_frames_arrive_in_order_with_all_their_bits() -> None:
+def test_frames_arrive_in_order_with_all_their_bits() -> None:
     recorded = frames(
         [0x80, 0x181, 0x12345, 0x55, 0x7FF],
         [0, 1_000_000, 1_000_000, 3_000_000, 3_500_000],
@@ -84,20 +60,7 @@ def test_all_frames_arrive_in_order_with_all_their_bits() -> None:
     assert [message.is_extended_id for message in messages] == recorded.extended.tolist()
     assert [message.is_remote_frame for message in messages] == recorded.rtr.tolist()
     assert [bytes(message.data) for message in messages] == [b"\x00", b"\x01", b"\x02", b"", b"\x04"]
-
-
-def test_replayed_recording_keeps_order_and_data() -> None:
-    recorded = read_can(SAMPLE)
-    chosen = matching(recorded, "both", [])
-    chosen[np.flatnonzero(chosen)[3000:]] = False
-    plan_ = plan(recorded, chosen, 4.0, 1, BITRATE)
-    messages = replayed(plan_, "sample")
-    assert [message.arbitration_id for message in messages] == recorded.id[plan_.rows].tolist()
-    assert [bytes(message.data) for message in messages] == [
-        bytes(data[:dlc]) for data, dlc in zip(recorded.data[plan_.rows], recorded.dlc[plan_.rows], strict=True)
-    ]
-    stamps = np.array([message.timestamp for message in messages])
-    assert (np.diff(stamps) >= 0).all()
+    assert (np.diff([message.timestamp for message in messages]) >= 0).all()
 
 
 @given(
@@ -112,7 +75,7 @@ def test_deadlines_are_the_recorded_times_divided_by_the_speed(steps: list[int],
     plan_ = plan(recorded, matching(recorded, "both", []), speed, loops, BITRATE)
     np.testing.assert_allclose(plan_.due, np.array(log) / 1e9 / speed)
     begin = time.perf_counter()
-    assert len(replayed(plan_, "speed")) == loops * len(log) == plan_.total
+    assert len(replayed(plan_, "speed")) == loops * len(log)
     assert time.perf_counter() - begin >= plan_.duration
     assert plan_.duration >= loops * plan_.due[-1]
 
@@ -187,14 +150,11 @@ class FullBus:
     """Bus with a queue that is full `times` times before it accepts a frame."""
 
     def __init__(self, times: int, code: int = errno.ENOBUFS) -> None:
-        self.times = times
-        self.code = code
-        self.sent = 0
+        self.refusals, self.sent = [can.CanOperationError("no buffer space", code)] * times, 0
 
     def send(self, message: can.Message) -> None:
-        if self.times:
-            self.times -= 1
-            raise can.CanOperationError("no buffer space", self.code)
+        if self.refusals:
+            raise self.refusals.pop()
         self.sent += 1
 
 
@@ -210,15 +170,17 @@ def test_replay_waits_for_a_full_queue_but_not_for_a_lost_bus() -> None:
 
 BUS = ["--bus", "socketcan:nocan7"]
 BAD: dict[str, tuple[list[str], str]] = {
-    "no bus": ([], "the bus to send on expected"),
-    "half a bus": (["--interface", "socketcan"], "the bus to send on expected"),
-    "two buses": ([*BUS, "--channel", "can0"], "both found"),
+    "no bus": ([], "--bus"),
+    "half a bus": (["--bus", "socketcan"], "INTERFACE:CHANNEL expected"),
     "the virtual bus": (["--bus", "virtual:x"], "ends at this program"),
     "unknown interface": (["--bus", "pigeon:x"], "--bus"),
     "an interface that is not there": (BUS, "cannot be opened"),
     "commands without consent": ([*BUS, "--direction", "both"], "would MOVE real ones"),
     "no frame left": ([*BUS, "--id", "0x555"], "none of 21893 recorded ones is chosen"),
     "no id": ([*BUS, "--id", "all"], "--id"),
+    "no speed": ([*BUS, "--speed", "0"], "--speed"),
+    "speed that is no number": ([*BUS, "--speed", "nan"], "a finite number expected, nan found"),
+    "no repetition": ([*BUS, "--loop", "0"], "--loop"),
 }
 
 
@@ -226,29 +188,18 @@ BAD: dict[str, tuple[list[str], str]] = {
 def test_bad_bus_or_frame_selection_is_rejected(name: str) -> None:
     arguments, expected = BAD[name]
     with pytest.raises(BadInput) as failure:
-        CliRunner().invoke(command, [str(SAMPLE), *arguments], catch_exceptions=False)
+        printed(command, SAMPLE, *arguments)
     assert expected in str(failure.value)
-
-
-@pytest.mark.parametrize("option", [["--speed", "0"], ["--speed", "-1"], ["--loop", "0"], ["--direction", "up"]])
-def test_invalid_usage_is_rejected(option: list[str]) -> None:
-    assert CliRunner().invoke(command, [str(SAMPLE), *BUS, *option]).exit_code == 2
 
 
 def test_command_announces_the_replay(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("drivers.canopen.bus.open_bus", lambda settings: can.Bus(interface="virtual", channel="cli"))
-    arguments = [str(SAMPLE), "--bus", "udp_multicast:239.74.163.9", "--speed", "1000"]
-    result = CliRunner().invoke(command, [*arguments, "--id", "0x181", "--json"], catch_exceptions=False)
+    arguments = [SAMPLE, "--bus", "udp_multicast:239.74.163.9:43200", "--speed", "1000"]
+    result = invoke(command, *arguments, "--id", "0x181", "--json")
     figures = json.loads(result.stdout)
     assert figures["frames"] == figures["frames_planned"] == int((read_can(SAMPLE).id == 0x181).sum())
     assert "COMMAND DRIVES" not in result.stderr
-    result = CliRunner().invoke(command, [*arguments, "--id", "0x80", "--direction", "tx", "--yes"])
+    result = invoke(command, *arguments, "--id", "0x80", "--direction", "tx", "--yes")
     assert "COMMAND DRIVES: any real drive on this bus will move" in result.stderr
     assert "frames: 2840 of 2840" in result.stdout
     assert f"next: daq info {SAMPLE}" in result.stderr
-
-
-def test_speed_that_is_no_number_is_rejected() -> None:
-    refused = CliRunner().invoke(command, [str(SAMPLE), "--bus", "udp_multicast:239.74.163.2", "--speed", "nan"])
-    assert refused.exit_code == 2
-    assert "'--speed': a finite number expected, nan found" in refused.output
