@@ -58,12 +58,14 @@ def test_rate_tells_the_unit_of_time(scale: float, unit: str) -> None:
         ("q", 90 * ANGLE, "position_1 deg"),
         ("q", np.rint(50_000 * ANGLE), "position_1 counts"),
         ("q", ANGLE, "position_1 rad"),
-        ("q_deg", ANGLE, "position_1 deg"),
+        ("q_deg", ANGLE, "position_2 deg"),
         ("q", np.full(N, np.nan), None),
+        ("i", 900 * SPEED, "current_1 mA"),
+        ("position_1", ANGLE, "position_1"),
     ],
 )
 def test_range_tells_the_unit_of_angles(column: str, values: np.ndarray, unit: str | None) -> None:
-    assert taken(table_of({"t": TIME, column: values, "i": SPEED})).get(column) == unit
+    assert taken(table_of({"t": TIME, "q": ANGLE, "i": SPEED, column: values})).get(column) == unit
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(1.0, "rad/s"), (180 / np.pi, "deg/s"), (60 / 2 / np.pi, "rpm")])
@@ -89,15 +91,6 @@ def test_references_errors_and_supplies_are_no_measurements() -> None:
     }
     table = table_of(columns)
     assert taken(table) == {"t": "time s", "q": "position_1 rad", "q_ref": "command_1 rad", "tau": "effort_1 Nm"}
-
-
-def test_large_currents_are_in_milliampere() -> None:
-    assert taken(table_of({"t": TIME, "q": ANGLE, "iq": 900 * SPEED}))["iq"] == "current_1 mA"
-
-
-def test_columns_named_like_quantities_are_taken_as_they_are() -> None:
-    table = table_of({"time": TIME, "position_1": ANGLE, "effort_1": SPEED, "note": SPEED})
-    assert taken(table) == {"time": "time", "position_1": "position_1", "effort_1": "effort_1"}
 
 
 def test_values_that_no_joint_has_stop_no_guess() -> None:

@@ -5,15 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from daq.commands.import_ import command
-from recordings.errors import BadInput
 from recordings.importing import Choice, Description, import_data
 from recordings.reader import read
+from tests.running import invoke, printed
 
 GOOD = "time,position_1,voltage_1\n0,1,2\n0.1,1.5,2.5\n0.3,2,3\n"
-CYCLES = "time,position_1,effort_1,cycle\n0,1,2,0\n1,2,2,1\n2,3,2,2\n"
 AXES = Description(mechanism="axes")
 NO_DATE = "1970-01-01T00:00:00.000+00:00"
 
@@ -59,91 +57,6 @@ def test_imported_run_and_extra_columns(tmp_path: Path) -> None:
     assert (recording.complete, recording.run.reason) == (True, "imported from data.csv")
 
 
-BAD: dict[str, tuple[str | bytes, str]] = {
-    "empty file": ("", "line 1: a header row"),
-    "no rows": ("time,position_1,voltage_1\n", "two samples expected, 0 found"),
-    "not text": (b"\xff\x01\x00t", "one of the formats csv, mat"),
-    "no time": (GOOD.replace("time", "t"), "column 'time' expected, t, position_1"),
-    "no position": (
-        GOOD.replace("position", "angle"),
-        "position_1, position_2, ... expected, time, angle_1, voltage_1 found",
-    ),
-    "no voltage": (
-        GOOD.replace("voltage", "volts"),
-        "voltage_1 ..., effort_1 ... or current_1 ... with numbers expected, none found",
-    ),
-    "a joint is missing": (GOOD.replace("position_1", "position_2"), "position_1 is missing"),
-    "voltage of no joint": (GOOD.replace("voltage_1", "voltage_2"), "voltage_1 is missing"),
-    "a name twice": (GOOD.replace("voltage_1", "position_1"), "'position_1' twice found"),
-    "not a number": (GOOD.replace("1.5", "1,5"), "line 3: 3 cells as in the header expected, 4 found"),
-    "text in a cell": (GOOD.replace("2.5", "abc"), "line 3, column 'voltage_1': a number expected, 'abc' found"),
-    "too few cells": (GOOD.replace(",3\n", "\n"), "line 4: 3 cells as in the header expected, 2 found"),
-    "an empty line": (GOOD.replace("\n0.1", "\n\n0.1"), "line 3: 3 cells as in the header expected, 0 found"),
-    "infinity": (GOOD.replace("2.5", "inf"), "line 3, column 'voltage_1': a finite number expected, infinity"),
-    "time stands still": (GOOD.replace("0.3", "0.1"), "line 4, column 'time': a time after 0.1 s expected, 0.1"),
-    "time runs back": (GOOD.replace("0.3", "-1"), "line 4, column 'time': a time after 0.1 s expected, -1.0 found"),
-    "a time is missing": (GOOD.replace("0.1", ""), "line 3, column 'time': a time expected, none"),
-    "times beyond a stamp": (GOOD.replace("0.3", "1e10"), 'say the unit, as in --map "time=time:ns"'),
-    "half a cycle": (CYCLES.replace(",2\n", ",0.5\n"), "line 4, column 'cycle': a whole number expected, 0.5 found"),
-}
-
-
-@pytest.mark.parametrize("name", BAD)
-def test_errors_in_a_file_name_line_and_column(name: str, tmp_path: Path) -> None:
-    text, expected = BAD[name]
-    with pytest.raises(BadInput) as failure:
-        imported(tmp_path, text)
-    assert expected in str(failure.value)
-    assert not (tmp_path / "data.mcap").exists()
-
-
-def test_line_number_is_correct_beyond_the_first_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("recordings.csv_table._BLOCK", 100)
-    rows = "".join(f"{k},1,2\n" for k in range(500))
-    with pytest.raises(BadInput, match=r"line 402, column 'position_1': .*'x' found"):
-        imported(tmp_path, "time,position_1,voltage_1\n" + rows.replace("\n400,1,", "\n400,x,"))
-    assert len(read(imported(tmp_path, "time,position_1,voltage_1\n" + rows)).time) == 500
-
-
-OPTIONS: dict[str, tuple[list[str], str]] = {
-    "one joint is no delta robot": ([], "--mechanism axes"),
-    "nor if it is called one": (["--mechanism", "delta"], "three revolute joints expected"),
-    "joints without axes": (["--joints", "prismatic"], "add it"),
-    "a joint of another kind": (["--mechanism", "axes", "--joints", "ball"], "'ball' found"),
-    "two kinds for one joint": (["--mechanism", "axes", "--joints", "revolute,prismatic"], "one each"),
-    "a gain that is no number": (["--mechanism", "axes", "--gain", "x"], "--gain: numbers such as"),
-    "a torque per ampere that is no number": (["--mechanism", "axes", "--kt", "x"], "--kt: numbers such as"),
-    "the weight of a robot": (["--mechanism", "delta", "--gravity"], "three revolute joints expected"),
-    "a gain that is negative": (["--mechanism", "axes", "--gain", "-1"], "--gain: numbers above 0 expected"),
-    "two gains for one joint": (
-        ["--mechanism", "axes", "--gain", "1,2"],
-        "--gain: one number, or 1 (one per joint) expected, 2",
-    ),
-    "a rig file and more": (["--rig", "rig.toml", "--gain", "1"], "both found"),
-    "a rig with other joints": (["--rig", "rig.toml"], "2 joints expected by the rig file, 1"),
-    "no such rig file": (["--rig", "none.toml"], "does not exist"),
-}
-
-
-@pytest.mark.parametrize("name", OPTIONS)
-def test_inconsistent_options_are_rejected(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "data.csv").write_text(GOOD)
-    (tmp_path / "rig.toml").write_text('name = "two"\nmechanism = "axes"\n[[axes]]\n[[axes]]\n')
-    options, expected = OPTIONS[name]
-    with pytest.raises(BadInput) as failure:
-        CliRunner().invoke(command, ["data.csv", "--out", "data.mcap", *options], catch_exceptions=False)
-    assert expected in str(failure.value)
-    assert not (tmp_path / "data.mcap").exists()
-
-
-def test_file_with_efforts_needs_no_gain(tmp_path: Path) -> None:
-    (tmp_path / "data.csv").write_text(GOOD.replace("voltage", "effort"))
-    arguments = [str(tmp_path / "data.csv"), "--out", str(tmp_path / "r.mcap"), "--mechanism", "axes", "--gain", "2"]
-    with pytest.raises(BadInput, match="holds no voltages, which alone need a torque map or gain"):
-        CliRunner().invoke(command, arguments, catch_exceptions=False)
-
-
 CURRENTS = "time,position_1,current_1,temperature_1\n0,1,2,30\n0.1,1.5,-1,\n0.2,2,,31\n"
 
 
@@ -164,42 +77,22 @@ def test_efforts_go_before_currents(tmp_path: Path) -> None:
     np.testing.assert_array_equal(recording.effort[:, 0], [3.0, 4.0])
 
 
-def test_currents_without_torque_per_ampere_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match=r"torque per ampere expected, none found; give --kt"):
-        imported(tmp_path, CURRENTS)
-
-
-def test_existing_recording_is_not_overwritten(tmp_path: Path) -> None:
-    (tmp_path / "data.mcap").write_text("precious")
-    (tmp_path / "data.csv").write_text(GOOD)
-    with pytest.raises(BadInput, match="exists"):
-        import_data(tmp_path / "data.csv", tmp_path / "data.mcap", AXES)
-    assert (tmp_path / "data.mcap").read_text() == "precious"
-
-
-def test_command_prints_a_summary(tmp_path: Path) -> None:
-    (tmp_path / "data.csv").write_text(GOOD)
-    arguments = [str(tmp_path / "data.csv"), "--mechanism", "axes", "--torque-map", "linear", "--gain", "2.5"]
-    result = CliRunner().invoke(command, [*arguments, "--out", str(tmp_path / "a.mcap")], catch_exceptions=False)
+def test_command_prints_a_summary_and_one_gain_stands_for_all_joints(tmp_path: Path) -> None:
+    header = ",".join(f"{name}_{k}" for name in ("position", "voltage") for k in (1, 2))
+    (tmp_path / "data.csv").write_text(f"time,{header}\n0,1,1,2,2\n0.1,1.5,1.5,2.5,2\n0.3,2,2,3,3\n")
+    options = ["--mechanism", "axes", "--torque-map", "linear", "--gain", "2.5", "--kt", "0.5"]
+    options += ["--start", "2026-01-05T09:00:00+01:00", "--robot", "r07"]
+    result = invoke(command, tmp_path / "data.csv", *options, "--out", tmp_path / "a.mcap")
     assert "steps: 150 ms, from 100 ms to 200 ms" in result.stdout
     assert "cycles: none found" in result.stdout
     assert "torque gain" not in result.stderr, "it was given"
-    result = CliRunner().invoke(command, [*arguments, "--out", str(tmp_path / "b.mcap"), "--json"])
-    figures = json.loads(result.stdout)
-    assert (figures["samples"], figures["joints"], figures["cycles"], figures["gaps"]) == (3, 1, 0, [0])
-    torque = read(tmp_path / "b.mcap").rig.torque
-    assert (torque.map, torque.gain, torque.gain_source) == ("linear", (2.5,), "calibrated")
-
-
-def test_time_in_milliseconds_is_pointed_out(tmp_path: Path) -> None:
-    for unit, factor in (("s", 0.002), ("ms", 2.0)):
-        rows = "".join(f"{factor * i!r},{i},1\n" for i in range(10))
-        (tmp_path / f"{unit}.csv").write_text(f"time,position_1,effort_1\n{rows}")
-        arguments = [str(tmp_path / f"{unit}.csv"), "--out", str(tmp_path / f"{unit}.mcap"), "--mechanism", "axes"]
-        result = CliRunner().invoke(command, arguments, catch_exceptions=False)
-        assert result.exit_code == 0
-        assert ("a sample every 2 s (0.5 Hz)" in result.stderr) == (unit == "ms")
-        assert ('import again with --map "time=time:ms"' in result.stderr) == (unit == "ms")
+    figures = json.loads(printed(command, tmp_path / "data.csv", *options, "--out", tmp_path / "b.mcap", "--json"))
+    assert (figures["samples"], figures["joints"], figures["cycles"], figures["gaps"]) == (3, 2, 0, [0, 0])
+    recording = read(tmp_path / "b.mcap")
+    torque, run = recording.rig.torque, recording.run
+    assert (torque.map, torque.gain, torque.gain_source) == ("linear", (2.5, 2.5), "calibrated")
+    assert torque.per_ampere == (0.5, 0.5)
+    assert (run.start, run.robot) == (figures["start"], figures["robot"]) == ("2026-01-05T08:00:00.000+00:00", "r07")
 
 
 @pytest.mark.parametrize(
@@ -208,36 +101,9 @@ def test_time_in_milliseconds_is_pointed_out(tmp_path: Path) -> None:
 def test_gaps_are_named_in_one_place_as_in_the_other(gap: float, empty: int, line: str, tmp_path: Path) -> None:
     rows = "".join(f"{0.01 * i + gap * (i > 9)!r},{'' if i < empty else i},1\n" for i in range(30))
     (tmp_path / "data.csv").write_text(f"time,position_1,effort_1\n{rows}")
-    arguments = [str(tmp_path / "data.csv"), "--out", str(tmp_path / "r.mcap"), "--mechanism", "axes"]
-    output = CliRunner().invoke(command, arguments, catch_exceptions=False).stdout
+    output = printed(command, tmp_path / "data.csv", "--out", tmp_path / "r.mcap", "--mechanism", "axes")
     assert f"gaps: {line}\n" in output
     assert ("1 gap in time, the longest 4.01 s" in output) == (gap > 0)
-
-
-def test_single_gain_and_torque_per_ampere_are_those_of_all_joints(tmp_path: Path) -> None:
-    header = ",".join(f"{name}_{k}" for name in ("position", "voltage") for k in (1, 2, 3))
-    rows = "".join(f"{0.01 * i},{i},{i},{i},1,{i},2\n" for i in range(10))
-    (tmp_path / "data.csv").write_text(f"time,{header}\n{rows}")
-    arguments = [str(tmp_path / "data.csv"), "--out", str(tmp_path / "r.mcap"), "--gain", "1.7", "--kt", "0.5"]
-    result = CliRunner().invoke(command, arguments, catch_exceptions=False)
-    torque = read(tmp_path / "r.mcap").rig.torque
-    assert (torque.gain, torque.gain_source, torque.per_ampere) == ((1.7,) * 3, "calibrated", (0.5,) * 3)
-    assert "assumed" not in result.output
-
-
-def test_start_and_robot_are_kept(tmp_path: Path) -> None:
-    (tmp_path / "data.csv").write_text(GOOD)
-    arguments = [str(tmp_path / "data.csv"), "--mechanism", "axes", "--json"]
-    options = ["--start", "2026-01-05T09:00:00+01:00", "--robot", "r07"]
-    for name, dated, expected in (
-        ("a", options, ("2026-01-05T08:00:00.000+00:00", "r07")),
-        ("b", [], (NO_DATE, None)),
-    ):
-        out = ["--out", str(tmp_path / f"{name}.mcap")]
-        result = CliRunner().invoke(command, [*arguments, *dated, *out], catch_exceptions=False)
-        figures = json.loads(result.stdout)
-        run = read(tmp_path / f"{name}.mcap").run
-        assert (run.start, run.robot) == (figures["start"], figures["robot"]) == expected
 
 
 @pytest.mark.parametrize(

@@ -35,11 +35,6 @@ def test_factor_alone_scales_the_unit_of_the_file() -> None:
     assert (unit.dimension, unit.factor) == ("angle", pytest.approx(-2 * np.pi / 180))
 
 
-def test_names_of_quantities_need_no_entry_and_entries_go_first() -> None:
-    assert set(sources(TABLE, [])) == {"time", "position_1"}
-    assert sources(TABLE, ["position_1=q1"])["position_1"].column == "q1"
-
-
 def test_column_that_is_mapped_is_no_longer_what_it_is_called() -> None:
     columns = {"time": np.zeros(2), "effort_1": np.zeros(2)}  # of a ROS driver that publishes current there
     named = sources(Table(Path("bag"), columns, ""), ["current_1=effort_1:mA"])

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.signal import butter, filtfilt
 
-from recordings.importing import Description, Imported, import_data
+from recordings.importing import Description, import_data
 from recordings.importing.observations import Observation, observe
 
 N, RATE = 4000, 250.0
@@ -26,11 +26,8 @@ def seen(folder: Path, joints: str = "revolute", **columns: np.ndarray) -> dict[
     rows = np.column_stack(list(table.values())).tolist()
     (folder / "a.csv").write_text("\n".join([",".join(table), *(",".join(map(repr, row)) for row in rows)]))
     (folder / "a.mcap").unlink(missing_ok=True)
-    return {o.name: o for o in observe(imported(folder, joints))}
-
-
-def imported(folder: Path, joints: str = "revolute") -> Imported:
-    return import_data(folder / "a.csv", folder / "a.mcap", Description(mechanism="axes", joints=(joints,)))  # type: ignore[arg-type]
+    description = Description(mechanism="axes", joints=(joints,))  # type: ignore[arg-type]
+    return {o.name: o for o in observe(import_data(folder / "a.csv", folder / "a.mcap", description))}
 
 
 def warnings(observations: dict[str, Observation]) -> list[str]:
@@ -40,6 +37,7 @@ def warnings(observations: dict[str, Observation]) -> list[str]:
 def test_good_recording_gives_no_warning(tmp_path: Path) -> None:
     observations = seen(tmp_path, velocity_1=SPEED + RNG.normal(scale=0.05, size=N))
     assert warnings(observations) == []
+    assert warnings(seen(tmp_path, "prismatic", position_1=57.3 * ANGLE)) == [], "slides may go far"
     assert observations["rate"].says.startswith("rate 250 Hz, even steps")
 
 
@@ -89,10 +87,6 @@ def test_outlying_angle_is_not_taken_for_degrees(tmp_path: Path) -> None:
     assert warnings(observations) == ["position-outliers"]
 
 
-def test_slides_may_go_far(tmp_path: Path) -> None:
-    assert warnings(seen(tmp_path, "prismatic", position_1=57.3 * ANGLE)) == []
-
-
 def test_gaps_and_resolution_are_noted(tmp_path: Path) -> None:
     time = TIME + (np.arange(N) > 500) * 0.5
     step = 2 * np.pi / 8192
@@ -104,10 +98,6 @@ def test_gaps_and_resolution_are_noted(tmp_path: Path) -> None:
     assert observations["resolution"].says == "resolution of position: 0.000767 rad"
 
 
-def test_torque_whose_squares_vanish_can_be_looked_at(tmp_path: Path) -> None:
-    assert "filtered" not in seen(tmp_path, effort_1=1e-200 * EFFORT)
-
-
 @given(st.integers(2, 30), st.integers(0, 1000))
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=25)
 def test_no_recording_is_too_odd_to_be_looked_at(tmp_path: Path, count: int, seed: int) -> None:
@@ -116,8 +106,4 @@ def test_no_recording_is_too_odd_to_be_looked_at(tmp_path: Path, count: int, see
     values[0] = 1.0
     time = np.cumsum(rng.choice([1e-6, 1.0, 1e3], size=count))
     columns = dict(zip(("position_1", "effort_1", "velocity_1"), values.T, strict=True))
-    table = {"time": time, **columns}
-    rows = np.column_stack(list(table.values())).tolist()
-    (tmp_path / "a.csv").write_text("\n".join([",".join(table), *(",".join(map(repr, row)) for row in rows)]))
-    (tmp_path / "a.mcap").unlink(missing_ok=True)
-    assert all(observation.says for observation in observe(imported(tmp_path)))
+    assert all(observation.says for observation in seen(tmp_path, time=time, **columns).values())

@@ -17,7 +17,3 @@ def test_a_gap_holds_several_steps() -> None:
         0, 300, 2500
     )
     assert mean_step(stamp) == pytest.approx(2_000_000, rel=1e-6)
-
-
-def test_even_times_have_their_step() -> None:
-    assert mean_step(np.arange(0, 70, 7)) == 7

@@ -42,17 +42,9 @@ WRONG = {
         "empty.csv",
         "empty.csv, line 1: a header row",
     ),
-    "a letter": (
-        "words.txt",
-        "words.txt",
-    ),
     "a header only": (
         "header.csv --mechanism axes",
         "at least two samples expected, 0 found",
-    ),
-    "one row": (
-        "single.csv --mechanism axes",
-        "at least two samples expected, 1 found",
     ),
     "a short row": (
         "short-row.csv --mechanism axes",
@@ -77,10 +69,6 @@ WRONG = {
     "a joint is missing": (
         "gap.csv --mechanism axes",
         "position_1 is missing; map it",
-    ),
-    "a voltage too many": (
-        "extra-joint.csv --mechanism axes",
-        "voltage_1 is missing; map it",
     ),
     "half a cycle": (
         "half-cycle.csv --mechanism axes",
@@ -110,25 +98,13 @@ WRONG = {
         "scope.csv --map postion_1=q1",
         "did you mean position_1?",
     ),
-    "map of joint 0": (
-        "scope.csv --map position_0=q1",
-        "'position_0' found",
-    ),
     "map of no column": (
         "scope.csv --map position_1=q2:deg",
         "a column 'q2' expected, t, q1, i1, state found; correct the name",
     ),
-    "map of no column, no unit": (
-        "scope.csv --map position_1=zzz",
-        "a column 'zzz' expected, t, q1, i1",
-    ),
     "map in no unit": (
         "scope.csv --map position_1=q1:furlong",
         "'furlong' found; correct it",
-    ),
-    "map by zero": (
-        "scope.csv --map 'position_1=q1:deg*0'",
-        "'deg*0' found",
     ),
     "map twice": (
         "scope.csv --map time=t:s --map time=i1",
@@ -150,17 +126,9 @@ WRONG = {
         "scope.csv --map time=t:ms --map position_1=q1:deg --map effort_1=i1:%",
         "write %*20",
     ),
-    "torque in ampere": (
-        "scope.csv --map time=t:ms --map position_1=q1:deg --map effort_1=i1:A",
-        "write A*0.12",
-    ),
     "metres on a hinge": (
         "scope.csv --map time=t:ms --map position_1=q1:mm --map current_1=i1:A --kt 1",
         "of a revolute joint, 'mm' found",
-    ),
-    "degrees on a slide": (
-        "scope.csv --map time=t:ms --map position_1=q1:deg --map current_1=i1:A --mechanism axes --joints prismatic",
-        "of a prismatic joint, 'deg' found",
     ),
     "time in degrees": (
         "scope.csv --map time=t:deg --map position_1=q1:deg --map current_1=i1:A --kt 1",
@@ -178,13 +146,33 @@ WRONG = {
         "scope.csv --map list.toml",
         "put it in quotes",
     ),
-    "mapping file of no quantity": (
-        "scope.csv --map unknown.toml",
-        "'position_x' found",
-    ),
     "mapping and guess": (
         "scope.csv --guess --map time=t",
         "leave one of them out",
+    ),
+    "joints without axes": (
+        "table.csv --joints prismatic",
+        "add it, or leave --joints out",
+    ),
+    "the weight of a robot": (
+        "table.csv --mechanism delta --gravity",
+        "three revolute joints expected",
+    ),
+    "torque per ampere is a word": (
+        "table.csv --mechanism axes --kt NUMBER",
+        "--kt: numbers such as",
+    ),
+    "two kinds for one": (
+        "table.csv --mechanism axes --joints revolute,prismatic",
+        "one each",
+    ),
+    "infinity": (
+        "infinite.csv --mechanism axes",
+        "line 7, column 'position_1': a finite number expected, infinity",
+    ),
+    "times beyond a stamp": (
+        "late.csv --mechanism axes",
+        'say the unit, as in --map "time=time:ns"',
     ),
     "one axis is no delta": (
         "table.csv",
@@ -194,21 +182,9 @@ WRONG = {
         "table.csv --rig two.toml",
         "2 joints expected by the rig file, 1",
     ),
-    "rig is missing": (
-        "table.csv --rig none.toml",
-        "rig file none.toml does not exist",
-    ),
-    "rig is broken": (
-        "table.csv --rig broken.toml",
-        "not valid TOML",
-    ),
     "rig and options": (
         "table.csv --rig two.toml --kt 1",
         "both found; leave one out",
-    ),
-    "gain is a word": (
-        "table.csv --mechanism axes --gain much",
-        "--gain: numbers such as",
     ),
     "two gains for one": (
         "table.csv --mechanism axes --gain 1,2",
@@ -222,37 +198,17 @@ WRONG = {
         "constant.csv --mechanism axes --gain 0.5",
         "constant.csv holds no voltages, which alone need a torque map or gain; leave these out",
     ),
-    "no torque per ampere": (
-        "scope.csv --map time=t:ms --map position_1=q1:deg --map current_1=i1:A --mechanism axes --kt ''",
-        "--kt: numbers such as 1.0 or 1.0,0.9,1.1 expected, '' found; correct it",
-    ),
-    "no gain": (
-        "table.csv --mechanism axes --gain ''",
-        "--gain: numbers such as",
-    ),
     "a robot without a name": (
         "table.csv --mechanism axes --robot ' '",
         "--robot: a name expected, ' ' found; give one",
-    ),
-    "no start": (
-        "table.csv --mechanism axes --start ''",
-        "'' found",
     ),
     "negative gain": (
         "table.csv --mechanism axes --gain -1",
         "numbers above 0 expected, '-1' found",
     ),
-    "two constants for one": (
-        "scope.csv --map time=t:ms --map position_1=q1:deg --map current_1=i1:A --mechanism axes --kt 1,2",
-        "--kt: one number, or 1",
-    ),
     "unknown joint": (
         "table.csv --mechanism axes --joints ball",
         "'ball' found; choose",
-    ),
-    "unknown mechanism": (
-        "table.csv --mechanism scara",
-        "'scara' is not one of",
     ),
     "start is no date": (
         "table.csv --mechanism axes --start yesterday",
@@ -266,17 +222,9 @@ WRONG = {
         "table.csv --topic /joint_states",
         "choose from a ROS bag, csv found",
     ),
-    "names of a table": (
-        "table.csv --names a,b",
-        "choose from a ROS bag, csv found",
-    ),
     "a name twice": (
         "bag --names a,a",
         "each once, expected",
-    ),
-    "unknown option": (
-        "table.csv --unit deg",
-        "No such option",
     ),
     "bytes": (
         "binary.dat",
@@ -285,18 +233,6 @@ WRONG = {
     "half a Parquet file": (
         "half.parquet",
         "half.parquet cannot be read as Parquet",
-    ),
-    "half a MATLAB file": (
-        "half.mat",
-        "half.mat cannot be read as a MATLAB file",
-    ),
-    "text in a MATLAB file": (
-        "texts.mat --mechanism axes",
-        "texts.mat",
-    ),
-    "half an NPZ file": (
-        "half.npz",
-        "half.npz",
     ),
     "uneven arrays": (
         "uneven.npz --mechanism axes",
@@ -314,17 +250,9 @@ WRONG = {
         "half.db3",
         "half.db3 cannot be read as a ROS bag",
     ),
-    "half an MCAP file": (
-        "half.mcap",
-        "half.mcap cannot be read as a ROS bag",
-    ),
     "another archive": (
         "bag.zip",
         "export it as CSV",
-    ),
-    "a bag without a description": (
-        "bag",
-        "bag cannot be read as a ROS bag",
     ),
     "a folder that is no bag": (
         "folder",
@@ -337,10 +265,6 @@ WRONG = {
     "angle of no joint": (
         "huge-angle.csv --mechanism axes",
         "line 10, column 'position_1': position within ±1e+06 (SI units) expected, 1e+160 found; correct",
-    ),
-    "torque of no joint": (
-        "huge-torque.csv --mechanism axes",
-        "line 10, column 'effort_1': effort within ±1e+09 (SI units) expected, -1e+200 found; correct",
     ),
     "torque of no joint by its unit": (
         "table.csv --mechanism axes --map effort_1=voltage_1:A*1e300",
@@ -397,10 +321,6 @@ def run(main: Callable[[], object], *arguments: str) -> tuple[int, str]:
     return int(stop.value.code or 0), errors.getvalue()
 
 
-def test_there_are_sixty() -> None:
-    assert len(WRONG) >= 60
-
-
 @pytest.mark.parametrize("name", WRONG)
 def test_wrong_input_is_explained(name: str, folder: Path) -> None:
     line, expected = WRONG[name]
@@ -425,12 +345,6 @@ def test_wrong_input_of_the_commands_after_it_is_explained(name: str, folder: Pa
     code, errors = run(ident_main, *arguments)
     assert code == 2, errors
     assert expected in errors
-
-
-def test_output_must_be_named(folder: Path) -> None:
-    code, errors = run(daq_main, "import", "table.csv")
-    assert code == 2
-    assert "--out expected; name the recording to write, as in --out table.mcap" in errors
 
 
 def test_interrupted_import_leaves_no_recording(folder: Path) -> None:

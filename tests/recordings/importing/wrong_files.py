@@ -32,6 +32,8 @@ FILES: dict[str, Callable[[Path], object]] = {
     "single.csv": lambda path: path.write_text("\n".join(TABLE.splitlines()[:2]) + "\n"),
     "short-row.csv": lambda path: path.write_text(TABLE.replace("0.05,", "", 1)),
     "text-cell.csv": lambda path: path.write_text(TABLE.replace("0.05,", "0.05,oops", 1)),
+    "infinite.csv": lambda path: path.write_text(TABLE.replace("0.05,", "0.05,inf,0\n0.055,", 1)),
+    "late.csv": lambda path: path.write_text(TABLE.replace("0.39,", "1e10,", 1)),
     "two-times.csv": lambda path: path.write_text(TABLE.replace("0.06,", "0.05,", 1)),
     "no-time.csv": lambda path: path.write_text(TABLE.replace("0.06,", ",", 1)),
     "twice.csv": lambda path: path.write_text(TABLE.replace("voltage_1", "position_1", 1)),

@@ -100,9 +100,3 @@ def test_damaged_files_are_refused(name: str, tmp_path: Path) -> None:
         except BadInput:
             continue
         assert table.count in (0, len(TIME))
-
-
-def test_objects_in_npz_are_refused(tmp_path: Path) -> None:
-    np.savez(tmp_path / "a.npz", time=np.array([1, "x", None], dtype=object))
-    with pytest.raises(BadInput, match="save plain arrays"):
-        read(tmp_path / "a.npz")

@@ -88,39 +88,35 @@ def test_arrival_is_time_where_the_stamps_are_empty(tmp_path: Path) -> None:
     assert "time is that of arrival" in table.notes[1]
 
 
-def test_several_topics_must_be_chosen_from(tmp_path: Path) -> None:
-    topics = ("/left/joint_states", "/right/joint_states")
-    messages = [(topic, content) for _, content in states([0, 10**7]) for topic in topics]
-    path = bag(tmp_path, *messages, topics=topics)
-    with pytest.raises(
-        BadInput, match=r"several topics .*: /left/joint_states, /right/joint_states; choose .* --topic"
-    ):
-        read(path)
-    with pytest.raises(BadInput, match="one of /left/joint_states, /right/joint_states expected, '/x' found"):
-        read(path, "/x")
-    assert read(path, topics[1]).count == 2
+TOPICS = ("/left/joint_states", "/right/joint_states")
+BOTH = [(topic, content) for _, content in states([0, 10**7]) for topic in TOPICS]
+SHORT = ("/joint_states", message(0, NAMES, [1.0], [1.0, 2.0]))
+WRONG: list[tuple[Sequence[tuple[str, Any]], dict[str, Any], dict[str, Any], str]] = [
+    (BOTH, {"topics": TOPICS}, {}, r"several topics .*: /left/joint_states, /right/joint_states; choose .* --topic"),
+    (
+        BOTH,
+        {"topics": TOPICS},
+        {"topic": "/x"},
+        "one of /left/joint_states, .* expected, '/x' found",
+    ),
+    ([], {"topics": ["/text"], "kind": "std_msgs/msg/String"}, {}, r"/text \(std_msgs/msg/String\) found; record"),
+    (states([0, 1]), {}, {"names": ("b", "x")}, r"joints on /joint_states \(a, b\) expected, 'x' found"),
+    ([], {}, {}, "messages on /joint_states expected, none found"),
+    ([SHORT], {}, {}, "message 1: 2 values of position, one for each name, expected, 1 found"),
+]
 
 
-def test_bag_without_joint_states_names_what_it_holds(tmp_path: Path) -> None:
-    path = bag(tmp_path, topics=("/text",), kind="std_msgs/msg/String")
-    with pytest.raises(BadInput, match=r"/text \(std_msgs/msg/String\) found; record the joint states"):
-        read(path)
+@pytest.mark.parametrize(("messages", "content", "wanted", "reason"), WRONG)
+def test_bag_without_what_is_wanted_is_refused(
+    messages: Sequence[tuple[str, Any]], content: dict[str, Any], wanted: dict[str, Any], reason: str, tmp_path: Path
+) -> None:
+    path = bag(tmp_path, *messages, **content)
+    with pytest.raises(BadInput, match=reason):
+        read(path, **wanted)
 
 
-def test_unknown_names_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match=r"joints on /joint_states \(a, b\) expected, 'x' found"):
-        read(bag(tmp_path, *states([0, 1])), names=("b", "x"))
-
-
-def test_empty_topic_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match="messages on /joint_states expected, none found"):
-        read(bag(tmp_path))
-
-
-def test_values_must_belong_to_names(tmp_path: Path) -> None:
-    short = message(0, NAMES, [1.0], [1.0, 2.0])
-    with pytest.raises(BadInput, match="message 1: 2 values of position, one for each name, expected, 1 found"):
-        read(bag(tmp_path, ("/joint_states", short)))
+def test_topic_is_chosen(tmp_path: Path) -> None:
+    assert read(bag(tmp_path, *BOTH, topics=TOPICS), TOPICS[1]).count == 2
 
 
 def test_older_databases_hold_no_definitions(tmp_path: Path) -> None:
@@ -147,9 +143,5 @@ def test_damaged_and_misnamed_bags_are_refused(tmp_path: Path) -> None:
     (path / "metadata.yaml").write_text("nonsense: [")
     with pytest.raises(BadInput, match="cannot be read as a ROS bag"):
         read(path)
-
-
-def test_our_own_recording_needs_no_import() -> None:
-    sample = Path(__file__).parents[4] / "recordings" / "samples" / "fig5a.mcap"
     with pytest.raises(BadInput, match="is a recording of this program already"):
-        read(sample)
+        read(Path(__file__).parents[4] / "recordings" / "samples" / "fig5a.mcap")
