@@ -57,7 +57,7 @@ IMPORTED = "imported"
 
 
 @dataclass(frozen=True)
-class Event:
+class LoggedEvent:
     """One line of `/events`."""
 
     time: float
@@ -94,7 +94,7 @@ class Recording:
     """(n,) repetition of the motion, 0 to cycles - 1; -1 during approach and stop."""
     lateness: Floats
     """(n,) delay with which the host began the cycle [s]."""
-    events: tuple[Event, ...]
+    events: tuple[LoggedEvent, ...]
     extra: Mapping[str, Floats] = field(default_factory=dict)
     """Further values (n,) by name, imported with the samples."""
 

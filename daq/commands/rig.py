@@ -6,14 +6,13 @@ from typing import TYPE_CHECKING
 
 import click
 
+from daq.command_options import FILE
 from recordings.command_line import refuse_existing, say, say_next
 from recordings.errors import BadInput, RunFailed
 
 if TYPE_CHECKING:
     from daq.proposal.facts import DriveFacts
     from recordings.buses import CanBus
-
-_FILE = click.Path(path_type=Path)
 
 
 @click.group(name="rig", short_help="Propose a rig file.")
@@ -26,7 +25,7 @@ def command() -> None:
     short_help="Propose a rig file from EDS or DCF files, or from the drives.",
     epilog="Example: daq rig propose --eds drive.eds --bus socketcan:can0 --out rig.toml",
 )
-@click.option("--eds", type=_FILE, multiple=True, help="EDS or DCF of the drives: one for all, or one per joint.")
+@click.option("--eds", type=FILE, multiple=True, help="EDS or DCF of the drives: one for all, or one per joint.")
 @click.option("--scan", is_flag=True, help="Read the drives on the bus; nothing is written to them, nothing moves.")
 @click.option(
     "--bus",
@@ -36,7 +35,7 @@ def command() -> None:
     help="CAN bus, as in python-can; udp_multicast:ADDRESS:PORT.",
 )
 @click.option("--nodes", default="1,2,3", show_default=True, help="Node id of each joint, with --eds.")
-@click.option("--out", type=_FILE, default=Path("rig.toml"), show_default=True, help="Rig file to write.")
+@click.option("--out", type=FILE, default=Path("rig.toml"), show_default=True, help="Rig file to write.")
 @click.option("--force", is_flag=True, help="Replace the file.")
 def propose(eds: tuple[Path, ...], scan: bool, bus: str, nodes: str, out: Path, force: bool) -> None:
     """Write a commented rig file: units, modes, PDO map, what the torque is found from, limits, what is missing.

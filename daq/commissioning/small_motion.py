@@ -8,79 +8,23 @@ from pathlib import Path
 
 import numpy as np
 
+from daq.bench import Bench
 from daq.commissioning.hold import RELEASE, HoldToRun
 from daq.cycle.progress import CycleProgress
 from daq.cycle.session import RunRequest, Session, check_request
 from daq.cycle.stopping import reason_of
 from daq.live.status import StatusLines, to_stdout
 from daq.live.terminal import ProgressBar
-from daq.simulation import configured, simulated
-from drivers import transports
 from drivers.protocol import Report
-from drivers.simulated.seal import sealed_path
-from recordings.command_line import say
 from recordings.errors import BadInput, RunFailed
 from recordings.reader import read
-from recordings.recording import Floats, Pace, Recording
-from recordings.rig import Rig
+from recordings.recording import Floats, Recording
 from trajectories import Trajectory
 from trajectories.multisine import middle_pose
 from trajectories.small_moves import within_limits
 
 Plan = Callable[[Floats], Trajectory]
 """Motion from a pose (dof,) [rad or m]."""
-
-
-@dataclass(frozen=True)
-class Machine:
-    """The drives: those of the rig, or simulated ones."""
-
-    rig: Rig
-    pace: Pace
-    sim_file: Path | None
-
-    @classmethod
-    def of(cls, rig: Rig, pace: str | None, sim_file: Path | None) -> "Machine":
-        """The drives of `rig`; simulated ones run in lockstep unless `pace` says otherwise.
-
-        Raises:
-            BadInput: a sim file for real drives, or real drives in lockstep.
-        """
-        is_simulated = transports.of(rig).simulated_here(rig)
-        if not is_simulated and sim_file:
-            raise BadInput("--sim is for drives simulated inside this program; give it to `daq sim`")
-        lockstep = pace == "lockstep" or (pace is None and is_simulated)
-        return cls(rig, "lockstep" if lockstep else "realtime", sim_file)
-
-    @property
-    def simulated(self) -> bool:
-        """Whether the drives are simulated inside this program."""
-        return transports.of(self.rig).simulated_here(self.rig)
-
-    def unit(self, joint: int) -> str:
-        """Unit of the position of `joint`.
-
-        Raises:
-            BadInput: there is no such joint.
-        """
-        if not 1 <= joint <= self.rig.dof:
-            raise BadInput(f"--joint: 1 to {self.rig.dof} expected, {joint} found")
-        return self.rig.position_units[joint - 1]
-
-    def announce(self, motion: str) -> None:
-        """Say on stderr what moves."""
-        if self.simulated:
-            say("SIMULATED RIG: no real drive is connected.", "yellow")
-        say(f"{self.rig.name}: {motion}, {self.pace}")
-
-    @contextmanager
-    def serve(self, truth: Path) -> Iterator[None]:
-        """Run the simulated drives, if they are simulated; `truth`: sealed file of hidden effects."""
-        if not self.simulated:
-            yield
-            return
-        with simulated(self.rig, configured(self.rig, self.sim_file, None, truth), self.pace, 0):
-            yield
 
 
 @dataclass(frozen=True)
@@ -121,7 +65,7 @@ class Moved:
         return f"; joint {joint} runs against its command: check the direction of the encoder and the motor phases"
 
 
-def move(machine: Machine, plan: Plan, out: Path | None, log: Report, *, hold: int | None, status: bool) -> Moved:
+def move(bench: Bench, plan: Plan, out: Path | None, log: Report, *, hold: int | None, status: bool) -> Moved:
     """Run the motion that `plan` makes from the present pose, and record it to `out`, or to a file that is deleted.
 
     `hold`: file descriptor of the keep-alives without which the motion stops; `status`: JSON lines on stdout.
@@ -133,20 +77,20 @@ def move(machine: Machine, plan: Plan, out: Path | None, log: Report, *, hold: i
     with tempfile.TemporaryDirectory() as folder:
         path = out or Path(folder) / "move.mcap"
         request = RunRequest(
-            rig=machine.rig,
-            trajectory=plan(middle_pose(machine.rig)),
+            rig=bench.rig,
+            trajectory=plan(middle_pose(bench.rig)),
             out=path,
-            pace=machine.pace,
-            seed=0 if machine.simulated else None,
-            plan=lambda pose: within_limits(plan(pose), machine.rig),
+            pace=bench.pace,
+            seed=bench.seed,
+            plan=lambda pose: within_limits(plan(pose), bench.rig),
         )
         check_request(request)
         watchers: list[HoldToRun] = []
         error = None
-        with machine.serve(sealed_path(path)):
+        with bench.serve(path):
             try:
                 Session(request, log if out else _without_file(log)).run(
-                    lambda progress: _display(progress, machine.rig.rate, hold, status, watchers)
+                    lambda progress: _display(progress, bench.rig.rate, hold, status, watchers)
                 )
             except BadInput:
                 path.unlink(missing_ok=True)

@@ -27,7 +27,7 @@ from drivers.canopen.bus import Tap
 from drivers.protocol import Amplifiers, Identity, Report
 from recordings.errors import BadInput, RunFailed
 from recordings.recording import Floats, Pace, Run
-from recordings.rig import Rig, load_rig, simulated_rig
+from recordings.rig import Rig
 from recordings.schemas import Level
 from recordings.writer import RecordingWriter
 from trajectories import Trajectory
@@ -92,39 +92,26 @@ def check_request(request: RunRequest) -> None:
     transports.of(request.rig).check(request.rig)
 
 
-def rig_from(path: Path | None, rate: float | None = None) -> Rig:
-    """Load the rig file `path`, or the simulated rig if it is None; `rate` [Hz] replaces its rate.
-
-    Raises:
-        BadInput: the file or the rate is not valid.
-    """
-    rig = simulated_rig() if path is None else load_rig(path)
-    return rig if rate is None else rig.at_rate(rate)
-
-
-def _clock(request: RunRequest) -> Clock:
-    rig = request.rig
-    return (
-        LockstepClock(rig.rate) if request.pace == "lockstep" else HostClock(rig.rate, transports.of(rig).lead(rig))
-    )
-
-
 class Session:
     """Session of one run; `log` gets the reports of the drives and the cycle (level, source, message)."""
 
     def __init__(self, request: RunRequest, log: Report) -> None:
         self._request = request
         self._log = log
-        self._clock: Clock = _clock(request)
+        rig = request.rig
+        # In lockstep, time is simulated.
+        self._clock: Clock = (
+            LockstepClock(rig.rate)
+            if request.pace == "lockstep"
+            else HostClock(rig.rate, transports.of(rig).lead(rig))
+        )
         # Frames before the file is open: it can be opened only when the drives are identified.
         self._early_frames: list[tuple[int, can.Message, bool]] = []
         self._write_frame: Tap = lambda *frame: self._early_frames.append(frame)
         self._recorder: Recorder | None = None
         self.progress = CycleProgress()
         source = request.feedforward
-        self._feedforward = (
-            None if source is None else Feedforward(source, request.rig, request.accepted, self._report)
-        )
+        self._feedforward = None if source is None else Feedforward(source, rig, request.accepted, self._report)
 
     def run(self, display: Display) -> Result:
         """Record the run; in every case the drives are disabled and the file is closed with its exit status.

@@ -18,7 +18,7 @@ _ROWS = 50_000
 
 
 def write(file: Path, stream: BinaryIO) -> str:
-    """See `Format`."""
+    """See `ExportFormat`."""
     table = columns(read(file))
     count = len(table["time"])
     text = TextIOWrapper(stream, encoding="utf-8", newline="")

@@ -22,7 +22,7 @@ from recordings.reader import read
 
 
 def write(file: Path, stream: BinaryIO) -> str:
-    """See `Format`."""
+    """See `ExportFormat`."""
     from scipy.io import savemat
 
     recording = read(file)

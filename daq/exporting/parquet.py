@@ -12,7 +12,7 @@ from recordings.reader import read
 
 
 def write(file: Path, stream: BinaryIO) -> str:
-    """See `Format`."""
+    """See `ExportFormat`."""
     try:
         import pyarrow
         import pyarrow.parquet

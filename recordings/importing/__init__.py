@@ -5,8 +5,8 @@ SI units (`mapping`, `units`, `quantities`), and these a recording. `guessing` s
 `observations` what can be seen in the result.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -20,10 +20,10 @@ from recordings.config import validated
 from recordings.errors import BadInput
 from recordings.imported import imported_rig, measured_torque
 from recordings.importing import formats
-from recordings.importing.mapping import Source, sources
+from recordings.importing.mapping import sources
 from recordings.importing.quantities import Quantities, quantities
 from recordings.importing.repetitions import mean_step, repetitions
-from recordings.importing.table import Selection, Table
+from recordings.importing.table import BagPart, Table
 from recordings.importing.units import RigHints
 from recordings.plausible import LARGEST, first_implausible
 from recordings.recording import IMPORTED, Floats, Run
@@ -58,15 +58,6 @@ class Description:
         return RigHints(self.rig.joint_types, self.rig.drives) if self.rig else RigHints(self.joints)
 
 
-@dataclass(frozen=True)
-class Choice:
-    """Choice of what is taken from the file."""
-
-    mapping: tuple[str, ...] = ()
-    """Entries NAME=COLUMN:UNIT, or TOML files of such."""
-    selection: Selection = field(default_factory=Selection)
-
-
 @dataclass(frozen=True, eq=False)
 class Imported:
     """Result of an import."""
@@ -84,19 +75,24 @@ class Imported:
         return np.diff(self.samples.stamp) / 1e9
 
 
-def import_data(path: Path, out: Path, description: Description, choice: Choice | None = None) -> Imported:
+def import_data(
+    path: Path, out: Path, description: Description, mapping: Sequence[str] = (), part: BagPart | None = None
+) -> Imported:
     """Write the measurements in `path` to the new recording `out`.
 
     Time is counted from the first sample. Uneven time steps are kept.
+
+    Args:
+        mapping: entries NAME=COLUMN:UNIT, or TOML files of such.
+        part: what is taken of a ROS bag.
 
     Raises:
         BadInput: the file violates its format, does not hold what is needed, or contradicts the description, or `out`
             exists.
         OSError: `out` cannot be written; no partial file is left.
     """
-    choice = choice or Choice()
-    table = formats.read(path, choice.selection)
-    columns = sources(table, choice.mapping)
+    table = formats.read(path, part or BagPart())
+    columns = sources(table, mapping)
     values = quantities(table, columns, description.hints)
     rate = 1e9 / mean_step(values.stamp)
     rig = _rig(table, description, values.joints, rate)
@@ -132,13 +128,10 @@ def import_data(path: Path, out: Path, description: Description, choice: Choice 
         effort=joints.get("effort"),
     )
     blocks.write(out, rig, run, samples)
-    return Imported(rig, run, samples, (*table.notes, *_unread(table, columns)), columns["time"].column)
-
-
-def _unread(table: Table, columns: Mapping[str, Source]) -> list[str]:
-    """Say which columns hold text or infinity."""
-    left_out = [name for name in table.unreadable if name not in {source.column for source in columns.values()}]
-    return [f"left out, because not finite numbers throughout: {', '.join(left_out)}"] if left_out else []
+    used = {source.column for source in columns.values()}
+    unread = ", ".join(name for name in table.unreadable if name not in used)
+    notes = (*table.notes, *([f"left out, because not finite numbers throughout: {unread}"] if unread else []))
+    return Imported(rig, run, samples, notes, columns["time"].column)
 
 
 def _start(table: Table, values: Quantities) -> str:

@@ -47,7 +47,7 @@ DRIVES = ("effort", "current", "voltage")
 
 
 @dataclass(frozen=True)
-class Guess:
+class ColumnGuess:
     """What a column is taken for."""
 
     column: str
@@ -58,7 +58,7 @@ class Guess:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of values that the import refuses
-def guess(table: Table) -> list[Guess]:
+def guess(table: Table) -> list[ColumnGuess]:
     """Guess what each column of `table` holds. The list is in the order of the columns."""
     named = {name: name for name in table.columns if joint_quantity(name) or name in ("time", "cycle")}
     chosen = dict(named)
@@ -153,7 +153,7 @@ def _unit(table: Table, name: str) -> Unit:
     return stated or (parse(ending) if "_" in name and ending not in ("s", "m", "N", "K", "min") else None) or NO_UNIT
 
 
-def _with_units(table: Table, targets: Mapping[str, str]) -> list[Guess]:
+def _with_units(table: Table, targets: Mapping[str, str]) -> list[ColumnGuess]:
     """Guesses for all columns, where `targets` names the quantity of those that hold one."""
     guesses = {column: _with_unit(table, column, target) for column, target in targets.items()}
     for column, target in targets.items():
@@ -162,25 +162,22 @@ def _with_units(table: Table, targets: Mapping[str, str]) -> list[Guess]:
     for column, values in table.columns.items():
         if column not in guesses:
             why = "no number in it" if np.isnan(values).all() else "name and unit say nothing known"
-            guesses[column] = Guess(column, None, None, why)
-    guesses |= {column: Guess(column, None, None, "holds no numbers") for column in table.invalid}
+            guesses[column] = ColumnGuess(column, None, None, why)
+    guesses |= {column: ColumnGuess(column, None, None, "holds no numbers") for column in table.invalid}
     return [guesses[column] for column in (*table.columns, *table.invalid)]
 
 
-def _with_unit(table: Table, column: str, target: str) -> Guess:
+def _with_unit(table: Table, column: str, target: str) -> ColumnGuess:
     """Guess of the unit of a column, from the file or from its values."""
     quantity = target.partition("_")[0]
     unit = _unit(table, column)
     if unit.dimension is not None:
-        return Guess(column, target, Source(column, unit), f"unit {unit.text}{_in_file(table, column)}")
+        where = "file" if column in table.units else "name"
+        return ColumnGuess(column, target, Source(column, unit), f"unit {unit.text} in the {where}")
     if target == column:
-        return Guess(column, target, Source(column, unit), "name; SI unit")
+        return ColumnGuess(column, target, Source(column, unit), "name; SI unit")
     text, why = _likely_unit(quantity, table.columns[column])
-    return Guess(column, target, Source(column, parse(text) or NO_UNIT), why)
-
-
-def _in_file(table: Table, column: str) -> str:
-    return " in the file" if column in table.units else " in the name"
+    return ColumnGuess(column, target, Source(column, parse(text) or NO_UNIT), why)
 
 
 def _likely_unit(quantity: str, values: Floats) -> tuple[str, str]:
@@ -209,7 +206,7 @@ def _time_unit(time: Floats) -> tuple[str, str]:
     return "s", f"increases; steps of {step:g}"
 
 
-def _velocity(table: Table, guesses: Mapping[str, Guess], column: str, target: str) -> Guess:
+def _velocity(table: Table, guesses: Mapping[str, ColumnGuess], column: str, target: str) -> ColumnGuess:
     """Guess the unit of a velocity without stated unit: the one in which it is the derivative of the position."""
     made = guesses[column]
     position = next((g for g in guesses.values() if g.target == target.replace("velocity", "position")), None)
@@ -230,5 +227,7 @@ def _velocity(table: Table, guesses: Mapping[str, Guess], column: str, target: s
     for text in ("rad/s", "deg/s", "rpm", "turns/s"):
         unit = parse(text)
         if unit and abs(factor / unit.factor - 1) < _MAX_SLOPE_ERROR:
-            return Guess(column, target, Source(column, unit), f"in {text} it is the derivative of the position")
+            return ColumnGuess(
+                column, target, Source(column, unit), f"in {text} it is the derivative of the position"
+            )
     return made

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from recordings.importing import formats
-from recordings.importing.guessing import DRIVES, Guess, guess
+from recordings.importing.guessing import DRIVES, ColumnGuess, guess
 from recordings.importing.mapping import JOINT_QUANTITIES, joint_quantity
-from recordings.importing.table import Selection, Table
+from recordings.importing.table import BagPart, Table
 
 PLACEHOLDER = "NUMBER"
 """Stands in a command for a number that the user has to know; `daq import` refuses it."""
@@ -20,11 +20,11 @@ _PREVIEW_VALUES = 300
 
 
 @dataclass(frozen=True)
-class Proposal:
+class ImportProposal:
     """What the columns of a file are taken for."""
 
     table: Table
-    guesses: list[Guess]
+    guesses: list[ColumnGuess]
     command: str
     """The `daq import` command that says so."""
     missing: list[str]
@@ -66,7 +66,7 @@ class Proposal:
         yield f"{'complete it and run' if self.missing else 'next'}: {self.command}"
 
 
-def propose(file: Path, selection: Selection, given: Sequence[str] = ()) -> Proposal:
+def propose(file: Path, selection: BagPart, given: Sequence[str] = ()) -> ImportProposal:
     """Guess what the columns of `file` hold.
 
     Args:
@@ -78,7 +78,7 @@ def propose(file: Path, selection: Selection, given: Sequence[str] = ()) -> Prop
     table = formats.read(file, selection)
     guesses = guess(table)
     words = ["daq", "import", str(file), "--out", str(_output(file)), *options(table, guesses, given), *given]
-    return Proposal(table, guesses, shlex.join(words), missing(guesses, given))
+    return ImportProposal(table, guesses, shlex.join(words), missing(guesses, given))
 
 
 def _output(file: Path) -> Path:
@@ -88,7 +88,7 @@ def _output(file: Path) -> Path:
     return next((name for name in names if not name.exists()), Path(f"{stem}-new.mcap"))
 
 
-def options(table: Table, guesses: Sequence[Guess], given: Collection[str] = ()) -> list[str]:
+def options(table: Table, guesses: Sequence[ColumnGuess], given: Collection[str] = ()) -> list[str]:
     """Options of `daq import` that say a guess explicitly, besides those that the user has `given`."""
     targets = [made for made in guesses if made.target and made.source]
     words = list(table.options)
@@ -102,7 +102,7 @@ def options(table: Table, guesses: Sequence[Guess], given: Collection[str] = ())
     return words
 
 
-def _axes(guesses: Sequence[Guess]) -> list[str]:
+def _axes(guesses: Sequence[ColumnGuess]) -> list[str]:
     """Options that say what the joints are, where they are not those of a delta robot."""
     targets = [made.target for made in guesses if made.target and made.target.startswith("position_")]
     positions = sorted(targets, key=_place)
@@ -119,13 +119,13 @@ def _place(target: str) -> tuple[int, int]:
     return (JOINT_QUANTITIES.index(quantity[0]) + 1, quantity[1]) if quantity else (0, 0)
 
 
-def _lacks_torque_per_ampere(guesses: Sequence[Guess], given: Collection[str]) -> bool:
+def _lacks_torque_per_ampere(guesses: Sequence[ColumnGuess], given: Collection[str]) -> bool:
     """Whether currents are to become torque, and nothing says how."""
     targets = {made.target for made in guesses}
     return "current_1" in targets and not targets & {"effort_1", "voltage_1"} and not {"--kt", "--rig"} & set(given)
 
 
-def missing(guesses: Sequence[Guess], given: Collection[str] = ()) -> list[str]:
+def missing(guesses: Sequence[ColumnGuess], given: Collection[str] = ()) -> list[str]:
     """Sentences on what the proposed command lacks to work."""
     targets = {made.target for made in guesses}
     sentences = []

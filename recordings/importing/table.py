@@ -83,7 +83,7 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Selection:
+class BagPart:
     """Part of a file that holds several recordings."""
 
     topic: str | None = None

@@ -20,7 +20,7 @@ _ENCODINGS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "ut
 
 
 @dataclass(frozen=True)
-class Layout:
+class TextLayout:
     """How the lines of a text table become cells."""
 
     delimiter: str
@@ -31,14 +31,6 @@ class Layout:
     """Units by name, from brackets or a line of units."""
     first: int
     """Index of the first line with data, counted from 0."""
-
-    def cells(self, line: str) -> list[str]:
-        """Cells of a line, without the blanks around them."""
-        return split(line, self.delimiter)
-
-    def number(self, cell: str) -> float | None:
-        """The number in a cell, NaN for a gap, None for anything else."""
-        return number(cell, self.decimal)
 
 
 def decode(content: bytes, where: Path) -> str:
@@ -90,7 +82,7 @@ def number(cell: str, decimal: str) -> float | None:
     return float(text) if text.lower().lstrip("+-") in ("inf", "infinity") else None
 
 
-def find_layout(path: Path, lines: list[str]) -> Layout:
+def find_layout(path: Path, lines: list[str]) -> TextLayout:
     """Find the layout of a table in text.
 
     Raises:
@@ -114,10 +106,10 @@ def find_layout(path: Path, lines: list[str]) -> Layout:
             raise BadInput(
                 f"{path}, line 1: a header row and rows of numbers expected, {rows[0][:40]!r} found; export as CSV"
             )
-        return Layout(delimiter, decimal, tuple(f"#{k + 1}" for k in range(width)), {}, first)
+        return TextLayout(delimiter, decimal, tuple(f"#{k + 1}" for k in range(width)), {}, first)
     names, stated = _names(path, header)
     stated |= {name: unit for name, unit in zip(names, units, strict=False) if parse(unit)}
-    return Layout(delimiter, decimal, names, stated, min(first, len(lines)))
+    return TextLayout(delimiter, decimal, names, stated, min(first, len(lines)))
 
 
 def _separators(rows: list[str]) -> tuple[str, str]:

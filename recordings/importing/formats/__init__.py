@@ -1,4 +1,4 @@
-"""Formats that can be imported: each is one module of this folder, with the interface `Format`."""
+"""Formats that can be imported: each is one module of this folder, with the interface `ImportFormat`."""
 
 import hashlib
 import importlib
@@ -8,7 +8,7 @@ from typing import Protocol, cast
 
 from recordings.errors import BadInput
 from recordings.files import sha256
-from recordings.importing.table import Selection, Table
+from recordings.importing.table import BagPart, Table
 
 _HEAD = 4096
 """Number of bytes by which a format is recognised."""
@@ -18,14 +18,14 @@ _FALLBACK = "csv"
 """Format of text that no other format claims."""
 
 
-class Format(Protocol):
+class ImportFormat(Protocol):
     """Interface of each module of this folder."""
 
     def recognises(self, path: Path, head: bytes) -> bool:
         """Whether `path`, a file that begins with `head` or a folder, is in this format."""
         ...
 
-    def read(self, path: Path, selection: Selection) -> Table:
+    def read(self, path: Path, selection: BagPart) -> Table:
         """Read the file or folder `path`.
 
         Raises:
@@ -39,7 +39,7 @@ def names() -> tuple[str, ...]:
     return tuple(sorted(module.name for module in pkgutil.iter_modules(__path__)))
 
 
-def read(path: Path, selection: Selection) -> Table:
+def read(path: Path, selection: BagPart) -> Table:
     """Read `path` in the format that recognises its content.
 
     Raises:
@@ -47,7 +47,7 @@ def read(path: Path, selection: Selection) -> Table:
     """
     head = _head(path)
     for name in sorted(names(), key=lambda name: name == _FALLBACK):
-        form = cast(Format, importlib.import_module(f"{__name__}.{name}"))
+        form = cast(ImportFormat, importlib.import_module(f"{__name__}.{name}"))
         if form.recognises(path, head):
             if (selection.topic or selection.names) and name != "ros":
                 raise BadInput(f"{path}: --topic and --names choose from a ROS bag, {name} found; leave them out")

@@ -10,20 +10,20 @@ import numpy as np
 from recordings.errors import BadInput
 from recordings.importing.dates import seconds
 from recordings.importing.formats import digest
-from recordings.importing.table import Selection, Table
-from recordings.importing.text import Layout, decode, find_layout, is_comment, lines_of
+from recordings.importing.table import BagPart, Table
+from recordings.importing.text import TextLayout, decode, find_layout, is_comment, lines_of, number, split
 from recordings.recording import Floats
 
 _END_MARKS = ("EOF", "END")
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """See `Format`."""
+    """See `ImportFormat`."""
     return not path.is_dir() and (b"\0" not in head or head.startswith((b"\xff\xfe", b"\xfe\xff")))
 
 
-def read(path: Path, selection: Selection) -> Table:
-    """See `Format`."""
+def read(path: Path, selection: BagPart) -> Table:
+    """See `ImportFormat`."""
     lines = lines_of(decode(path.read_bytes(), path))
     while lines and (not lines[-1].strip() or lines[-1].strip() in _END_MARKS):
         lines.pop()
@@ -34,7 +34,7 @@ def read(path: Path, selection: Selection) -> Table:
     return _careful(path, lines, layout)
 
 
-def _fast(lines: Sequence[str], layout: Layout) -> dict[str, Floats] | None:
+def _fast(lines: Sequence[str], layout: TextLayout) -> dict[str, Floats] | None:
     """Columns of a table that holds nothing but numbers and gaps; None where it holds more."""
     if not lines:
         return None
@@ -61,14 +61,14 @@ def _fast(lines: Sequence[str], layout: Layout) -> dict[str, Floats] | None:
     return dict(zip(layout.names, numbers.T.copy(), strict=True))
 
 
-def _careful(path: Path, lines: Sequence[str], layout: Layout) -> Table:
+def _careful(path: Path, lines: Sequence[str], layout: TextLayout) -> Table:
     """Read a table line by line: with text, dates, comments, or mistakes, which are named."""
     rows: list[list[str]] = []
     places: list[int] = []
     for place, line in enumerate(lines[layout.first :], start=layout.first + 1):
         if is_comment(line):
             continue
-        cells = layout.cells(line) if line.strip() else []
+        cells = split(line, layout.delimiter) if line.strip() else []
         if len(cells) != len(layout.names):
             raise BadInput(
                 f"{path}, line {place}: {len(layout.names)} cells as in the header expected, {len(cells)} found; "
@@ -79,12 +79,12 @@ def _careful(path: Path, lines: Sequence[str], layout: Layout) -> Table:
     return _table_of_cells(path, rows, places, layout)
 
 
-def _table_of_cells(path: Path, rows: list[list[str]], places: list[int], layout: Layout) -> Table:
+def _table_of_cells(path: Path, rows: list[list[str]], places: list[int], layout: TextLayout) -> Table:
     columns: dict[str, Floats] = {}
     invalid: dict[str, str] = {}
     start = None
     for name, cells in zip(layout.names, zip(*rows, strict=True) if rows else [()] * len(layout.names), strict=True):
-        values = [layout.number(cell) for cell in cells]
+        values = [number(cell, layout.decimal) for cell in cells]
         if None not in values:
             columns[name] = np.array(values, dtype=float)
         elif (dates := seconds(cells)) is not None:
@@ -95,9 +95,5 @@ def _table_of_cells(path: Path, rows: list[list[str]], places: list[int], layout
                 f"{path}, line {places[row]}, column {name!r}: a number expected, {cells[row][:40]!r} found; "
                 "correct the cell, or leave it empty for a gap"
             )
-    return Table(path, columns, digest(path), layout.units, start, invalid, _line_of_first_row(places))
-
-
-def _line_of_first_row(places: list[int]) -> int | None:
-    """Line of the first row, where all rows follow each other; None where comments stand between them."""
-    return places[0] if places and places[-1] - places[0] == len(places) - 1 else None
+    follow = bool(places) and places[-1] - places[0] == len(places) - 1  # else comments stand between them
+    return Table(path, columns, digest(path), layout.units, start, invalid, places[0] if follow else None)

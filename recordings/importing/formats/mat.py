@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from recordings.errors import BadInput
 from recordings.importing.arrays import table_of_arrays
 from recordings.importing.formats import digest, reason
-from recordings.importing.table import Selection, Table
+from recordings.importing.table import BagPart, Table
 
 _HDF5 = b"MATLAB 7.3 MAT-file"
 _MOST_LEVELS = 8
@@ -21,12 +21,12 @@ _MOST_LEVELS = 8
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """See `Format`."""
+    """See `ImportFormat`."""
     return head.startswith(b"MATLAB") or (path.suffix.lower() == ".mat" and b"\0" in head)
 
 
-def read(path: Path, selection: Selection) -> Table:
-    """See `Format`."""
+def read(path: Path, selection: BagPart) -> Table:
+    """See `ImportFormat`."""
     with path.open("rb") as stream:
         hdf5 = stream.read(len(_HDF5)) == _HDF5
     content = _read_hdf5(path) if hdf5 else _read_version_5(path)

@@ -7,16 +7,16 @@ import numpy as np
 from recordings.errors import BadInput
 from recordings.importing.arrays import table_of_arrays
 from recordings.importing.formats import digest, reason
-from recordings.importing.table import Selection, Table
+from recordings.importing.table import BagPart, Table
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """See `Format`."""
+    """See `ImportFormat`."""
     return head.startswith(b"PK\x03\x04") and b".npy" in head[:1024]
 
 
-def read(path: Path, selection: Selection) -> Table:
-    """See `Format`."""
+def read(path: Path, selection: BagPart) -> Table:
+    """See `ImportFormat`."""
     arrays = {}
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:

@@ -5,16 +5,16 @@ from pathlib import Path
 from recordings.errors import BadInput
 from recordings.importing.arrays import table_of_arrays
 from recordings.importing.formats import digest, reason
-from recordings.importing.table import Selection, Table
+from recordings.importing.table import BagPart, Table
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """See `Format`."""
+    """See `ImportFormat`."""
     return head.startswith(b"PAR1")
 
 
-def read(path: Path, selection: Selection) -> Table:
-    """See `Format`."""
+def read(path: Path, selection: BagPart) -> Table:
+    """See `ImportFormat`."""
     try:
         from pyarrow import ArrowException, parquet
     except ImportError:

@@ -12,7 +12,7 @@ import numpy as np
 
 from recordings.errors import BadInput
 from recordings.importing.formats import digest, reason
-from recordings.importing.table import Selection, Table
+from recordings.importing.table import BagPart, Table
 from recordings.recording import Floats, Ints
 
 if TYPE_CHECKING:
@@ -27,12 +27,12 @@ _SUFFIXES = dict(zip(_MAGIC, (".mcap", ".db3", ".bag"), strict=True))
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """See `Format`."""
+    """See `ImportFormat`."""
     return (path / "metadata.yaml").exists() if path.is_dir() else head.startswith(_MAGIC)
 
 
-def read(path: Path, selection: Selection) -> Table:
-    """See `Format`."""
+def read(path: Path, selection: BagPart) -> Table:
+    """See `ImportFormat`."""
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
 
@@ -118,7 +118,7 @@ def _table(path: Path, topic: str, messages: list[_Message], names: tuple[str, .
         path,
         {"time": (stamps - stamps[0]) / 1e9, **columns},
         digest(path),
-        start=_date(int(stamps[0])),
+        start=datetime.fromtimestamp(int(stamps[0]) / 1e9, UTC).isoformat(timespec="milliseconds"),
         notes=(f"topic {topic}, joints: {numbered}", *notes),
         options=("--topic", topic, *(("--names", ",".join(joints)) if messages[0].names else ())),
     )
@@ -183,8 +183,3 @@ def _layout(names: tuple[str, ...], joints: tuple[str, ...]) -> tuple[Ints, Ints
     places = [(k, names.index(joint)) for k, joint in enumerate(joints) if joint in names]
     here, there = np.array(places, dtype=np.int64).reshape(-1, 2).T
     return here, there
-
-
-def _date(stamp: int) -> str:
-    """ISO 8601 of a ROS time [ns]."""
-    return datetime.fromtimestamp(stamp / 1e9, UTC).isoformat(timespec="milliseconds")

@@ -13,7 +13,7 @@ import numpy as np
 
 from recordings.errors import BadInput
 from recordings.importing.formats import digest
-from recordings.importing.table import Selection, Table
+from recordings.importing.table import BagPart, Table
 from recordings.importing.text import decode, lines_of, number, split
 from recordings.importing.units import parse
 from recordings.interpolation import interpolate
@@ -27,12 +27,12 @@ _FIRST_FULL_STAMP = 1e15
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """See `Format`."""
+    """See `ImportFormat`."""
     return bool(_HEAD.match(head))
 
 
-def read(path: Path, selection: Selection) -> Table:
-    """See `Format`."""
+def read(path: Path, selection: BagPart) -> Table:
+    """See `ImportFormat`."""
     content = path.read_bytes()
     match = _HEAD.match(content)
     delimiter = match[1].decode() if match else "\t"

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from daq.bench import Bench
 from daq.commissioning.axis_check import AxisFigures, figures_of, judge
-from daq.commissioning.small_motion import Machine, move
+from daq.commissioning.small_motion import move
 from daq.simulation import simulated
 from drivers.simulated.config import SimConfig
 from recordings.recording import Floats, Recording, Run
@@ -99,15 +100,15 @@ def test_single_axis_has_no_masses_to_compare_with() -> None:
     assert note.verdict == "noted"
 
 
-@dataclass(frozen=True)
-class WrongRig(Machine):
+@dataclass(frozen=True, kw_only=True)
+class WrongBench(Bench):
     """A machine that is not what the rig file says."""
 
     true: Rig
     config: SimConfig
 
     @contextmanager
-    def serve(self, truth: Path) -> Iterator[None]:
+    def serve(self, recording: Path | None = None) -> Iterator[None]:
         with simulated(self.true, self.config, self.pace, 0):
             yield
 
@@ -127,7 +128,7 @@ def with_drives(rig: Rig, **changes: Any) -> Rig:
     ],
 )
 def test_simulated_machine_that_is_not_as_the_rig_file_says(true: Rig, config: SimConfig, expected: str) -> None:
-    machine = WrongRig(RIG, "lockstep", None, true, config)
+    machine = WrongBench(RIG, "lockstep", true=true, config=config)
     plan = lambda pose: swing(RIG, pose, 1, 0.05)  # noqa: E731
     moved = move(machine, plan, None, lambda *line: None, hold=None, status=False)
     text = problems(figures_of(moved.recording, plan(moved.pose), 1))

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from daq.commissioning.small_motion import Machine, Moved, move
+from daq.bench import Bench
+from daq.commissioning.small_motion import Moved, move
 from daq.cycle import session
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import HomedBit, simulated_rig
@@ -25,7 +26,7 @@ def released(out: Path | None = None) -> Moved:
     os.close(writing)
     try:
         return move(
-            Machine.of(RIG, None, None),
+            Bench.of(RIG, None, None),
             lambda pose: jog(RIG, pose, 1, 0.05),
             out,
             lambda *line: None,
@@ -47,7 +48,7 @@ def test_run_that_ends_before_the_first_sample_says_why(tmp_path: Path) -> None:
     (tmp_path / "sim.toml").write_text("[[drives]]\n[drives.habits]\nreferenced = false\n")
     homed = HomedBit(index=0x6041, mask=0x8000)
     drives = tuple(drive.model_copy(update={"homed": homed}) for drive in RIG.drives)
-    machine = Machine.of(RIG.model_copy(update={"drives": drives}), None, tmp_path / "sim.toml")
+    machine = Bench.of(RIG.model_copy(update={"drives": drives}), None, tmp_path / "sim.toml")
     with pytest.raises(RunFailed, match="home the drive first"):
         move(machine, lambda pose: jog(RIG, pose, 1, 0.05), None, lambda *line: None, hold=None, status=False)
 
@@ -79,5 +80,5 @@ def test_joint_that_runs_away_is_named() -> None:
 def test_sim_file_for_real_drives_is_refused(tmp_path: Path) -> None:
     rig = RIG.model_copy(update={"bus": RIG.can.model_copy(update={"interface": "socketcan"})})
     with pytest.raises(BadInput, match="daq sim"):
-        Machine.of(rig, None, tmp_path / "sim.toml")
-    assert not Machine.of(rig, None, None).simulated
+        Bench.of(rig, None, tmp_path / "sim.toml")
+    assert not Bench.of(rig, None, None).simulated

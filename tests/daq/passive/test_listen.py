@@ -142,7 +142,7 @@ BAD: dict[str, tuple[str | None, list[str], str]] = {
     "dry run": (
         BUS.format("socketcan"),
         ["--listen", "--dry-run"],
-        "no --pace",
+        "either --listen or --dry-run expected",
     ),
     "the virtual bus": (BUS.format("virtual"), ["--listen"], "ends at this program"),
     "serial": (SERIAL, ["--listen"], "a CAN bus expected"),

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 
 from daq.proposal.choices import common_torque_source, motor_voltage, torque_sources
-from daq.proposal.document import Proposal, propose
+from daq.proposal.document import RigProposal, propose
 from daq.proposal.facts import DriveFacts, from_file
 from recordings.buses import CanBus
 from recordings.errors import BadInput
@@ -39,7 +39,7 @@ def facts_of(folder: Path, made_up: MadeUpDrive, node: int = 1) -> DriveFacts:
     return from_file(path, node)
 
 
-def proposal(folder: Path, items: Any, nodes: tuple[int, ...] = (1, 2, 3)) -> Proposal:
+def proposal(folder: Path, items: Any, nodes: tuple[int, ...] = (1, 2, 3)) -> RigProposal:
     return propose([facts_of(folder, MadeUpDrive(items), node) for node in nodes], BUS)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from daq.commands.import_ import command
-from recordings.importing import Choice, Description, import_data
+from recordings.importing import Description, import_data
 from recordings.reader import read
 from tests.running import invoke, printed
 
@@ -125,7 +125,7 @@ def test_mapped_columns_are_converted_and_the_others_kept(tmp_path: Path) -> Non
     (tmp_path / "data.csv").write_text("t;q;i;T;position_1\n0;90;1000;300;7\n10;180;2000;301;8\n")
     mapping = ("time=t:ms", "position_1=q:deg", "current_1=i:mA", "temperature_1=T:K")
     description = Description(mechanism="axes", torque={"per_ampere": [0.5]})
-    import_data(tmp_path / "data.csv", tmp_path / "r.mcap", description, Choice(mapping))
+    import_data(tmp_path / "data.csv", tmp_path / "r.mcap", description, mapping)
     recording = read(tmp_path / "r.mcap")
     assert recording.effort is not None
     np.testing.assert_array_equal(recording.time, [0, 0.01])
@@ -138,7 +138,7 @@ def test_mapped_columns_are_converted_and_the_others_kept(tmp_path: Path) -> Non
 
 def test_rows_are_counted_where_there_is_no_time(tmp_path: Path) -> None:
     (tmp_path / "data.csv").write_text("position_1,effort_1\n1,2\n2,3\n3,4\n")
-    import_data(tmp_path / "data.csv", tmp_path / "r.mcap", AXES, Choice(("time=row:s*0.001",)))
+    import_data(tmp_path / "data.csv", tmp_path / "r.mcap", AXES, ("time=row:s*0.001",))
     np.testing.assert_array_equal(read(tmp_path / "r.mcap").time, [0, 0.001, 0.002])
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from recordings.importing.guessing import guess
 from recordings.importing.proposal import missing, options, propose
-from recordings.importing.table import Selection, Table
+from recordings.importing.table import BagPart, Table
 
 TIME = np.arange(400) * 0.004
 ANGLE, SPEED = np.sin(TIME), np.cos(TIME)
@@ -48,7 +48,7 @@ def test_what_no_column_looks_like_is_missing() -> None:
 def test_command_that_lacks_something_is_not_what_comes_next(header: str, prefix: str, tmp_path: Path) -> None:
     rows = "\n".join(f"{0.01 * k},{k % 5},{k % 3}" for k in range(30))
     (tmp_path / "a.csv").write_text(f"{header}\n{rows}\n")
-    lines = list(propose(tmp_path / "a.csv", Selection(), ["--robot", "r 7"]).lines())
+    lines = list(propose(tmp_path / "a.csv", BagPart(), ["--robot", "r 7"]).lines())
     assert lines[-1].startswith(prefix)
     assert lines[-1].endswith("--robot 'r 7'")
 
@@ -56,7 +56,7 @@ def test_command_that_lacks_something_is_not_what_comes_next(header: str, prefix
 def test_document_previews_the_columns(tmp_path: Path) -> None:
     rows = "\n".join(f"{0.01 * k},{k % 5 if k else ''},on" for k in range(1000))
     (tmp_path / "a.csv").write_text(f"t,q,state\n{rows}\n")
-    time, angle, state = propose(tmp_path / "a.csv", Selection()).as_json()["columns"]
+    time, angle, state = propose(tmp_path / "a.csv", BagPart()).as_json()["columns"]
     assert (time["name"], angle["name"], state["name"]) == ("time", "position_1", None)
     assert (time["preview"][0], time["preview"][-1], len(time["preview"])) == (0.0, 9.99, 300)
     assert angle["preview"][0] is None

@@ -12,14 +12,14 @@ from scipy.io import savemat
 
 from recordings.errors import BadInput
 from recordings.importing import formats
-from recordings.importing.table import Selection, Table
+from recordings.importing.table import BagPart, Table
 
 TIME = np.arange(5) * 0.1
 MATRIX = np.arange(10.0).reshape(5, 2)
 
 
 def read(path: Path) -> Table:
-    return formats.read(path, Selection())
+    return formats.read(path, BagPart())
 
 
 def write_mat73(path: Path, arrays: dict[str, np.ndarray]) -> None:

@@ -12,7 +12,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from recordings.errors import BadInput
 from recordings.importing import formats
-from recordings.importing.table import Selection, Table
+from recordings.importing.table import BagPart, Table
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 TYPE = "sensor_msgs/msg/JointState"
@@ -50,7 +50,7 @@ def states(stamps: Sequence[int], names: Sequence[str] = NAMES) -> list[tuple[st
 
 
 def read(path: Path, topic: str | None = None, names: tuple[str, ...] = ()) -> Table:
-    return formats.read(path, Selection(topic, names))
+    return formats.read(path, BagPart(topic, names))
 
 
 def test_names_choose_the_joints_and_their_order(tmp_path: Path) -> None:

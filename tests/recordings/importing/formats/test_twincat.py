@@ -7,7 +7,7 @@ import pytest
 
 from recordings.errors import BadInput
 from recordings.importing import formats
-from recordings.importing.table import Selection, Table
+from recordings.importing.table import BagPart, Table
 
 HEAD = [
     "Name|scope",
@@ -34,7 +34,7 @@ def exported(channels: dict[str, tuple[str, str]], rows: list[str]) -> list[str]
 def table_of(folder: Path, lines: list[str], delimiter: str = "\t") -> Table:
     path = folder / "scope.csv"
     path.write_text("\n".join(lines).replace("|", delimiter) + "\n", encoding="utf-8")
-    return formats.read(path, Selection())
+    return formats.read(path, BagPart())
 
 
 CHANNELS = {"ActPos": ("1", "° (Angle)"), "Torque": ("1", "(None)")}
