@@ -72,15 +72,16 @@ def _lateness(recording: "Recording") -> dict[str, Any]:
     """Quantiles of the lateness and its histogram with bin edges in steps of 1-2-5, empty if no cycle was late."""
     import numpy as np
 
+    from recordings.recording import lateness_quantiles
+
     late = recording.lateness[np.isfinite(recording.lateness)]
     if not late.size:
         return {"lateness_s": None, "lateness_histogram": []}
-    quantiles = dict(zip(("p50", "p99", "max"), np.quantile(late, (0.5, 0.99, 1.0)).tolist(), strict=True))
     edges = [step * 10.0**exponent for exponent in range(-5, 4) for step in (1, 2, 5)]
     counts = np.bincount(np.searchsorted(edges, late))
     bins = range(int(np.flatnonzero(counts)[0]), len(counts)) if late.any() else ()
     histogram = [{"up_to_s": edges[i], "cycles": int(counts[i])} for i in bins]
-    return {"lateness_s": quantiles, "lateness_histogram": histogram}
+    return {"lateness_s": lateness_quantiles(late), "lateness_histogram": histogram}
 
 
 def _following_error(recording: "Recording") -> dict[str, list[float] | None]:

@@ -80,12 +80,7 @@ def command(
     from daq.live.recording import record, record_heard
     from trajectories import load
 
-    for option in ("--status", "--live", "--foxglove"):
-        refuse_together(option, "--listen", "--dry-run", because="it shows a motion")
-    for option in ("--pace", "--sim", "--hidden", "--feedforward", "--dry-run"):
-        refuse_together("--listen", option, because="nothing is sent while listening; drop one of them")
-    refuse_together("--status", "--json", because="the lines of --status end with the figures of --json")
-    refuse_together("--dry-run", "--hidden", because="nothing is recorded to hide an effect in; drop --hidden")
+    _refuse_conflicts()
     if listen:
         if drives.rig_file is None:
             raise BadInput("--listen needs --rig; say on which bus to listen")
@@ -96,8 +91,6 @@ def command(
         raise click.UsageError("Missing option '--traj'.")
     if duration is not None:
         raise BadInput("--duration says how long to --listen; a motion lasts as long as its --cycles")
-    if accept and feedforward is None:
-        raise BadInput("--accept belongs to --feedforward; drop it")
     bench = drives.bench()
     record(
         bench,
@@ -117,3 +110,12 @@ def command(
         given |= {"--feedforward": feedforward}
         options = [word for name, value in given.items() if value is not None for word in (name, value)]
         say_next("daq", "record", "--traj", trajectory, *options)
+
+
+def _refuse_conflicts() -> None:
+    for option in ("--status", "--live", "--foxglove"):
+        refuse_together(option, "--listen", "--dry-run", because="it shows a motion")
+    for option in ("--pace", "--sim", "--hidden", "--feedforward", "--dry-run"):
+        refuse_together("--listen", option, because="nothing is sent while listening; drop one of them")
+    refuse_together("--status", "--json", because="the lines of --status end with the figures of --json")
+    refuse_together("--dry-run", "--hidden", because="nothing is recorded to hide an effect in; drop --hidden")

@@ -94,11 +94,9 @@ def _replay(plan_: "ReplayPlan", bus: "CanBus") -> "Replayed":
 
 
 def _show(result: "Replayed", plan_: "ReplayPlan", as_json: bool) -> None:
-    import numpy as np
+    from recordings.recording import lateness_quantiles
 
-    late = dict.fromkeys(("p50", "p99", "max"), 0.0)
-    if len(result.lateness):
-        late = dict(zip(late, np.quantile(result.lateness, (0.5, 0.99, 1.0)).tolist(), strict=True))
+    late = lateness_quantiles(result.lateness) if result.sent else dict.fromkeys(("p50", "p99", "max"), 0.0)
     if as_json:
         figures = {"frames": result.sent, "frames_planned": plan_.total, "lateness_s": late}
         click.echo(json.dumps({"schema": 1, **figures, "stopped": result.stopped}))

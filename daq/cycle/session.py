@@ -8,7 +8,6 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 
 import can
@@ -26,6 +25,7 @@ from drivers import transports
 from drivers.canopen.bus import Tap
 from drivers.protocol import Amplifiers, Identity, Report
 from recordings.errors import BadInput, RunFailed
+from recordings.metadata import software
 from recordings.recording import Floats, Pace, Run
 from recordings.rig import Rig
 from recordings.schemas import Level
@@ -183,7 +183,7 @@ class Session:
             period=request.trajectory.period,
             cycles=request.trajectory.cycles,
             rate=request.rig.rate,
-            software=f"delta-workbench {version('delta-workbench')}",
+            software=software(),
             simulated=is_simulated,
             pace=request.pace,
             feedforward=None if request.feedforward is None else request.feedforward.digest,

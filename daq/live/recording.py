@@ -19,6 +19,7 @@ from daq.live.viewers import viewers
 from daq.passive import listen
 from drivers import transports
 from recordings.command_line import say, say_report
+from recordings.errors import BadInput
 from recordings.progress import progress_bar
 from recordings.rig import Rig
 from trajectories import Trajectory
@@ -54,6 +55,8 @@ def record(
         BadInput: the trajectory exceeds a limit, the file exists, or rig, sim file or feed-forward do not suit.
         RunFailed: the motion was not completed.
     """
+    if accepted and feedforward is None:
+        raise BadInput("--accept belongs to --feedforward; drop it")
     check(trajectory, bench.rig)
     request = RunRequest(bench.rig, trajectory, out or Path(f"{trajectory.name}.mcap"), bench.pace, bench.seed)
     if feedforward is not None:

@@ -12,6 +12,7 @@ from rich.table import Table
 from daq.cycle.background import BackgroundThread
 from daq.cycle.progress import CycleProgress
 from daq.cycle.session import Result
+from recordings.recording import lateness_quantiles
 
 _INTERVAL = 0.25
 """Time between two updates [s]."""
@@ -55,18 +56,13 @@ def _figures(progress: CycleProgress, rate: float) -> str:
 def figures(result: Result) -> dict[str, Any]:
     """Figures of a finished run, for `--json`: lateness in seconds, following error in rad."""
     progress = result.progress
-    lateness = np.array(progress.lateness)
     return {
         "cycles": progress.cycles,
         "answers_lost": progress.lost,
         "cycles_missed": progress.missed,
         "frames_sent": result.frames_sent,
         "frames_received": result.frames_received,
-        "lateness": {
-            "p50": float(np.quantile(lateness, 0.5)),
-            "p99": float(np.quantile(lateness, 0.99)),
-            "max": float(lateness.max()),
-        },
+        "lateness": lateness_quantiles(np.array(progress.lateness)),
         "following_error_max": progress.following_error,
     }
 

@@ -9,7 +9,6 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 
 import can
@@ -23,6 +22,7 @@ from drivers.canopen.setup import SYNC_ID
 from recordings.buses import SerialBus
 from recordings.errors import BadInput, RunFailed
 from recordings.files import replacement
+from recordings.metadata import software
 from recordings.recording import Run
 from recordings.recovery import rewrite
 from recordings.rig import Rig
@@ -151,7 +151,7 @@ def _run(rig: Rig) -> Run:
         period=0.0,
         cycles=1,
         rate=rig.rate,
-        software=f"delta-workbench {version('delta-workbench')}",
+        software=software(),
         simulated=False,
         pace="realtime",
         start=datetime.fromtimestamp(time.time(), UTC).isoformat(timespec="milliseconds"),

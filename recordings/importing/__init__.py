@@ -8,7 +8,6 @@ SI units (`mapping`, `units`, `quantities`), and these a recording. `guessing` s
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +24,7 @@ from recordings.importing.quantities import Quantities, quantities
 from recordings.importing.repetitions import mean_step, repetitions
 from recordings.importing.table import BagPart, Table
 from recordings.importing.units import RigHints
+from recordings.metadata import software
 from recordings.plausible import LARGEST, first_implausible
 from recordings.recording import IMPORTED, Floats, Run
 from recordings.rig import JointType, MechanismName, Rig, Torque
@@ -106,7 +106,7 @@ def import_data(
         period=period,
         cycles=max(int(repeat.max()) + 1, 1),
         rate=rate,
-        software=f"delta-workbench {version('delta-workbench')}",
+        software=software(),
         simulated=description.simulated,
         pace="realtime",
         start=description.start or _start(table, values),

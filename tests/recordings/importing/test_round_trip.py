@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -89,20 +88,3 @@ def test_exported_and_imported_arrays_are_equal(tmp_path: Path, samples_and_run:
     assert list(imported.extra) == list(original.extra)
     for name in original.extra:
         np.testing.assert_array_equal(imported.extra[name], original.extra[name])
-
-
-@pytest.mark.parametrize("name", ["fig5a", "fig5b"])
-def test_sample_recording_survives_export_and_import(name: str, tmp_path: Path) -> None:
-    source = Path(__file__).parents[3] / "recordings" / "samples" / f"{name}.mcap"
-    exporting.export(source, "csv", tmp_path / "a.csv")
-    import_data(tmp_path / "a.csv", tmp_path / "b.mcap", Description(simulated=True))
-    original, imported = read(source), read(tmp_path / "b.mcap")
-    for array in ("time", "position", "command", "voltage", "repeat"):
-        np.testing.assert_array_equal(getattr(imported, array), getattr(original, array), err_msg=array)
-    assert (imported.run.rate, imported.run.period, imported.run.cycles) == (
-        original.run.rate,
-        original.run.period,
-        original.run.cycles,
-    )
-    assert imported.run.simulated
-    assert imported.rig.mechanism == "delta"
