@@ -69,7 +69,7 @@ samples: $(READY)
 	mkdir -p $(SAMPLES)/foreign && rm -f $(SAMPLES)/*.mcap $(SAMPLES)/foreign/*.mcap
 	$(BIN)/daq record --traj fig5a --cycles 2 --rate 250 --out $(SAMPLES)/fig5a.mcap
 	$(BIN)/daq record --traj fig5b --cycles 2 --rate 250 --out $(SAMPLES)/fig5b.mcap
-	$(BIN)/python -m tests.daq.importing.foreign $(SAMPLES)/foreign
+	$(BIN)/python -m tests.recordings.importing.foreign $(SAMPLES)/foreign
 
 # Everything that can go wrong with bus, drives, machine, host and operator; prints a table.
 faults: $(READY)

@@ -18,8 +18,8 @@ import canopen
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.clock import HostClock
-from daq.stream import _quiet_interpreter
+from daq.cycle.clock import HostClock
+from daq.cycle.stream import _quiet_interpreter
 from drivers import transports
 from drivers.protocol import Amplifiers
 from drivers.simulated.mark import EDS

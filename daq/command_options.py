@@ -1,12 +1,20 @@
 """Options that several commands of `daq` have in common."""
 
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from functools import wraps
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
-_FILE = click.Path(path_type=Path)
+if TYPE_CHECKING:
+    from daq.bench import Bench
+    from recordings.rig import Rig
 
-RIG = click.option("--rig", "rig_file", type=_FILE, help="Rig file (TOML). Without it: the simulated rig.")
+FILE = click.Path(path_type=Path)
+
+RIG = click.option("--rig", "rig_file", type=FILE, help="Rig file (TOML). Without it: the simulated rig.")
 RATE = click.option("--rate", type=float, help="Cycles per second [Hz].  [default: the rig's]")
 PACE = click.option(
     "--pace", type=click.Choice(["lockstep", "realtime"]), help="Simulated rig only.  [default: lockstep]"
@@ -14,4 +22,61 @@ PACE = click.option(
 SEED = click.option(
     "--seed", type=click.IntRange(0), default=0, show_default=True, help="Noise of the simulated rig."
 )
-SIM = click.option("--sim", "sim_file", type=_FILE, help="Sim file (TOML): what the simulated machine really is.")
+SIM = click.option(
+    "--sim",
+    "sim_file",
+    type=FILE,
+    help="What the simulated machine really is: a sim file (TOML), or a shipped robot: heavy, light, paper_friction.",
+)
+HIDDEN = click.option(
+    "--hidden", type=click.IntRange(0), help="Hide effects drawn from this seed in the simulated machine."
+)
+JSON = click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
+
+Command = Callable[..., None]
+
+
+@dataclass(frozen=True)
+class DriveOptions:
+    """Options that say which drives are commanded, and how."""
+
+    rig_file: Path | None = None
+    rate: float | None = None
+    pace: str | None = None
+    sim_file: Path | None = None
+    hidden: int | None = None
+    seed: int = 0
+
+    def rig(self) -> "Rig":
+        """The rig; raises BadInput where its file or the rate is not valid."""
+        from daq.bench import rig_from
+
+        return rig_from(self.rig_file, self.rate)
+
+    def bench(self) -> "Bench":
+        """The rig and its drives; raises BadInput where an option does not suit them."""
+        from daq.bench import Bench
+
+        return Bench.of(self.rig(), self.pace, self.sim_file, self.hidden, self.seed)
+
+    @property
+    def words(self) -> tuple[object, ...]:
+        """What a command that comes next repeats."""
+        return ("--rig", self.rig_file) if self.rig_file else ()
+
+
+def drive_options(*options: Callable[[Command], Command]) -> Callable[[Command], Command]:
+    """Decorate a command with these `options` of its drives, which it gets together as `drives`."""
+
+    def decorate(command: Command) -> Command:
+        @wraps(command)
+        def with_drives(**given: Any) -> None:
+            names = [field.name for field in fields(DriveOptions) if field.name in given]
+            command(drives=DriveOptions(**{name: given.pop(name) for name in names}), **given)
+
+        decorated: Command = with_drives
+        for option in reversed(options):
+            decorated = option(decorated)
+        return decorated
+
+    return decorate

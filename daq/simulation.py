@@ -1,11 +1,9 @@
 """Simulated rig of `daq record` and `daq sim`: its sim file, hidden effects and sealed truth."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from itertools import cycle
 from pathlib import Path
 
-from drivers import transports
 from drivers.simulated import transports as simulations
 from drivers.simulated.config import SimConfig, SimDrive, load_sim
 from drivers.simulated.habits import habits_from
@@ -20,7 +18,7 @@ def configured(
     rig: Rig,
     sim: Path | None,
     hidden: int | None,
-    truth: Path,
+    truth: Path | None,
     eds: Sequence[Path] = (),
     habits: Sequence[str] = (),
 ) -> SimConfig:
@@ -29,7 +27,7 @@ def configured(
     `eds`, `habits`: dictionaries (one for all drives or one per joint) and settings KEY=VALUE of all drives; they
     replace those of the sim file.
 
-    Hidden effects are written to the sealed file `truth`.
+    Hidden effects are written to the sealed file `truth`; None: nothing is recorded of which a truth could be told.
 
     Raises:
         BadInput: the sim file is not valid, effects come from both `sim` and `hidden`, or `truth` exists.
@@ -46,10 +44,11 @@ def configured(
         config = config.model_copy(update={"effects": draw(hidden, rig, config)})
     if not config.effects:
         return config
-    if truth.exists():
+    if truth is not None and truth.exists():
         raise BadInput(f"{truth} exists and sealed truths are never overwritten; move it or choose another name")
     config = resolve(rig, config)
-    seal(truth, truth_about(rig, config, hidden))
+    if truth is not None:
+        seal(truth, truth_about(rig, config, hidden))
     return config
 
 
@@ -97,19 +96,3 @@ def torque_age(rate: float) -> float:
     from drivers.simulated.machine import plant_step
 
     return plant_step(rate)
-
-
-@contextmanager
-def served(rig: Rig, sim: Path | None = None) -> Iterator[None]:
-    """Serve the machine of the sim file, or the default one, if the drives of `rig` are simulated in this program.
-
-    Raises:
-        BadInput: the bus cannot be opened, or the sim file is not valid or not needed.
-    """
-    if not transports.of(rig).simulated_here(rig):
-        if sim is not None:
-            raise BadInput("--sim is for drives simulated inside this program; give it to `daq sim`")
-        yield
-        return
-    with simulated(rig, SimConfig() if sim is None else load_sim(sim), "lockstep", seed=0):
-        yield

@@ -4,7 +4,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from recordings.config import ConfigSection, Positive
+from recordings.config import ConfigSection, Positive, validated
+from recordings.errors import BadInput
 
 Mask = Annotated[int, Field(ge=0, lt=2**32)]
 
@@ -28,6 +29,22 @@ class CanBus(ConfigSection):
         if self.sync == "kernel" and self.interface != "socketcan":
             raise ValueError(f'sync = "kernel" needs interface = "socketcan", "{self.interface}" found')
         return self
+
+
+def bus_from(text: str) -> CanBus:
+    """The CAN bus of the option --bus: INTERFACE:CHANNEL, or udp_multicast:ADDRESS:PORT.
+
+    Raises:
+        BadInput: it has another form, or there is no such interface.
+    """
+    interface, _, channel = text.partition(":")
+    if not channel:
+        raise BadInput(f"--bus: INTERFACE:CHANNEL expected, e.g. socketcan:can0, {text!r} found")
+    settings: dict[str, Any] = {"interface": interface, "channel": channel}
+    if interface == "udp_multicast" and ":" in channel:
+        settings["channel"], _, port = channel.rpartition(":")
+        settings["port"] = int(port) if port.isdigit() else port
+    return validated(settings, CanBus, "--bus")
 
 
 class SerialRegisters(ConfigSection):

@@ -48,6 +48,25 @@ def refuse_existing(*paths: Path | None, force: bool = False, read: Sequence[Pat
             raise BadInput(f"folder {folder} cannot be written; change its permissions, or choose another place")
 
 
+def is_given(parameter: click.Parameter) -> bool:
+    """Whether the user gave a parameter of the present command."""
+    source = click.get_current_context().get_parameter_source(parameter.name or "")
+    return source is click.core.ParameterSource.COMMANDLINE
+
+
+def refuse_together(option: str, *others: str, because: str) -> None:
+    """Refuse a call of the present command that gives `option` beside one of the `others`.
+
+    Raises:
+        BadInput: both were given; the sentence ends with the reason.
+    """
+    parameters = click.get_current_context().command.params
+    given = {word for parameter in parameters if is_given(parameter) for word in parameter.opts}
+    for other in others:
+        if {option, other} <= given:
+            raise BadInput(f"either {option} or {other} expected, both found; {because}")
+
+
 def check_readable(*inputs: Path) -> None:
     """Check that the `inputs` exist, before anything is said about default outputs beside them.
 
@@ -73,6 +92,11 @@ def repeated(option: str, values: Iterable[object]) -> list[str]:
 def say(text: str, colour: str | None = None) -> None:
     """Print a message for the user on stderr, which leaves stdout to the results."""
     click.secho(text, err=True, fg=colour)
+
+
+def say_report(level: str, source: str, message: str) -> None:
+    """Say what a drive or the cycle reports."""
+    say(f"{level}: {source}: {message}", {"warning": "yellow", "error": "red"}.get(level))
 
 
 class NameChoice(click.Choice[str]):

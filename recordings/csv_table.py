@@ -1,20 +1,21 @@
-"""Reader of numeric CSV files: parses large blocks at once; errors name the line and the column."""
+"""Reader of numeric CSV files; errors name the line and the column."""
 
 import csv
-import hashlib
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from io import StringIO
+from itertools import islice
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 
 from recordings.errors import BadInput
+from recordings.files import sha256
 from recordings.recording import Floats
 
-_BLOCK = 1 << 24
-"""Number of bytes that are parsed at a time."""
+_ROWS = 500
+"""Number of lines that are parsed at a time: a few milliseconds, in which no other thread goes on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,48 +33,36 @@ class CsvTable:
         return f"{self.path}, line {row + 2}{f', column {name!r}' if name else ''}"
 
 
-def read_table(path: Path, block_size: int = _BLOCK) -> CsvTable:
-    """Read a comma-separated file with a header row, `block_size` bytes at a time.
+def read_table(path: Path) -> CsvTable:
+    """Read a comma-separated file with a header row.
 
-    Another thread can run between two blocks.
+    Another thread, such as a cycle in real time, can go on between two blocks of lines.
 
     Raises:
         BadInput: the file is missing or unreadable, a column name is empty or a duplicate, the number of cells in a
             line differs from the header, or a cell is not a finite number, empty or NaN.
     """
-    digest = hashlib.sha256()
     try:
-        with path.open("rb") as stream:
-            header = stream.readline()
-            digest.update(header)
-            names = _names(path, header)
-            arrays, line = [np.empty((0, len(names)))], 2
-            for block in _blocks(stream, block_size):
-                digest.update(block)
-                arrays.append(_parse(path, block, names, line))
-                line += len(arrays[-1])
+        with path.open(encoding="utf-8-sig") as stream:
+            names = _names(path, stream.readline().strip())
+            blocks = list(_blocks(path, stream, names))
+        digest = sha256(path)
     except FileNotFoundError:
         raise BadInput(f"{path} does not exist; check the path") from None
+    except UnicodeDecodeError:
+        raise BadInput(f"{path}: text in UTF-8 expected; save the file as UTF-8 CSV") from None
     except OSError as error:
         raise BadInput(f"{path} cannot be read: {error.strerror}") from None
-    table = CsvTable(path, dict(zip(names, np.concatenate(arrays).T.copy(), strict=True)), digest.hexdigest())
-    for name, column in table.columns.items():
-        if np.isinf(column).any():
-            location = table.location(int(np.argmax(np.isinf(column))), name)
-            raise BadInput(f"{location}: a finite number expected, infinity found; leave the cell empty for a gap")
-    return table
+    numbers = np.concatenate([np.empty((0, len(names))), *blocks])
+    return CsvTable(path, dict(zip(names, numbers.T.copy(), strict=True)), digest)
 
 
-def _names(path: Path, header: bytes) -> list[str]:
-    try:
-        text = header.decode("utf-8-sig").strip()
-    except UnicodeDecodeError:
-        raise BadInput(f"{path}, line 1: text in UTF-8 expected; save the file as UTF-8 CSV") from None
-    if not text:
+def _names(path: Path, header: str) -> list[str]:
+    if not header:
         raise BadInput(f"{path}, line 1: a header row with the names of the columns expected, none found")
-    names = [name.strip() for name in next(csv.reader([text]))]
-    if len(names) == 1 and (";" in text or "\t" in text):
-        raise BadInput(f"{path}, line 1: commas between columns expected, {text[:40]!r} found; convert the file")
+    names = [name.strip() for name in next(csv.reader([header]))]
+    if len(names) == 1 and (";" in header or "\t" in header):
+        raise BadInput(f"{path}, line 1: commas between columns expected, {header[:40]!r} found; convert the file")
     for name in names:
         if not name or names.count(name) > 1:
             problem = f"{name!r} twice" if name else "an empty one"
@@ -81,60 +70,38 @@ def _names(path: Path, header: bytes) -> list[str]:
     return names
 
 
-def _blocks(stream: BinaryIO, size: int) -> Iterator[bytes]:
-    """Read the rest of the file in blocks of whole lines."""
-    while block := stream.read(size):
-        yield block if block.endswith(b"\n") else block + stream.readline()
+def _blocks(path: Path, lines: Iterator[str], names: Sequence[str]) -> Iterator[Floats]:
+    """Yield the numbers (m, k) of up to `_ROWS` lines at a time."""
+    first = 2
+    while block := list(islice(lines, _ROWS)):
+        yield _numbers(path, block, names, first)
+        first += len(block)
 
 
-def _parse(path: Path, block: bytes, names: list[str], line: int) -> Floats:
-    """Parse the numbers (n, k) of a block that begins at `line`."""
-    cells = block.translate(None, b"\r \t").rstrip(b"\n") + b"\n"
-    text = cells.decode("utf-8", "replace")
-    if text == "\n":
-        return np.empty((0, len(names)))
-    if _has_empty_cell(cells):
-        if "\n\n" in text or text.startswith("\n"):
-            _raise_first_invalid_line(path, text, names, line)
-        text = _with_gaps(text)
-    try:
-        numbers = np.loadtxt(StringIO(text), delimiter=",", comments=None, ndmin=2)
-        if numbers.shape[1] == len(names):
-            return numbers
-    except ValueError:
-        pass
-    _raise_first_invalid_line(path, text, names, line)
-    raise BadInput(f"{path}, behind line {line}: numbers expected; check the file")
+def _numbers(path: Path, lines: Sequence[str], names: Sequence[str], first: int) -> Floats:
+    """Numbers (m, k) of lines, of which the first is line `first` of the file."""
+    if all(line.strip() for line in lines):
+        with suppress(ValueError):
+            numbers = np.loadtxt(lines, delimiter=",", comments=None, ndmin=2)
+            if numbers.shape == (len(lines), len(names)) and not np.isinf(numbers).any():
+                return numbers
+    # With gaps, or mistakes, which are named.
+    while lines and not lines[-1].strip():
+        lines = lines[:-1]
+    rows = [_row(path, place, line, names) for place, line in enumerate(lines, start=first)]
+    return np.array(rows, dtype=float).reshape(-1, len(names))
 
 
-def _has_empty_cell(cells: bytes) -> bool:
-    """Whether two separators follow each other, or one is the first character."""
-    characters = np.frombuffer(b"\n" + cells, np.uint8)
-    separates = (characters == ord(",")) | (characters == ord("\n"))
-    return bool((separates[1:] & separates[:-1]).any())
-
-
-def _with_gaps(text: str) -> str:
-    """Write nan into empty cells."""
-    text = text.replace("\n,", "\nnan,").replace(",\n", ",nan\n")
-    text = f"nan{text}" if text.startswith(",") else text
-    # Twice: neighbouring empty cells share a comma.
-    return text.replace(",,", ",nan,").replace(",,", ",nan,")
-
-
-def _raise_first_invalid_line(path: Path, text: str, names: list[str], line: int) -> None:
-    for number, content in enumerate(text.rstrip("\n").split("\n"), start=line):
-        cells = content.split(",") if content else []
-        if len(cells) != len(names):
-            raise BadInput(f"{path}, line {number}: {len(names)} cells as in the header expected, {len(cells)} found")
-        for name, cell in zip(names, cells, strict=True):
-            if not _is_number(cell):
-                raise BadInput(f"{path}, line {number}, column {name!r}: a number expected, {cell[:40]!r} found")
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        np.loadtxt(StringIO(cell or "nan"), comments=None)
-    except ValueError:
-        return False
-    return True
+def _row(path: Path, place: int, line: str, names: Sequence[str]) -> list[float]:
+    cells = line.strip().split(",") if line.strip() else []
+    if len(cells) != len(names):
+        raise BadInput(f"{path}, line {place}: {len(names)} cells as in the header expected, {len(cells)} found")
+    row = []
+    for name, cell in zip(names, cells, strict=True):
+        try:
+            row.append(float(cell) if cell.strip() else math.nan)
+        except ValueError:
+            row.append(math.inf)
+        if math.isinf(row[-1]):
+            raise BadInput(f"{path}, line {place}, column {name!r}: a number expected, {cell.strip()[:40]!r} found")
+    return row

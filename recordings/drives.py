@@ -82,7 +82,7 @@ class Homing(ConfigSection):
     """Longest duration [s]."""
 
 
-class DriveUnits(ConfigSection):
+class AssumedUnits(ConfigSection):
     """Units of a drive that it does not state itself (60AAh)."""
 
     acceleration: Annotated[str, AfterValidator(_acceleration_unit)] | None = None
@@ -129,7 +129,7 @@ class Drive(ConfigSection):
     torque_source: Literal["voltage", "torque_actual", "current_actual"] = "voltage"
     """What the torque is found from: the motor's voltage by the torque map; torque actual (6077) times rated_torque;
     or current actual (6078) times rated_current and torque.per_ampere. The last two are recorded as effort."""
-    units: DriveUnits = DriveUnits()
+    units: AssumedUnits = AssumedUnits()
     accept_missing: tuple[ObjectIndex, ...] = ()
     """Objects of safety that this drive lacks and the rig is driven without, e.g. ["6066"]; see `daq check`."""
     assume_mode: bool = False

@@ -1,10 +1,16 @@
 """The metadata records `rig` and `run` of a recording, shared by all writers."""
 
 import json
+from importlib.metadata import version
 
 from recordings import schemas
 from recordings.recording import Run
 from recordings.rig import Rig
+
+
+def software() -> str:
+    """Name and version of this program, as recordings say by what they were written."""
+    return f"delta-workbench {version('delta-workbench')}"
 
 
 def rig_record(rig: Rig) -> dict[str, str]:

@@ -16,7 +16,7 @@ from recordings.cdr import Layout
 from recordings.config import validated
 from recordings.container import DECODE_ERRORS, Batch, Container, load, open_records
 from recordings.errors import BadInput, ForeignFile
-from recordings.recording import CanFrames, Event, Floats, Ints, Recording, Run
+from recordings.recording import CanFrames, Floats, Ints, LoggedEvent, Recording, Run
 from recordings.rig import Rig
 
 _SYNC_TOPICS = ("/joint_states", "/joint_commands", "/amplifiers")
@@ -296,11 +296,11 @@ def _unless_all_nan(table: Floats) -> Floats | None:
     return None if np.isnan(table).all() else table
 
 
-def _events(container: Container, first_stamp: int) -> tuple[Event, ...]:
+def _events(container: Container, first_stamp: int) -> tuple[LoggedEvent, ...]:
     events = []
     for batch in container.batches.get("/events", []):
         for log, message in zip(batch["log"].tolist(), batch["message"], strict=True):
             level = _LEVELS.get(int(message["level"]), "info")
             source, text = (message[name].decode(errors="replace") for name in ("name", "msg"))
-            events.append(Event((log - first_stamp) / 1e9, level, source, text))
+            events.append(LoggedEvent((log - first_stamp) / 1e9, level, source, text))
     return tuple(sorted(events, key=lambda event: event.time))

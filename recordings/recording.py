@@ -22,6 +22,11 @@ Words = NDArray[np.uint16]
 """16-bit words as the drives send them; they take a quarter of the memory of floats."""
 
 
+def lateness_quantiles(lateness: Floats) -> dict[str, float]:
+    """Median, 99 % quantile and largest of the lateness (n,) of cycles or frames [s], as all documents name them."""
+    return dict(zip(("p50", "p99", "max"), np.quantile(lateness, (0.5, 0.99, 1.0)).tolist(), strict=True))
+
+
 class Run(ConfigSection):
     """One run: the metadata record `run` of a recording."""
 
@@ -57,7 +62,7 @@ IMPORTED = "imported"
 
 
 @dataclass(frozen=True)
-class Event:
+class LoggedEvent:
     """One line of `/events`."""
 
     time: float
@@ -94,7 +99,7 @@ class Recording:
     """(n,) repetition of the motion, 0 to cycles - 1; -1 during approach and stop."""
     lateness: Floats
     """(n,) delay with which the host began the cycle [s]."""
-    events: tuple[Event, ...]
+    events: tuple[LoggedEvent, ...]
     extra: Mapping[str, Floats] = field(default_factory=dict)
     """Further values (n,) by name, imported with the samples."""
 

@@ -15,8 +15,8 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from recordings.buses import Bus, CanBus, SerialBus
 from recordings.config import ConfigSection, Positive, read_toml, validated
+from recordings.drives import AssumedUnits as AssumedUnits
 from recordings.drives import Drive as Drive
-from recordings.drives import DriveUnits as DriveUnits
 from recordings.drives import HomedBit as HomedBit
 from recordings.drives import Homing as Homing
 from recordings.drives import Voltage as Voltage

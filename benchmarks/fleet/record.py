@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.fleet.plan import Event, Fault, Plan
-from daq.importing import Description, import_data
 from drivers.simulated.config import Friction
 from drivers.simulated.effect import HiddenEffect
 from drivers.simulated.hidden import draw_effect
 from drivers.simulated.seal import seal
 from recordings.errors import BadInput
+from recordings.importing import Description, import_data
 from recordings.recording import Floats
 from tests.foreign import reference_motion, robots
 from tests.foreign.out_of_library import KINDS

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.hidden_effects.cases import Case, RobotName
-from daq.session import RunRequest, Session
+from daq.cycle.session import RunRequest, Session
 from daq.simulation import simulated
 from drivers.simulated.config import ROBOTS, EffectSpec, SimConfig, load_sim
 from drivers.simulated.hidden import draw

@@ -72,7 +72,7 @@ def _uses(part: Part, time: Floats) -> list[tuple[str, Any]]:
 
 def _record(manifest: Manifest, columns: dict[str, Floats], kept: Any, out: Path) -> Path:
     """Import the columns, with gaps in what was measured where it is not `kept`."""
-    from daq.importing import Description, import_data
+    from recordings.importing import Description, import_data
 
     seen = {
         name: np.where(kept, values, np.nan) if name.startswith(_MEASURED) else values

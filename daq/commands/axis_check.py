@@ -1,20 +1,17 @@
 """`daq axis-check`: compare sign, scale and torque of each axis with the rig file by a small swing."""
 
 import json
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from daq.command_options import PACE, RATE, RIG, SIM
-from recordings.command_line import FiniteRange, say, say_next
+from daq.command_options import JSON, PACE, RATE, RIG, SIM, DriveOptions, drive_options
+from recordings.command_line import FiniteRange, say_next, say_report
+from recordings.errors import RunFailed
 
 if TYPE_CHECKING:
-    from daq.axis_check import AxisFigures
+    from daq.commissioning.axis_check import AxisFigures
     from drivers.protocol import CheckResult
-    from recordings.recording import Floats
-    from recordings.rig import Rig
-    from trajectories import Trajectory
 
 
 @click.command(
@@ -23,7 +20,6 @@ if TYPE_CHECKING:
     epilog="Example: daq axis-check --rig bench.toml",
 )
 @click.option("--joint", type=click.IntRange(1), help="Only this joint.  [default: one after the other]")
-@RIG
 @click.option(
     "--amplitude",
     type=FiniteRange(0.01, 0.2),
@@ -31,19 +27,9 @@ if TYPE_CHECKING:
     show_default=True,
     help="Deviation to both sides of where the joint stands [rad, or m].",
 )
-@RATE
-@PACE
-@SIM
-@click.option("--json", "as_json", is_flag=True, help="Everything as one JSON document on stdout.")
-def command(
-    joint: int | None,
-    rig_file: Path | None,
-    amplitude: float,
-    rate: float | None,
-    pace: str | None,
-    sim_file: Path | None,
-    as_json: bool,
-) -> None:
+@drive_options(RIG, RATE, PACE, SIM)
+@JSON
+def command(joint: int | None, amplitude: float, drives: DriveOptions, as_json: bool) -> None:
     """Swing one joint after the other about where it stands, and judge weight, inertia and friction in the torque.
 
     Named are: a position that runs against its command, a torque with the wrong polarity, a wrong sign, a joint that
@@ -52,41 +38,26 @@ def command(
     """
     from functools import partial
 
-    from daq.axis_check import figures_of, judge
-    from daq.commissioning import Machine, move
-    from daq.session import rig_from
-    from recordings.errors import RunFailed
+    from daq.commissioning.axis_check import figures_of, judge
+    from daq.commissioning.small_motion import move
+    from trajectories.small_moves import swing
 
-    machine = Machine.of(rig_from(rig_file, rate), pace, sim_file)
-    rig = machine.rig
+    bench = drives.bench()
     figures: list[AxisFigures] = []
     results: list[CheckResult] = []
-    for number in range(1, rig.dof + 1) if joint is None else [joint]:
-        machine.announce(f"joint {number} by ±{amplitude:g} {machine.unit(number)}")
-        plan = partial(_swing, rig, number, amplitude)
-        moved = move(
-            machine,
-            plan,
-            None,
-            lambda level, source, message: say(f"{level}: {source}: {message}"),
-            hold=None,
-            status=False,
-        )
+    for number in range(1, bench.rig.dof + 1) if joint is None else [joint]:
+        bench.announce(f"joint {number} by ±{amplitude:g} {bench.unit(number)}")
+        plan = partial(swing, bench.rig, joint=number, amplitude=amplitude)
+        moved = move(bench, plan, None, say_report, hold=None, status=False)
         if moved.error is not None:
             raise RunFailed(f"{moved.error}{moved.contradiction(number)}")
         figures.append(figures_of(moved.recording, plan(moved.pose), number))
-        results += judge(figures[-1], rig)
+        results += judge(figures[-1], bench.rig)
     problems = [result for result in results if result.verdict == "problem"]
     _print(figures, results, as_json)
     if problems:
         raise RunFailed(f"{len(problems)} contradiction(s) found; correct the rig file or the drive")
-    say_next("daq", "record", "--traj", "fig5a", *(("--rig", rig_file) if rig_file else ()))
-
-
-def _swing(rig: "Rig", joint: int, amplitude: float, pose: "Floats") -> "Trajectory":
-    from trajectories.small_moves import swing
-
-    return swing(rig, pose, joint, amplitude)
+    say_next("daq", "record", "--traj", "fig5a", *drives.words)
 
 
 def _print(figures: "list[AxisFigures]", results: "list[CheckResult]", as_json: bool) -> None:
@@ -101,7 +72,10 @@ def _print(figures: "list[AxisFigures]", results: "list[CheckResult]", as_json: 
         return
     table = Table("joint", "follows", "weight", "true travel", "friction [N m]", box=None)
     for f in figures:
-        table.add_row(str(f.joint), f"{f.travel:.0%}", *_ratios(f), f"{f.friction:.2f}")
+        weight = "unknown" if f.weight is None else f"{f.weight:.2f} x"
+        # Of weight over that of the masses, and inertia likewise: the ratio is the true travel over the command.
+        travel = "unknown" if f.weight is None or f.inertia is None else f"{f.inertia / f.weight:.2f} x"
+        table.add_row(str(f.joint), f"{f.travel:.0%}", weight, travel, f"{f.friction:.2f}")
     console = Console()
     console.print(table)
     if all(result.verdict == "fine" for result in results):
@@ -110,10 +84,3 @@ def _print(figures: "list[AxisFigures]", results: "list[CheckResult]", as_json: 
         if result.verdict != "fine":
             colour = "red" if result.verdict == "problem" else None
             console.print(f"{result.where}, {result.what}: {result.found}", style=colour, highlight=False)
-
-
-def _ratios(figures: "AxisFigures") -> tuple[str, str]:
-    """Weight over that of the masses, and true travel over the command."""
-    if figures.weight is None or figures.inertia is None:
-        return "unknown", "unknown"
-    return f"{figures.weight:.2f} x", f"{figures.inertia / figures.weight:.2f} x"

@@ -2,13 +2,15 @@
 
 import json
 from collections.abc import Sequence
-from pathlib import Path
+from contextlib import closing
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import click
 
-from daq.command_options import RATE
+from daq.command_options import JSON, RATE, RIG, SIM, DriveOptions, drive_options
 from recordings.command_line import say_next
+from recordings.errors import BadInput, RunFailed
 
 if TYPE_CHECKING:
     from drivers.protocol import Amplifiers, CheckResult, Identity
@@ -19,48 +21,41 @@ if TYPE_CHECKING:
     short_help="Compare drives and bus with the rig file, move nothing.",
     epilog="Example: daq check --rig bench.toml",
 )
-@click.option("--rig", "rig_file", type=click.Path(path_type=Path), help="Rig file (TOML). Without it: simulated.")
-@RATE
-@click.option("--sim", "sim_file", type=click.Path(path_type=Path), help="Sim file of drives simulated here.")
+@drive_options(RIG, RATE, SIM)
 @click.option(
     "--set-up", "set_up", is_flag=True, help="Then write the set-up, without power: are all values accepted?"
 )
 @click.option("--all", "show_all", is_flag=True, help="Show what is fine, too.")
-@click.option("--json", "as_json", is_flag=True, help="Everything as one JSON document on stdout.")
-def command(
-    rig_file: Path | None, rate: float | None, sim_file: Path | None, set_up: bool, show_all: bool, as_json: bool
-) -> None:
+@JSON
+def command(drives: DriveOptions, set_up: bool, show_all: bool, as_json: bool) -> None:
     """Find the drives, compare state, units, limits, watchdogs and PDO maps with the rig file, compute the bus load.
 
     Nothing moves, and nothing is written unless --set-up asks for it: which values a drive refuses is known only when
     they are written. Exit code 1 where a problem was found that would end a recording.
     """
-    from daq.session import rig_from
-    from daq.simulation import served
     from drivers import transports
-    from recordings.errors import RunFailed
 
-    rig = rig_from(rig_file, rate)
-    transport = transports.of(rig)
-    transport.check(rig)
-    with served(rig, sim_file):
-        amplifiers = transport.connect(rig, lambda *line: None, lambda *frame: None, None)
-        try:
-            identities = amplifiers.discover()
-            findings = amplifiers.check()
-            if set_up and not _problems(findings):
-                findings = [*findings, *_set_up(amplifiers)]
-        finally:
-            amplifiers.close()
+    bench = drives.bench()
+    transport = transports.of(bench.rig)
+    transport.check(bench.rig)
+    silent = lambda *line: None  # noqa: E731
+    with bench.serve(), closing(transport.connect(bench.rig, silent, silent, None)) as connected:
+        identities = connected.discover()
+        findings = connected.check()
+        if set_up and not _problems(findings):
+            findings = [*findings, *_set_up(connected)]
     problems = _problems(findings)
+    bus = transport.describe(bench.rig)
     if as_json:
-        _print_json(transport.describe(rig), identities, findings)
+        document = {"schema": 1, "bus": bus, "drives": list(map(asdict, identities))}
+        click.echo(json.dumps(document | {"findings": list(map(asdict, findings))}, indent=1))
     else:
-        _print_tables(transport.describe(rig), identities, findings if show_all else _noteworthy(findings))
+        shown = [finding for finding in findings if show_all or finding.verdict != "fine"]
+        _print_tables(bus, identities, shown)
     unproven = [finding for finding in findings if finding.verdict == "will be written"]
     if not problems:
         following = ("check", "--set-up") if unproven and not set_up else ("jog", "--joint", 1, "--by", 0.05)
-        say_next("daq", *following, *(("--rig", rig_file) if rig_file else ()))
+        say_next("daq", *following, *drives.words)
     if problems:
         raise RunFailed(f"{len(problems)} problem(s) found; correct the rig file or the drive")
 
@@ -68,7 +63,6 @@ def command(
 def _set_up(amplifiers: "Amplifiers") -> "list[CheckResult]":
     """Write the set-up as a recording does; what a drive refuses is a problem."""
     from drivers.protocol import CheckResult
-    from recordings.errors import BadInput, RunFailed
 
     try:
         amplifiers.configure()
@@ -81,22 +75,6 @@ def _set_up(amplifiers: "Amplifiers") -> "list[CheckResult]":
 
 def _problems(findings: "Sequence[CheckResult]") -> "list[CheckResult]":
     return [finding for finding in findings if finding.verdict == "problem"]
-
-
-def _noteworthy(findings: "Sequence[CheckResult]") -> "Sequence[CheckResult]":
-    return [finding for finding in findings if finding.verdict != "fine"]
-
-
-def _print_json(bus: str, identities: "Sequence[Identity]", findings: "Sequence[CheckResult]") -> None:
-    from dataclasses import asdict
-
-    document = {
-        "schema": 1,
-        "bus": bus,
-        "drives": [asdict(identity) for identity in identities],
-        "findings": [asdict(finding) for finding in findings],
-    }
-    click.echo(json.dumps(document, indent=1))
 
 
 def _print_tables(bus: str, identities: "Sequence[Identity]", findings: "Sequence[CheckResult]") -> None:
@@ -112,7 +90,12 @@ def _print_tables(bus: str, identities: "Sequence[Identity]", findings: "Sequenc
         return
     table = Table("where", "what", "rig file", "drive", "verdict", box=None)
     colours = {"problem": "red", "accepted": "magenta", "will be written": "yellow"}
-    for values, places in _grouped(findings).items():
+    # Drives of one type usually differ in the same way.
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for finding in findings:
+        row = (finding.what, finding.expected, finding.found, finding.verdict)
+        groups.setdefault(row, []).append(finding.where)
+    for values, places in groups.items():
         table.add_row(_shortened(places), *values, style=colours.get(values[-1]))
     console.print(table)
     console.print(_promise(findings))
@@ -134,12 +117,3 @@ def _shortened(places: "Sequence[str]") -> str:
     if len(places) > 1 and all(place.startswith("joint ") for place in places):
         return "joints " + ", ".join(place.split()[1] for place in places)
     return ", ".join(places)
-
-
-def _grouped(findings: "Sequence[CheckResult]") -> dict[tuple[str, str, str, str], list[str]]:
-    """Group the places with equal results: drives of one type usually differ in the same way."""
-    groups: dict[tuple[str, str, str, str], list[str]] = {}
-    for finding in findings:
-        key = (finding.what, finding.expected, finding.found, finding.verdict)
-        groups.setdefault(key, []).append(finding.where)
-    return groups

@@ -6,10 +6,10 @@ from pathlib import Path
 import click
 
 from daq import exporting
+from daq.command_options import FILE, JSON
 from recordings.command_line import say_next
 from recordings.next_command import free_output
 
-_FILE = click.Path(path_type=Path)
 _ENDINGS = {"candump": ".log"}
 
 
@@ -17,10 +17,10 @@ _ENDINGS = {"candump": ".log"}
     short_help="Write a recording as CSV, Parquet, MAT or candump log.",
     epilog="Example: daq export run.mcap --to csv",
 )
-@click.argument("file", type=_FILE)
+@click.argument("file", type=FILE)
 @click.option("--to", "form", type=click.Choice(exporting.names()), required=True, help="Format.")
-@click.option("--out", type=_FILE, help="File to write.  [default: FILE with another ending]")
-@click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
+@click.option("--out", type=FILE, help="File to write.  [default: FILE with another ending]")
+@JSON
 def command(file: Path, form: str, out: Path | None, as_json: bool) -> None:
     """Write a recording in another program's format; units are SI, a gap is an empty cell, null or NaN.
 

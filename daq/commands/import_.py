@@ -3,31 +3,22 @@
 import json
 import math
 import shlex
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-if TYPE_CHECKING:
-    from daq.importing import Choice, Description, Imported
-    from daq.importing.observations import Observation
+from daq.command_options import FILE, JSON
+from recordings.command_line import is_given, refuse_together
+from recordings.errors import BadInput
 
-_FILE = click.Path(path_type=Path)
-_DESCRIBING = frozenset(
-    (
-        "--rig",
-        "--mechanism",
-        "--joints",
-        "--torque-map",
-        "--gain",
-        "--kt",
-        "--gravity",
-        "--start",
-        "--robot",
-        "--simulated",
-    )
-)
+if TYPE_CHECKING:
+    from recordings.importing import Description, Imported
+    from recordings.importing.observations import Observation
+
+_DESCRIBING = ("--mechanism", "--joints", "--torque-map", "--gain", "--kt", "--gravity")
+"""Options that stand for a rig file."""
+_REPEATED = {"--rig", *_DESCRIBING, "--start", "--robot", "--simulated"}
 """Options that a proposed command repeats."""
 _EPILOG = """\b
 Examples:
@@ -38,9 +29,46 @@ Examples:
   daq import axis.csv --out axis.mcap --mechanism axes --joints prismatic --torque-map linear --gain 12.5"""
 
 
+def _names(context: click.Context, option: click.Parameter, text: str | None) -> tuple[str, ...]:
+    parts = tuple(part.strip() for part in text.split(",")) if text is not None else ()
+    if "" in parts or len(set(parts)) < len(parts):
+        raise BadInput(
+            f"{option.opts[0]}: names such as a,b,c, each once, expected, {text!r} found; correct the list"
+        )
+    return parts
+
+
+def _name(context: click.Context, option: click.Parameter, text: str | None) -> str | None:
+    if text is not None and not text.strip():
+        raise BadInput(f"{option.opts[0]}: a name expected, {text!r} found; give one, or leave the option out")
+    return text
+
+
+def _kinds(context: click.Context, option: click.Parameter, text: str | None) -> Any:
+    kinds = tuple(kind.strip() for kind in (text or "revolute").split(","))
+    for kind in kinds:
+        if kind not in ("revolute", "prismatic"):
+            raise BadInput(f"--joints: revolute or prismatic expected, {kind!r} found; choose from these")
+    return kinds
+
+
+def _numbers(context: click.Context, option: click.Parameter, text: str | None) -> list[float] | None:
+    if text is None:
+        return None
+    try:
+        numbers = [float(number) for number in text.split(",")]
+    except ValueError:
+        wanted = "numbers such as 1.0 or 1.0,0.9,1.1"
+        raise BadInput(f"{option.opts[0]}: {wanted} expected, {text!r} found; correct it") from None
+    if not all(0 < number < math.inf for number in numbers):
+        remedy = "turn a sign by --map and a factor *-1"
+        raise BadInput(f"{option.opts[0]}: numbers above 0 expected, {text!r} found; {remedy}")
+    return numbers
+
+
 @click.command(short_help="Turn measurements of another program into a recording.", epilog=_EPILOG)
-@click.argument("file", metavar="DATA", type=_FILE)
-@click.option("--out", type=_FILE, help="Recording to write (.mcap).")
+@click.argument("file", metavar="DATA", type=FILE)
+@click.option("--out", type=FILE, help="Recording to write (.mcap).")
 @click.option(
     "--guess", "only_guess", is_flag=True, help="Say what each column may be, and the command; write nothing."
 )
@@ -52,82 +80,65 @@ Examples:
     help="A column and its unit; or a TOML file of such.",
 )
 @click.option("--topic", help="ROS bag: topic of joint states.  [default: the only one]")
-@click.option("--names", metavar="A,B,...", help="ROS bag: names of the joints, in the order of their numbers.")
-@click.option("--rig", "rig_file", type=_FILE, help="Rig file (TOML) that says what was measured.")
+@click.option(
+    "--names", metavar="A,B,...", callback=_names, help="ROS bag: names of the joints, in the order of their numbers."
+)
+@click.option("--rig", "rig_file", type=FILE, help="Rig file (TOML) that says what was measured.")
 @click.option(
     "--mechanism", type=click.Choice(["delta", "axes"]), help="Without a rig file.  [default: delta for 3 joints]"
 )
 @click.option(
-    "--joints", metavar="KIND,...", help="revolute or prismatic, for all axes or one each.  [default: revolute]"
+    "--joints",
+    metavar="KIND,...",
+    callback=_kinds,
+    help="revolute or prismatic, for all axes or one each.  [default: revolute]",
 )
 @click.option("--torque-map", type=click.Choice(["square", "linear"]), help="Torque = gain v|v|, or gain v.")
 @click.option(
-    "--gain", metavar="NUMBER,...", help="N m/V^2 or N m/V (N for prismatic joints), for all joints or one each."
+    "--gain",
+    metavar="NUMBER,...",
+    callback=_numbers,
+    help="N m/V^2 or N m/V (N for prismatic joints), for all joints or one each.",
 )
 @click.option(
-    "--kt", metavar="NUMBER,...", help="N m/A (N/A for prismatic joints) of current_i, for all joints or one each."
+    "--kt",
+    metavar="NUMBER,...",
+    callback=_numbers,
+    help="N m/A (N/A for prismatic joints) of current_i, for all joints or one each.",
 )
 @click.option("--gravity", is_flag=True, help="Gravity loads the joint; of --mechanism axes with a single axis.")
 @click.option("--start", metavar="DATE", help="Time of the first sample, such as 2026-01-05T08:00:00Z.")
-@click.option("--robot", metavar="NAME", help="Name of the robot, kept in the recording.")
+@click.option("--robot", metavar="NAME", callback=_name, help="Name of the robot, kept in the recording.")
 @click.option("--simulated", is_flag=True, help="The measurements come from a simulation; the recording will say so.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
+@JSON
 def command(
     file: Path,
     out: Path | None,
     only_guess: bool,
     mapping: tuple[str, ...],
     topic: str | None,
-    names: str | None,
-    rig_file: Path | None,
-    mechanism: str | None,
-    joints: str | None,
-    torque_map: str | None,
-    gain: str | None,
-    kt: str | None,
-    gravity: bool,
-    start: str | None,
-    robot: str | None,
-    simulated: bool,
+    names: tuple[str, ...],
     as_json: bool,
+    **described: Any,
 ) -> None:
-    """Turn measurements of another program into a recording for `ident`.
+    from recordings.importing import import_data
+    from recordings.importing.observations import observe
+    from recordings.importing.proposal import propose
+    from recordings.importing.table import BagPart
 
-    DATA is a table (CSV and other text of any make, TwinCAT Scope, Parquet, NPZ, MAT) or a ROS 2 bag with
-    sensor_msgs/JointState (.mcap, .db3, or its folder).
-
-    A table has columns time (s, strictly increasing, even or not), position_1 ... position_n (rad), and voltage_i
-    (V), effort_i (N m) or current_i (A). Optional: velocity_i, command_i, temperature_i (degC), and cycle, the number
-    of the repetition, or -1; without it repetitions are found from the motion. Columns with other names or units are
-    given with --map, or their units stand in brackets in the header; --guess proposes them. Other columns of numbers
-    are kept. An empty cell or NaN is a gap.
-
-    Three joints without --rig and --mechanism are the delta robot of the paper.
-    """
-    from daq.importing import Choice, import_data
-    from daq.importing.dates import iso_date
-    from daq.importing.observations import observe
-    from daq.importing.table import Selection
-
-    choice = Choice(mapping, Selection(topic, _parts("--names", names)))
+    refuse_together("--guess", "--map", because="--guess proposes a mapping; leave one of them out")
+    refuse_together("--rig", *_DESCRIBING, because="leave one out")
+    part = BagPart(topic, names)
     if only_guess:
-        _guess(file, choice, as_json)
+        proposal = propose(file, part, _given_options())
+        for line in [json.dumps(proposal.as_json())] if as_json else proposal.lines():
+            click.echo(line)
         return
     if out is None:
         raise click.UsageError(f"--out expected; name the recording to write, as in --out {file.stem}.mcap")
-    _check_out(out)
-    torque = {
-        **({"map": torque_map} if torque_map else {}),
-        **({"gain": _numbers("--gain", gain)} if gain is not None else {}),
-        **({"per_ampere": _numbers("--kt", kt)} if kt is not None else {}),
-    }
-    described = replace(
-        _description(rig_file, mechanism, joints, torque, gravity),
-        simulated=simulated,
-        start=iso_date("--start", start) if start is not None else None,
-        robot=_name("--robot", robot),
-    )
-    imported = import_data(file, out, described, choice)
+    if out.suffix != ".mcap":
+        raise BadInput(f"--out: a recording's name (.mcap) expected, {out} found; give it that ending")
+    imported = import_data(file, out, _description(**described), mapping, part)
     seen = observe(imported)
     figures = _figures(imported, out, seen)
     if as_json:
@@ -136,90 +147,47 @@ def command(
         _show(figures, imported, seen)
 
 
-def _check_out(out: Path) -> None:
-    from recordings.errors import BadInput
-
-    if out.suffix != ".mcap":
-        raise BadInput(f"--out: a recording's name (.mcap) expected, {out} found; give it that ending")
-
-
-def _guess(file: Path, choice: "Choice", as_json: bool) -> None:
-    """Print what each column is taken for, and the command that says so."""
-    from daq.importing.proposal import propose
-    from recordings.errors import BadInput
-
-    if choice.mapping:
-        raise BadInput("--guess proposes a mapping, --map found as well; leave one of them out")
-    proposal = propose(file, choice.selection, _given_options())
-    for line in [json.dumps(proposal.as_json())] if as_json else proposal.lines():
-        click.echo(line)
-
-
 def _given_options() -> list[str]:
     """Options of this call that describe the machine, as they were given."""
-    context = click.get_current_context()
-    words: list[str] = []
+    context, words = click.get_current_context(), []
     for parameter in context.command.params:
         value = context.params.get(parameter.name or "")
-        if value and parameter.opts[0] in _DESCRIBING:
-            words += [parameter.opts[0], *([] if value is True else [str(value)])]
+        if parameter.opts[0] in _REPEATED and is_given(parameter):
+            values = value if isinstance(value, list | tuple) else [] if value is True else [value]
+            words += [parameter.opts[0], *([",".join(map(str, values))] if values else [])]
     return words
 
 
 def _description(
-    rig_file: Path | None, mechanism: Any, joints: str | None, torque: dict[str, Any], gravity: bool
+    rig_file: Path | None,
+    mechanism: Any,
+    joints: Any,
+    torque_map: str | None,
+    gain: list[float] | None,
+    kt: list[float] | None,
+    gravity: bool,
+    start: str | None,
+    robot: str | None,
+    simulated: bool,
 ) -> "Description":
-    from daq.importing import Description
-    from recordings.errors import BadInput
+    """What the options say of the machine and of the measurement."""
+    from recordings.importing import Description
+    from recordings.importing.dates import iso_date
     from recordings.rig import load_rig
 
-    if rig_file is not None:
-        if any((mechanism, joints, torque, gravity)):
-            options = "--mechanism, --joints, --torque-map, --gain, --kt, --gravity"
-            raise BadInput(f"either --rig or {options} expected, both found; leave one out")
-        return Description(rig=load_rig(rig_file, driven=False))
-    if joints is not None and mechanism != "axes":
+    if mechanism != "axes" and "--joints" in _given_options():
         raise BadInput("--joints describes the axes of --mechanism axes; add it, or leave --joints out")
-    return Description(mechanism=mechanism, joints=_kinds(joints), torque=torque or None, gravity=gravity)
-
-
-def _kinds(joints: str | None) -> Any:
-    from recordings.errors import BadInput
-
-    kinds = tuple(kind.strip() for kind in (joints or "revolute").split(","))
-    for kind in kinds:
-        if kind not in ("revolute", "prismatic"):
-            raise BadInput(f"--joints: revolute or prismatic expected, {kind!r} found; choose from these")
-    return kinds
-
-
-def _parts(option: str, text: str | None) -> tuple[str, ...]:
-    from recordings.errors import BadInput
-
-    parts = tuple(part.strip() for part in text.split(",")) if text is not None else ()
-    if "" in parts or len(set(parts)) < len(parts):
-        raise BadInput(f"{option}: names such as a,b,c, each once, expected, {text!r} found; correct the list")
-    return parts
-
-
-def _name(option: str, text: str | None) -> str | None:
-    from recordings.errors import BadInput
-
-    if text is not None and not text.strip():
-        raise BadInput(f"{option}: a name expected, {text!r} found; give one, or leave the option out")
-    return text
-
-
-def _numbers(option: str, text: str) -> list[float]:
-    from recordings.errors import BadInput
-
-    try:
-        numbers = [float(number) for number in text.split(",")]
-    except ValueError:
-        raise BadInput(f"{option}: numbers such as 1.0 or 1.0,0.9,1.1 expected, {text!r} found; correct it") from None
-    if not all(0 < number < math.inf for number in numbers):
-        raise BadInput(f"{option}: numbers above 0 expected, {text!r} found; turn a sign by --map and a factor *-1")
-    return numbers
+    torque = {"map": torque_map, "gain": gain, "per_ampere": kt}
+    return Description(
+        rig=load_rig(rig_file, driven=False) if rig_file else None,
+        mechanism=mechanism,
+        joints=joints,
+        torque={key: value for key, value in torque.items() if value is not None},
+        gravity=gravity,
+        simulated=simulated,
+        start=None if start is None else iso_date("--start", start),
+        robot=robot,
+    )
 
 
 def _figures(imported: "Imported", out: Path, seen: "list[Observation]") -> dict[str, Any]:
@@ -252,7 +220,9 @@ def _show(figures: dict[str, Any], imported: "Imported", seen: "list[Observation
     click.echo(f"joints: {figures['joints']} ({figures['mechanism']})")
     click.echo(f"samples: {figures['samples']} in {figures['duration_s']:g} s")
     click.echo(f"steps: {step['median']}, from {step['min']} to {step['max']}")
-    click.echo(f"gaps: {_gaps(figures['gaps'], seen)}")
+    gaps = [", ".join(map(str, figures["gaps"]))] if any(figures["gaps"]) else []
+    gaps += ["in time"] if any(observation.name == "time-gaps" for observation in seen) else []
+    click.echo(f"gaps: {'; '.join(gaps) or 'none'}")
     click.echo(f"cycles: {cycles}")
     if figures["extra"]:
         click.echo(f"kept as extra channel: {', '.join(figures['extra'])}")
@@ -268,13 +238,6 @@ def _show(figures: dict[str, Any], imported: "Imported", seen: "list[Observation
             "torque gain: assumed, so a fit will be relative; --gain or a rig file can say otherwise", err=True
         )
     click.echo(f"imported {figures['recording']}; next: ident check {shlex.quote(figures['recording'])}")
-
-
-def _gaps(positions: list[int], seen: "list[Observation]") -> str:
-    """Number of gaps in the position of each joint, and whether time has gaps, too."""
-    kinds = [", ".join(map(str, positions))] if any(positions) else []
-    kinds += ["in time"] if any(observation.name == "time-gaps" for observation in seen) else []
-    return "; ".join(kinds) or "none"
 
 
 def _by_kind(seen: "list[Observation]") -> "list[list[Observation]]":

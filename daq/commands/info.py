@@ -1,5 +1,6 @@
 """`daq info`: summary of a recording."""
 
+import json
 import math
 import sys
 from pathlib import Path
@@ -25,8 +26,6 @@ def command(file: Path, as_json: bool) -> None:
     recording = read(file)
     figures = _figures(recording, read_can(file))
     if as_json:
-        import json
-
         click.echo(json.dumps(figures, indent=2, allow_nan=False))
     else:
         _show(figures)
@@ -55,8 +54,7 @@ def _figures(recording: "Recording", frames: "CanFrames") -> dict[str, Any]:
         "samples": len(time),
         "gaps": recording.gaps.tolist(),
         **_following_error(recording),
-        "lateness_s": _lateness(recording),
-        "lateness_histogram": _histogram(recording),
+        **_lateness(recording),
         "frames": {"sent": int(frames.sent.sum()), "received": int((~frames.sent).sum())},
         "events": [
             {"time_s": event.time, "level": event.level, "source": event.source, "message": event.message}
@@ -70,14 +68,20 @@ def _figures(recording: "Recording", frames: "CanFrames") -> dict[str, Any]:
     }
 
 
-def _lateness(recording: "Recording") -> dict[str, float] | None:
+def _lateness(recording: "Recording") -> dict[str, Any]:
+    """Quantiles of the lateness and its histogram with bin edges in steps of 1-2-5, empty if no cycle was late."""
     import numpy as np
 
-    known = recording.lateness[np.isfinite(recording.lateness)]
-    if not known.size:
-        return None
-    p50, p99 = np.percentile(known, (50, 99))
-    return {"p50": float(p50), "p99": float(p99), "max": float(known.max())}
+    from recordings.recording import lateness_quantiles
+
+    late = recording.lateness[np.isfinite(recording.lateness)]
+    if not late.size:
+        return {"lateness_s": None, "lateness_histogram": []}
+    edges = [step * 10.0**exponent for exponent in range(-5, 4) for step in (1, 2, 5)]
+    counts = np.bincount(np.searchsorted(edges, late))
+    bins = range(int(np.flatnonzero(counts)[0]), len(counts)) if late.any() else ()
+    histogram = [{"up_to_s": edges[i], "cycles": int(counts[i])} for i in bins]
+    return {"lateness_s": lateness_quantiles(late), "lateness_histogram": histogram}
 
 
 def _following_error(recording: "Recording") -> dict[str, list[float] | None]:
@@ -94,35 +98,20 @@ def _following_error(recording: "Recording") -> dict[str, list[float] | None]:
     return {"following_error_rms": np.sqrt(squares).tolist(), "following_error_max": largest.tolist()}
 
 
-def _histogram(recording: "Recording") -> list[dict[str, float]]:
-    """Histogram of the lateness with bin edges in steps of 1-2-5; empty if no cycle was late."""
-    import numpy as np
-
-    late = recording.lateness[np.isfinite(recording.lateness)]
-    if not late.any():
-        return []
-    edges = [step * 10.0**exponent for exponent in range(-5, 4) for step in (1, 2, 5)]
-    counts = np.bincount(np.searchsorted(edges, late))
-    first = int(np.flatnonzero(counts)[0])
-    return [{"up_to_s": edges[i], "cycles": int(counts[i])} for i in range(first, len(counts))]
-
-
-def _bars(histogram: list[dict[str, float]]) -> list[tuple[str, str]]:
-    most = max((step["cycles"] for step in histogram), default=0)
-    return [
-        (f"  up to {step['up_to_s'] * 1e3:g} ms", f"{step['cycles']:6} {_bar(step['cycles'] / most)}".rstrip())
-        for step in histogram
-    ]
-
-
-def _bar(share: float) -> str:
-    return "█" * math.ceil(share * _BAR_WIDTH)
+def _bar(count: int, most: int) -> str:
+    return "█" * math.ceil(_BAR_WIDTH * count / most)
 
 
 def _rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
     gaps, frames, late = figures["gaps"], figures["frames"], figures["lateness_s"]
     drives = "SIMULATED: no real robot moved" if figures["simulated"] else "real"
     seed = "" if figures["seed"] is None else f", seed {figures['seed']}"
+    ended = "INTERRUPTED: the recording has no end; what it holds is intact"
+    if figures["complete"]:
+        outcome = "FAILED" if figures["exit_status"] else "done"
+        ended = f"{outcome}, exit status {figures['exit_status']}: {figures['reason']}"
+    late_steps = figures["lateness_histogram"]
+    most = max((step["cycles"] for step in late_steps), default=0)
     return [
         ("recording", figures["file"]),
         ("rig", figures["rig"]),
@@ -140,9 +129,9 @@ def _rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
         *_following_error_row(figures),
         *([("feed-forward", f"model or table {figures['feedforward'][:12]}")] if figures["feedforward"] else []),
         ("lateness", "not recorded" if late is None else ", ".join(f"{k} {v * 1e3:.3f} ms" for k, v in late.items())),
-        *_bars(figures["lateness_histogram"]),
+        *((f"  up to {s['up_to_s'] * 1e3:g} ms", f"{s['cycles']:6} {_bar(s['cycles'], most)}") for s in late_steps),
         ("bus frames", f"{frames['sent']} sent, {frames['received']} received"),
-        ("ended", _ending(figures)),
+        ("ended", ended),
     ]
 
 
@@ -154,13 +143,6 @@ def _following_error_row(figures: dict[str, Any]) -> list[tuple[str, str]]:
     )
     sizes = [f"{rms * 1e3:.2f} (worst {worst * 1e3:.2f}) m{unit}" for rms, worst, unit in pairs]
     return [("following error", ", ".join(f"joint {i}: {size}" for i, size in enumerate(sizes, 1)))]
-
-
-def _ending(figures: dict[str, Any]) -> str:
-    if not figures["complete"]:
-        return "INTERRUPTED: the recording has no end; what it holds is intact"
-    outcome = "done" if figures["exit_status"] == 0 else "FAILED"
-    return f"{outcome}, exit status {figures['exit_status']}: {figures['reason']}"
 
 
 def is_terminal() -> bool:

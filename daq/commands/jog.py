@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from daq.command_options import PACE, RATE, RIG, SIM
-from recordings.command_line import FiniteRange, say, say_next
+from daq.command_options import FILE, PACE, RATE, RIG, SIM, DriveOptions, drive_options
+from recordings.command_line import FiniteRange, refuse_together, say, say_next, say_report
+from recordings.errors import BadInput, RunFailed
 
 if TYPE_CHECKING:
-    from daq.commissioning import Moved
-
-_FILE = click.Path(path_type=Path)
+    from daq.commissioning.small_motion import Moved
 
 
 @click.command(
@@ -25,29 +24,23 @@ _FILE = click.Path(path_type=Path)
 @click.option(
     "--speed", type=FiniteRange(0.05, 0.5), default=0.1, show_default=True, help="Joint speed [rad/s, or m/s]."
 )
-@RIG
 @click.option(
     "--hold",
     is_flag=True,
     help="Move only while a key is held: anything on standard input is a keep-alive. 0.3 s after the last one, and "
     "at the end of the input, the motion ramps down.",
 )
-@click.option("--out", type=_FILE, help="Keep the recording.  [default: none is kept]")
-@RATE
-@PACE
-@SIM
+@click.option("--out", type=FILE, help="Keep the recording.  [default: none is kept]")
+@drive_options(RIG, RATE, PACE, SIM)
 @click.option("--json", "as_json", is_flag=True, help="Figures as JSON on stdout.")
 @click.option("--status", is_flag=True, help="For a program that watches: the run as JSON lines on stdout.")
 def command(
     joint: int,
     by: float,
     speed: float,
-    rig_file: Path | None,
     hold: bool,
     out: Path | None,
-    rate: float | None,
-    pace: str | None,
-    sim_file: Path | None,
+    drives: DriveOptions,
     as_json: bool,
     status: bool,
 ) -> None:
@@ -59,33 +52,31 @@ def command(
     """
     import sys
 
-    from daq.commissioning import Machine, move
-    from daq.hold import keys_unbuffered
-    from daq.session import rig_from
-    from recordings.errors import BadInput, RunFailed
+    from daq.commissioning.hold import keys_unbuffered
+    from daq.commissioning.small_motion import move
     from trajectories.small_moves import jog
 
     if by == 0:
         raise BadInput("--by: a way expected, 0 found; e.g. --by 0.05")
-    if status and as_json:
-        raise BadInput("--status ends with the figures of --json; drop one of them")
-    machine = Machine.of(rig_from(rig_file, rate), pace, sim_file)
-    machine.announce(f"joint {joint} by {by:+g} {machine.unit(joint)} at {speed:g} {machine.unit(joint)}/s")
+    refuse_together("--status", "--json", because="the lines of --status end with the figures of --json")
+    bench = drives.bench()
+    unit = bench.unit(joint)
+    bench.announce(f"joint {joint} by {by:+g} {unit} at {speed:g} {unit}/s")
     if hold and sys.stdin.isatty():
         say("hold a key (such as the space bar) to move; release it to stop")
     with keys_unbuffered():
         moved = move(
-            machine,
-            lambda pose: jog(machine.rig, pose, joint, by, speed),
+            bench,
+            lambda pose: jog(bench.rig, pose, joint, by, speed),
             out,
-            lambda level, source, message: say(f"{level}: {source}: {message}"),
+            say_report,
             hold=sys.stdin.fileno() if hold else None,
             status=status,
         )
     if moved.error is not None and not moved.released:
         raise RunFailed(moved.error)
-    _show(moved, joint, by, machine.unit(joint), as_json or status)
-    say_next("daq", "axis-check", "--joint", joint, *(("--rig", rig_file) if rig_file else ()))
+    _show(moved, joint, by, unit, as_json or status)
+    say_next("daq", "axis-check", "--joint", joint, *drives.words)
 
 
 def _show(moved: "Moved", joint: int, by: float, unit: str, as_json: bool) -> None:

@@ -6,25 +6,24 @@ from pathlib import Path
 
 import click
 
-_FILE = click.Path(path_type=Path)
+from daq.command_options import FILE, JSON
+from recordings.command_line import refuse_together
 
 
 @click.command(short_help="Make an interrupted or damaged recording whole.", epilog="Example: daq recover run.mcap")
-@click.argument("file", type=_FILE)
-@click.option("--out", type=_FILE, help="Recording to write.  [default: FILE with .recovered.mcap]")
+@click.argument("file", type=FILE)
+@click.option("--out", type=FILE, help="Recording to write.  [default: FILE with .recovered.mcap]")
 @click.option("--in-place", is_flag=True, help="Replace FILE instead of writing another one.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
+@JSON
 def command(file: Path, out: Path | None, in_place: bool, as_json: bool) -> None:
     """Copy everything intact in a recording that was cut off or damaged into a whole one, with exit status 1.
 
     If it was made by listening, and the program did not come to make the samples, they are made from the frames.
     FILE itself is not touched.
     """
-    from daq.recover import recover, recover_in_place
-    from recordings.errors import BadInput
+    from daq.passive.recover import recover, recover_in_place
 
-    if in_place and out is not None:
-        raise BadInput("either --out or --in-place expected, both found; choose one")
+    refuse_together("--out", "--in-place", because="choose one")
     target = file if in_place else out or file.with_suffix(".recovered.mcap")
     recovered = recover_in_place(file) if in_place else recover(file, target)
     if as_json:

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.command_line import FiniteRange, say, say_next
+from recordings.errors import BadInput, RunFailed
 
 if TYPE_CHECKING:
-    from daq.replay import Plan, Replayed
+    from daq.passive.replay import Replayed, ReplayPlan
     from recordings.buses import CanBus
 
 _EPILOG = """\b
@@ -21,10 +22,9 @@ Examples:
 
 @click.command(short_help="Put a recording's CAN frames back on a bus.", epilog=_EPILOG)
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--bus", "name", metavar="INTERFACE:CHANNEL", help="The same as --interface and --channel.")
-@click.option("--interface", help="As in a rig file: socketcan, udp_multicast.")
-@click.option("--channel", help="As in a rig file: vcan0, 239.74.163.2.")
-@click.option("--port", type=click.IntRange(1024, 65535), help="UDP port, for udp_multicast only.")
+@click.option(
+    "--bus", required=True, metavar="INTERFACE:CHANNEL", help="As in python-can; udp_multicast:ADDRESS:PORT."
+)
 @click.option("--speed", type=FiniteRange(0, min_open=True), default=1.0, show_default=True, help="Times as fast.")
 @click.option("--loop", "loops", type=click.IntRange(1), default=1, show_default=True, help="Repetitions.")
 @click.option("--id", "ids", multiple=True, metavar="ID", help="0x181, 0x181-0x183 or value/mask; may be repeated.")
@@ -39,10 +39,7 @@ Examples:
 @click.option("--json", "as_json", is_flag=True, help="Figures as JSON on stdout.")
 def command(
     file: Path,
-    name: str | None,
-    interface: str | None,
-    channel: str | None,
-    port: int | None,
+    bus: str,
     speed: float,
     loops: int,
     ids: tuple[str, ...],
@@ -55,55 +52,40 @@ def command(
     Frames that command drives (NMT, SYNC, targets, SDO requests) MOVE real drives, without limits or supervision:
     they are refused without --yes. Ctrl-C ends at once; nothing stops drives that were set in motion.
     """
-    from daq.replay import commanding, matching, plan
-    from recordings.errors import BadInput, RunFailed
+    from daq.passive.replay import commanding, matching, plan
+    from recordings.buses import bus_from
     from recordings.reader import read_can
 
-    bus = _bus(name, interface, channel, port)
+    can_bus = bus_from(bus)
+    if can_bus.interface == "virtual":
+        raise BadInput("the virtual bus ends at this program; choose socketcan or udp_multicast")
     frames = read_can(file)
     chosen = matching(frames, direction, ids)
-    plan_ = plan(frames, chosen, speed, loops, bus.bitrate)
+    plan_ = plan(frames, chosen, speed, loops, can_bus.bitrate)
     orders = int((commanding(frames) & chosen).sum())
     if orders and not yes:
         raise BadInput(
             f"{orders} of {len(plan_.rows)} frames command drives, and would MOVE real ones; choose others with "
             "--direction or --id, or add --yes if no drive that could move is on the bus"
         )
-    _announce(plan_, bus, orders, speed)
-    result = _replay(plan_, bus)
+    _announce(plan_, can_bus, orders, speed)
+    result = _replay(plan_, can_bus)
     _show(result, plan_, as_json)
     if result.stopped:
         raise RunFailed(f"{result.stopped} after {result.sent} of {plan_.total} frames")
     say_next("daq", "info", file)
 
 
-def _bus(name: str | None, interface: str | None, channel: str | None, port: int | None) -> "CanBus":
-    from recordings.buses import CanBus
-    from recordings.config import validated
-    from recordings.errors import BadInput
-
-    if name is not None:
-        if interface or channel:
-            raise BadInput("either --bus or --interface and --channel expected, both found; choose one")
-        interface, _, channel = name.partition(":")
-    if not interface or not channel:
-        raise BadInput("the bus to send on expected, such as --bus socketcan:vcan0; none found")
-    if interface == "virtual":
-        raise BadInput("the virtual bus ends at this program; choose socketcan or udp_multicast")
-    settings: dict[str, Any] = {"interface": interface, "channel": channel}
-    return validated(settings | ({"port": port} if port else {}), CanBus, "--bus")
-
-
-def _announce(plan_: "Plan", bus: "CanBus", orders: int, speed: float) -> None:
+def _announce(plan_: "ReplayPlan", bus: "CanBus", orders: int, speed: float) -> None:
     what = f"{plan_.total} frames in {plan_.duration:.1f} s on {bus.interface} '{bus.channel}'"
     say(f"replaying {what}, {speed:g} times as fast as recorded")
     if orders:
         say(f"{orders} of {len(plan_.rows)} frames COMMAND DRIVES: any real drive on this bus will move", "red")
 
 
-def _replay(plan_: "Plan", bus: "CanBus") -> "Replayed":
-    from daq.replay import replay
-    from daq.stopping import StopRequest
+def _replay(plan_: "ReplayPlan", bus: "CanBus") -> "Replayed":
+    from daq.cycle.stopping import StopRequest
+    from daq.passive.replay import replay
     from drivers.canopen.bus import open_bus
     from recordings.progress import progress_bar
 
@@ -111,12 +93,10 @@ def _replay(plan_: "Plan", bus: "CanBus") -> "Replayed":
         return replay(plan_, opened, stop, lambda sent: show(f"replaying: {sent} frames", sent, plan_.total))
 
 
-def _show(result: "Replayed", plan_: "Plan", as_json: bool) -> None:
-    import numpy as np
+def _show(result: "Replayed", plan_: "ReplayPlan", as_json: bool) -> None:
+    from recordings.recording import lateness_quantiles
 
-    late = dict.fromkeys(("p50", "p99", "max"), 0.0)
-    if len(result.lateness):
-        late = dict(zip(late, np.quantile(result.lateness, (0.5, 0.99, 1.0)).tolist(), strict=True))
+    late = lateness_quantiles(result.lateness) if result.sent else dict.fromkeys(("p50", "p99", "max"), 0.0)
     if as_json:
         figures = {"frames": result.sent, "frames_planned": plan_.total, "lateness_s": late}
         click.echo(json.dumps({"schema": 1, **figures, "stopped": result.stopped}))

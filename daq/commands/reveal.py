@@ -10,12 +10,12 @@ from typing import Any
 
 import click
 
+from daq.command_options import FILE, JSON
 from recordings.command_line import say_next
 from recordings.errors import BadInput
 from recordings.next_command import diagnosis as diagnosis_command
 from recordings.next_command import free_name
 
-_FILE = click.Path(path_type=Path)
 _SEALED = ".sealed.json"
 _GRAVITY = 9.81
 _OF_EVERY_ROBOT = ("rod_inertia",)
@@ -31,9 +31,9 @@ Alternatives = Mapping[str, Sequence[str]] | None
     short_help="Open the sealed truth of a simulated recording.",
     epilog="Example: daq reveal runs/fig5a.mcap runs/better.model.json",
 )
-@click.argument("file", type=_FILE)
-@click.argument("diagnosis", metavar="[DIAGNOSIS.json]", required=False, type=_FILE)
-@click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
+@click.argument("file", type=FILE)
+@click.argument("diagnosis", metavar="[DIAGNOSIS.json]", required=False, type=FILE)
+@JSON
 def command(file: Path, diagnosis: Path | None, as_json: bool) -> None:
     """Show what was hidden in the simulated robot of the recording FILE.
 

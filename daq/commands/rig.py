@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING
 
 import click
 
+from daq.command_options import FILE
+from recordings.command_line import refuse_existing, say, say_next
+from recordings.errors import BadInput, RunFailed
+
 if TYPE_CHECKING:
     from daq.proposal.facts import DriveFacts
     from recordings.buses import CanBus
-
-_FILE = click.Path(path_type=Path)
 
 
 @click.group(name="rig", short_help="Propose a rig file.")
@@ -23,7 +25,7 @@ def command() -> None:
     short_help="Propose a rig file from EDS or DCF files, or from the drives.",
     epilog="Example: daq rig propose --eds drive.eds --bus socketcan:can0 --out rig.toml",
 )
-@click.option("--eds", type=_FILE, multiple=True, help="EDS or DCF of the drives: one for all, or one per joint.")
+@click.option("--eds", type=FILE, multiple=True, help="EDS or DCF of the drives: one for all, or one per joint.")
 @click.option("--scan", is_flag=True, help="Read the drives on the bus; nothing is written to them, nothing moves.")
 @click.option(
     "--bus",
@@ -33,7 +35,7 @@ def command() -> None:
     help="CAN bus, as in python-can; udp_multicast:ADDRESS:PORT.",
 )
 @click.option("--nodes", default="1,2,3", show_default=True, help="Node id of each joint, with --eds.")
-@click.option("--out", type=_FILE, default=Path("rig.toml"), show_default=True, help="Rig file to write.")
+@click.option("--out", type=FILE, default=Path("rig.toml"), show_default=True, help="Rig file to write.")
 @click.option("--force", is_flag=True, help="Replace the file.")
 def propose(eds: tuple[Path, ...], scan: bool, bus: str, nodes: str, out: Path, force: bool) -> None:
     """Write a commented rig file: units, modes, PDO map, what the torque is found from, limits, what is missing.
@@ -43,13 +45,12 @@ def propose(eds: tuple[Path, ...], scan: bool, bus: str, nodes: str, out: Path, 
     """
     from daq.proposal.document import propose as proposal_of
     from drivers import transports
-    from recordings.command_line import refuse_existing, say, say_next
-    from recordings.errors import BadInput
+    from recordings.buses import bus_from
 
     if scan == bool(eds):
         raise BadInput("either --eds FILE or --scan expected; an EDS describes the type, --scan reads your drives")
     refuse_existing(out, force=force, read=eds)
-    can_bus = _bus(bus)
+    can_bus = bus_from(bus)
     proposal = proposal_of(_drives(eds, can_bus, nodes), can_bus)
     out.write_text(proposal.text, encoding="utf-8")
     for note in proposal.notes:
@@ -61,7 +62,6 @@ def propose(eds: tuple[Path, ...], scan: bool, bus: str, nodes: str, out: Path, 
 
 def _drives(eds: Sequence[Path], bus: "CanBus", nodes: str) -> "list[DriveFacts]":
     from daq.proposal.facts import from_bus, from_file
-    from recordings.errors import BadInput, RunFailed
 
     if not eds:
         drives = from_bus(bus)
@@ -78,18 +78,3 @@ def _drives(eds: Sequence[Path], bus: "CanBus", nodes: str) -> "list[DriveFacts]
         raise BadInput(f"--eds: one file for all joints or {len(node_ids)} (as --nodes) expected, {len(eds)} found")
     paths = [*eds] * len(node_ids) if len(eds) == 1 else eds
     return [from_file(path, node) for path, node in zip(paths, node_ids, strict=True)]
-
-
-def _bus(text: str) -> "CanBus":
-    from recordings.buses import CanBus
-    from recordings.config import validated
-    from recordings.errors import BadInput
-
-    interface, _, channel = text.partition(":")
-    if not channel:
-        raise BadInput(f"--bus: INTERFACE:CHANNEL expected, e.g. socketcan:can0, {text!r} found")
-    settings: dict[str, object] = {"interface": interface, "channel": channel}
-    if interface == "udp_multicast" and ":" in channel:
-        settings["channel"], _, port = channel.rpartition(":")
-        settings["port"] = int(port) if port.isdigit() else port
-    return validated(settings, CanBus, "--bus")

@@ -5,10 +5,8 @@ from pathlib import Path
 
 import click
 
-from daq.command_options import SEED, SIM
+from daq.command_options import FILE, HIDDEN, SEED, SIM
 from recordings.command_line import say_next
-
-_FILE = click.Path(path_type=Path)
 
 
 @click.command(
@@ -16,12 +14,12 @@ _FILE = click.Path(path_type=Path)
     short_help="Run the simulated rig on its own.",
     epilog="Example: daq sim --rig bench.toml --seed 1",
 )
-@click.option("--rig", "rig_file", type=_FILE, required=True, help="Rig file with the bus to serve.")
+@click.option("--rig", "rig_file", type=FILE, required=True, help="Rig file with the bus to serve.")
 @click.option("--pace", type=click.Choice(["lockstep", "realtime"]), default="realtime", show_default=True)
 @SEED
 @SIM
 @click.option(
-    "--eds", type=_FILE, multiple=True, help="EDS or DCF of the drives on a CAN bus: one for all, or one per joint."
+    "--eds", type=FILE, multiple=True, help="EDS or DCF of the drives on a CAN bus: one for all, or one per joint."
 )
 @click.option(
     "--habit",
@@ -30,8 +28,8 @@ _FILE = click.Path(path_type=Path)
     metavar="KEY=VALUE",
     help="Habit of the drives that an EDS does not tell, e.g. fault_reset=0.1; see the sim file.",
 )
-@click.option("--hidden", type=click.IntRange(0), help="Hide effects drawn from this seed.")
-@click.option("--truth", type=_FILE, default=Path("sim.sealed.json"), show_default=True, help="Their sealed truth.")
+@HIDDEN
+@click.option("--truth", type=FILE, default=Path("sim.sealed.json"), show_default=True, help="Their sealed truth.")
 def command(
     rig_file: Path,
     pace: str,

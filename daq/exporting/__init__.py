@@ -1,6 +1,6 @@
 """Export of recordings to the formats of other programs.
 
-Each format is one module of this folder, with the name that the user types and the interface `Format`.
+Each format is one module of this folder, with the name that the user types and the interface `ExportFormat`.
 """
 
 import importlib
@@ -11,7 +11,7 @@ from typing import BinaryIO, Protocol, cast
 from recordings.errors import BadInput
 
 
-class Format(Protocol):
+class ExportFormat(Protocol):
     """Interface of each module of this folder."""
 
     def write(self, file: Path, stream: BinaryIO) -> str:
@@ -39,6 +39,6 @@ def export(file: Path, name: str, out: Path) -> str:
 
     if name not in names():
         raise BadInput(f"one of {', '.join(names())} expected, format '{name}' found; choose one of these")
-    form = cast(Format, importlib.import_module(f"{__name__}.{name}"))
+    form = cast(ExportFormat, importlib.import_module(f"{__name__}.{name}"))
     with new_file(out, "file") as stream:
         return form.write(file, stream)

@@ -15,7 +15,7 @@ _FRAMES = 50_000
 
 
 def write(file: Path, stream: BinaryIO) -> str:
-    """See `Format`."""
+    """See `ExportFormat`."""
     frames = read_can(file)
     count = len(frames.id)
     if not count:

@@ -10,7 +10,7 @@ from typing import Any, BinaryIO
 
 from numpy.typing import NDArray
 
-from daq.columns import columns
+from recordings.columns import columns
 from recordings.reader import read
 
 _ROWS = 50_000
@@ -18,7 +18,7 @@ _ROWS = 50_000
 
 
 def write(file: Path, stream: BinaryIO) -> str:
-    """See `Format`."""
+    """See `ExportFormat`."""
     table = columns(read(file))
     count = len(table["time"])
     text = TextIOWrapper(stream, encoding="utf-8", newline="")

@@ -17,12 +17,12 @@ from typing import Any, BinaryIO, cast
 
 import numpy as np
 
-from daq.columns import JOINT_COLUMNS
+from recordings.columns import JOINT_COLUMNS
 from recordings.reader import read
 
 
 def write(file: Path, stream: BinaryIO) -> str:
-    """See `Format`."""
+    """See `ExportFormat`."""
     from scipy.io import savemat
 
     recording = read(file)

@@ -6,13 +6,13 @@ The metadata of the schema hold the rig description (`rig`) and the run (`run`) 
 from pathlib import Path
 from typing import BinaryIO
 
-from daq.columns import columns, numbered
+from recordings.columns import columns, numbered
 from recordings.errors import BadInput
 from recordings.reader import read
 
 
 def write(file: Path, stream: BinaryIO) -> str:
-    """See `Format`."""
+    """See `ExportFormat`."""
     try:
         import pyarrow
         import pyarrow.parquet

@@ -11,8 +11,6 @@ from recordings.interpolation import interpolate_columns
 from recordings.recording import Floats
 from recordings.rig import Rig
 
-_BLOCK = 1 << 16
-"""Bytes that are parsed at a time: a few milliseconds, as the cycle goes on meanwhile."""
 _TOLERANCE = 1e-3
 """Largest distance of the table's path from the targets [rad]."""
 
@@ -59,7 +57,7 @@ def read_torque_table(path: Path, rig: Rig) -> TorqueTable:
         BadInput: the file cannot be read, columns or values are missing, the time does not increase, or a torque is
             larger than limits.torque.
     """
-    table = read_table(path, _BLOCK)
+    table = read_table(path)
     joints = range(1, rig.dof + 1)
     names = ["time", *(f"{quantity}_{joint}" for quantity in ("position", "torque") for joint in joints)]
     missing = [name for name in names if name not in table.columns]

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from typing import Any
 
+from daq.cycle.session import RunRequest
+from daq.live.status import LineSink
 from daq.live.viewer import Viewer
-from daq.session import RunRequest
-from daq.status import LineSink
 from recordings.errors import BadInput
 from web import local
 

@@ -43,13 +43,13 @@ def mode_of(facts: DriveFacts) -> tuple[Mode, str]:
     said = "6502h does not say which modes the drive has" if not modes else f"6502h = {modes:X}h"
     for mode, number, target in MODES:
         if listed[mode] and facts.can_map(target):
-            return mode, f"{said}: mode {number}, its target {_name(target)} can be mapped"
+            return mode, f"{said}: mode {number}, its target {name_of(target)} can be mapped"
     if not any(listed.values()):
         raise BadInput(
             f"{facts.origin}: {said}: neither mode 8 (cyclic synchronous position) nor mode 7 (interpolated "
             "position) is there; this drive cannot follow a motion that is streamed to it"
         )
-    targets = " and ".join(_name(target) for mode, _, target in MODES if listed[mode])
+    targets = " and ".join(name_of(target) for mode, _, target in MODES if listed[mode])
     raise BadInput(f"{facts.origin}: {targets} cannot be mapped into a PDO; this drive cannot follow targets in time")
 
 
@@ -100,5 +100,6 @@ def rate_of(drives: Sequence[DriveFacts]) -> tuple[float, str]:
     raise BadInput("the drives accept no common period in 60C2h; check the limits of that object in their EDS")
 
 
-def _name(address: Address) -> str:
+def name_of(address: Address) -> str:
+    """An object as manuals print it, e.g. 60C1h:01."""
     return f"{address[0]:04X}h" + (f":{address[1]:02X}" if address[1] else "")

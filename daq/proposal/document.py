@@ -22,7 +22,7 @@ _PLACEHOLDER = 1.0
 
 
 @dataclass(frozen=True)
-class Proposal:
+class RigProposal:
     """A rig file, and what its user must know and decide."""
 
     text: str
@@ -30,7 +30,7 @@ class Proposal:
     rig: Rig
 
 
-def propose(drives: Sequence[DriveFacts], bus: CanBus) -> Proposal:
+def propose(drives: Sequence[DriveFacts], bus: CanBus) -> RigProposal:
     """Propose a rig file for these drives, one per joint.
 
     Raises:
@@ -40,7 +40,7 @@ def propose(drives: Sequence[DriveFacts], bus: CanBus) -> Proposal:
     return _proposal(drives, bus, draft.rig)
 
 
-def _proposal(drives: Sequence[DriveFacts], bus: CanBus, draft: Rig | None) -> Proposal:
+def _proposal(drives: Sequence[DriveFacts], bus: CanBus, draft: Rig | None) -> RigProposal:
     """A proposal; with a `draft` it accounts for what the drives would be written and for the load of the bus."""
     source = common_torque_source(drives)
     notes: list[str] = []
@@ -52,7 +52,7 @@ def _proposal(drives: Sequence[DriveFacts], bus: CanBus, draft: Rig | None) -> P
         explained.add(section.origin)
         notes += section.notes
     text = "\n".join(lines) + "\n"
-    return Proposal(text, tuple(dict.fromkeys(notes)), validated(tomllib.loads(text), Rig, "proposal"))
+    return RigProposal(text, tuple(dict.fromkeys(notes)), validated(tomllib.loads(text), Rig, "proposal"))
 
 
 def _head(drives: Sequence[DriveFacts]) -> Iterator[str]:

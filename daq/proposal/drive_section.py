@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 
-from daq.proposal.choices import TorqueSource, mode_of, motor_voltage
+from daq.proposal.choices import TorqueSource, mode_of, motor_voltage, name_of
 from daq.proposal.facts import DriveFacts
 from daq.proposal.text import CHECK, Key, comment
 from drivers.canopen import pdo, readiness, setup
@@ -104,11 +104,9 @@ class DriveSection:
         if not self._facts.value(0x6502):
             yield Key("assume_mode", "true", "uncomment to try this mode; the drive does not list its modes", False)
             self.notes.append("6502h gives no modes: uncomment assume_mode to try the mode")
-        option = self._facts.value(0x605A)
-        if option in (1, 2, 5, 6) and option == 6:
-            yield Key(
-                "quick_stop_option", "6", "605Ah as it is: quick stop ramp, then powered until the host is done"
-            )
+        if self._facts.value(0x605A) == _STAY_POWERED:
+            comment = "605Ah as it is: quick stop ramp, then powered until the host is done"
+            yield Key("quick_stop_option", f"{_STAY_POWERED}", comment)
         units = self._dictionary.units
         for problem in units.problems:
             self.notes.append(f"{self._facts.origin}: {problem}")
@@ -199,16 +197,8 @@ class DriveSection:
             raise BadInput(f"{self._facts.origin}: {error}") from None
         maps = [("RPDO", number, mapped) for number, mapped in received.items()]
         maps += [("TPDO", number, [item.mapped for item in fields]) for number, fields in transmitted.items()]
-        parts = [
-            f"{kind} {number + 1}: {', '.join(map(_mapped_name, mapped))} ({sum(map(pdo.size_of, mapped))} bytes)"
-            for kind, number, mapped in maps
-        ]
+        parts = []
+        for kind, number, mapped in maps:
+            names = ", ".join(name_of((each >> 16, each >> 8 & 0xFF)) for each in mapped)
+            parts.append(f"{kind} {number + 1}: {names} ({sum(map(pdo.size_of, mapped))} bytes)")
         return "PDO map, written at the start: " + "; ".join(parts) + "."
-
-
-def _mapped_name(mapped: int) -> str:
-    return f"{mapped >> 16:04X}h" + _sub(mapped >> 8 & 0xFF)
-
-
-def _sub(sub: int) -> str:
-    return f":{sub:02X}" if sub else ""

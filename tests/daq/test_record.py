@@ -28,13 +28,14 @@ node_id = 3
 """
 
 
+ONE_CYCLE = ("--traj", "fig5a", "--cycles", 1, "--rate", 250)
 PATIENT = "[limits]\nsilence = 0.3\nhost_stall = 0.3\nfollowing_error = 0.3\ntorque = 500.0\n"
 """Wide limits for real time on a busy computer, whose stalls make the motion jerky."""
 
 
 def test_every_sync_is_answered_and_the_same_seed_gives_the_same_bytes(daq: Runner, tmp_path: Path) -> None:
-    for out in ("a.mcap", "b.mcap"):
-        done = daq("record", "--traj", "fig5a", "--cycles", 1, "--rate", 250, "--out", out, "--json")
+    for seed, out in ((0, "a.mcap"), (0, "b.mcap"), (1, "other.mcap")):
+        done = daq("record", *ONE_CYCLE, "--seed", seed, "--out", out, "--json")
         assert done.code == 0, done.err
         assert "SIMULATED RIG" in done.err
     figures = json.loads(done.out)
@@ -51,6 +52,12 @@ def test_every_sync_is_answered_and_the_same_seed_gives_the_same_bytes(daq: Runn
     assert not np.isnan(recording.voltage).any()
     assert (recording.repeat == 0).sum() == 1000
 
+    other = read(tmp_path / "other.mcap")
+    np.testing.assert_array_equal(other.command, recording.command)
+    assert 0.005 < np.std(other.voltage - recording.voltage) < 0.05, "only the noise differs"
+    moving = np.flatnonzero(recording.repeat == 0)
+    assert np.abs(recording.position[moving + 1] - recording.command[moving]).max() < 0.01, "one cycle later"
+
     frames = read_can(tmp_path / "a.mcap")
     syncs = (frames.id == 0x80).sum()
     assert syncs == figures["cycles"]
@@ -58,28 +65,11 @@ def test_every_sync_is_answered_and_the_same_seed_gives_the_same_bytes(daq: Runn
         assert ((frames.id == 0x180 + node) & ~frames.sent).sum() == syncs
 
 
-def test_different_seed_changes_the_noise_but_not_the_motion(daq: Runner, tmp_path: Path) -> None:
-    for seed in (0, 1):
-        arguments = ["--traj", "fig5b", "--cycles", 1, "--rate", 250, "--seed", seed, "--out", f"{seed}.mcap"]
-        assert daq("record", *arguments).code == 0
-    first, second = (read(tmp_path / f"{seed}.mcap") for seed in (0, 1))
-    np.testing.assert_array_equal(first.command, second.command)
-    assert 0.005 < np.std(first.voltage - second.voltage) < 0.05
-
-
-def test_the_measured_position_follows_the_command_one_cycle_later(daq: Runner, tmp_path: Path) -> None:
-    assert daq("record", "--traj", "fig5a", "--cycles", 1).code == 0
-    recording = read(tmp_path / "fig5a.mcap")
-    moving = np.flatnonzero(recording.repeat == 0)
-    error = recording.position[moving + 1] - recording.command[moving]
-    assert np.abs(error).max() < 0.01
-
-
 def test_hidden_effects_are_sealed_and_leave_no_name_in_the_recording(daq: Runner, tmp_path: Path) -> None:
     from drivers.simulated.effect import discover
     from drivers.simulated.seal import unseal
 
-    done = daq("record", "--traj", "fig5a", "--cycles", 1, "--rate", 250, "--hidden", 7, "--out", "blind.mcap")
+    done = daq("record", *ONE_CYCLE, "--hidden", 7, "--out", "blind.mcap")
     assert done.code == 0, done.err
     truth = unseal(tmp_path / "blind.sealed.json")
     assert truth["seed"] == 7
@@ -98,16 +88,10 @@ BAD = {
     "unreachable path": (["--traj", "far.csv"], "limb"),
     "speed over limit": (["--traj", "fig5a", "--rig", "slow.toml"], "speed"),
     "missing rig file": (["--traj", "fig5a", "--rig", "none.toml"], "none.toml does not exist"),
-    "unknown key": (["--traj", "fig5a", "--rig", "unknown.toml"], "unknown key 'colour'"),
-    "wrong type": (["--traj", "fig5a", "--rig", "type.toml"], "'rate'"),
-    "one node id twice": (["--traj", "fig5a", "--rig", "twice.toml"], "node_id, 2 stands in two"),
-    "not TOML": (["--traj", "fig5a", "--rig", "far.csv"], "not valid TOML"),
     "rate too high for the bus": (["--traj", "fig5a", "--rate", "1250"], "choose --rate"),
     "rate the drives cannot be told": (["--traj", "fig5a", "--rate", "333"], "choose a rate such as"),
-    "rate that is none": (["--traj", "fig5a", "--rate", "-1"], "--rate"),
     "output exists": (["--traj", "fig5a", "--out", "there.mcap"], "exists and recordings are never overwritten"),
     "no such folder": (["--traj", "fig5a", "--out", "no/such/folder.mcap"], "does not exist"),
-    "folder that takes no files": (["--traj", "fig5a", "--out", "/proc/run.mcap"], "folder /proc cannot be written"),
     "sim file with an unknown effect": (["--traj", "fig5a", "--sim", "effect.toml"], "magic"),
     "interface that is not there": (["--traj", "fig5a", "--rig", "nocan.toml"], "cannot be opened"),
     "hidden effect with a real rig": (["--traj", "fig5a", "--rig", "nocan.toml", "--hidden", "1"], "daq sim"),
@@ -121,9 +105,6 @@ BAD = {
 def test_bad_input_is_rejected_and_leaves_no_file(name: str, daq_in_process: Runner, tmp_path: Path) -> None:
     (tmp_path / "far.csv").write_text("time,x,y,z\n" + "".join(f"{k / 10},2.0,0,-0.7\n" for k in range(50)))
     (tmp_path / "slow.toml").write_text(RIG + "[limits]\nspeed = 0.5\n")
-    (tmp_path / "unknown.toml").write_text('colour = "red"\n' + RIG)
-    (tmp_path / "type.toml").write_text('rate = "fast"\n' + RIG)
-    (tmp_path / "twice.toml").write_text(RIG.replace("node_id = 3", "node_id = 2"))
     (tmp_path / "effect.toml").write_text('[[effects]]\nname = "magic"\n')
     (tmp_path / "nocan.toml").write_text(RIG + '[bus]\ninterface = "socketcan"\nchannel = "nocan7"\n')
     (tmp_path / "dcf.toml").write_text(RIG.replace("node_id = 3", 'node_id = 3\ndcf = "none.dcf"'))

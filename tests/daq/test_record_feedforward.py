@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from daq.commands.record import command
 from recordings.errors import BadInput
@@ -14,6 +13,7 @@ from recordings.reader import read
 from recordings.rig import simulated_rig
 from tests.conftest import Runner
 from tests.daq.feedforward.given import write_nominal_torque
+from tests.running import printed
 from trajectories import load
 
 SAMPLE = Path(__file__).parents[2] / "recordings" / "samples" / "fig5a.mcap"
@@ -40,29 +40,12 @@ def test_rig_that_cannot_be_fed_forward_is_refused_before_anything_is_opened(
     rig.write_text(RIG.format(section=section, keys=keys))
     description = simulated_rig().at_rate(60.0)
     write_nominal_torque(table, load("fig5b", description, 1), description)
-    arguments = [
-        "--traj",
-        "fig5b",
-        "--cycles",
-        "1",
-        "--rate",
-        "60",
-        "--rig",
-        rig,
-        "--feedforward",
-        table,
-        "--out",
-        out,
-    ]
+    options = ("--traj", "fig5b", "--cycles", 1, "--rate", 60, "--out", out)
     with pytest.raises(BadInput, match=message):
-        CliRunner().invoke(command, list(map(str, arguments)), catch_exceptions=False)
-    assert not out.exists()
-
-
-def test_acceptance_without_feedforward_is_refused(tmp_path: Path) -> None:
-    arguments = ["--traj", "fig5b", "--accept", "assumed-gain", "--out", str(tmp_path / "run.mcap")]
+        printed(command, *options, "--rig", rig, "--feedforward", table)
     with pytest.raises(BadInput, match="--accept belongs to --feedforward"):
-        CliRunner().invoke(command, arguments, catch_exceptions=False)
+        printed(command, *options, "--accept", "assumed-gain")
+    assert not out.exists()
 
 
 @pytest.mark.slow

@@ -17,9 +17,9 @@ from typing import Any, Literal
 import can
 import numpy as np
 
+from daq.cycle.progress import CycleProgress
+from daq.cycle.session import RunRequest, Session
 from daq.feedforward.source import TorqueSource
-from daq.session import RunRequest, Session
-from daq.watched import CycleProgress
 from drivers.simulated.config import SimConfig
 from drivers.simulated.mark import EDS
 from drivers.simulated.rig import SimulatedRig

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 
 import can
 
-from daq.session import Session
+from daq.cycle.session import Session
 from tests.faults.campaign import Fault, SabotagedRig
 from tests.faults.saboteurs import (
     RPDO_2,

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 
-from daq.clock import LockstepClock
+from daq.cycle.clock import LockstepClock
 
 _PATIENCE = 10.0
 """Longest wait for frames on their way [s]."""

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from daq.session import RunRequest
+from daq.cycle.session import RunRequest
 from drivers.simulated.config import SimConfig
 from drivers.simulated.serial_rig import SerialRig
 from recordings.config import validated

@@ -8,10 +8,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from daq.importing import Description, import_data
 from drivers.simulated.effect import HiddenEffect
 from drivers.simulated.hidden import draw_effect
 from recordings.errors import BadInput
+from recordings.importing import Description, import_data
 from recordings.recording import Floats
 from recordings.rig import load_rig
 from tests.foreign import out_of_library, reference_motion, robots

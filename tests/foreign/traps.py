@@ -8,7 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 from scipy.signal import lfilter
 
-from daq.importing import Description, import_data
+from recordings.importing import Description, import_data
 from recordings.recording import Floats
 from tests.foreign.pairs import TRAIN, VALIDATE
 

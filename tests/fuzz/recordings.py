@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.random import Generator
 
-from daq.importing import Description, import_data
+from recordings.importing import Description, import_data
 from recordings.recording import Floats
 from recordings.rig import Axis, Rig, Torque
 

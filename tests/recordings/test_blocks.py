@@ -159,11 +159,3 @@ def test_existing_file_is_kept_and_failed_write_leaves_no_file(tmp_path: Path, r
     with pytest.raises(ValueError, match="reshape"):
         blocks.write(tmp_path / "r.mcap", rig, run, dataclasses.replace(samples(5), command=np.zeros((5, 2))))
     assert not (tmp_path / "r.mcap").exists()
-
-
-def test_truncated_recording_is_not_complete(tmp_path: Path, run: Run) -> None:
-    whole, cut = tmp_path / "whole.mcap", tmp_path / "cut.mcap"
-    blocks.write(whole, axes(3), run.model_copy(update={"exit_status": 0}), samples(3 * blocks.ROWS))
-    assert read(whole).complete
-    cut.write_bytes(whole.read_bytes()[: int(0.6 * whole.stat().st_size)])
-    assert not read(cut).complete

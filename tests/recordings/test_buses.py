@@ -6,7 +6,7 @@ import pytest
 
 from recordings.buses import CanBus, SerialBus
 from recordings.errors import BadInput
-from recordings.rig import Drive, Rig, load_rig
+from recordings.rig import Rig, load_rig
 
 DRIVES = 'name = "r"\n' + "".join(f"[[drives]]\nnode_id = {i}\n" for i in (1, 2, 3))
 
@@ -17,14 +17,17 @@ def load(folder: Path, section: str) -> Rig:
     return load_rig(path)
 
 
-def test_default_transport_is_canopen(tmp_path: Path) -> None:
-    assert load(tmp_path, 'channel = "can7"\n').bus == CanBus(channel="can7")
-
-
-def test_serial_bus_has_complete_defaults(tmp_path: Path) -> None:
-    rig = load(tmp_path, 'transport = "serial"\n')
-    assert rig.serial == SerialBus()
-    assert rig.serial.registers.watchdog == ""
+def test_transport_is_chosen_and_survives_a_round_trip(tmp_path: Path) -> None:
+    can = load(tmp_path, 'channel = "can7"\n')
+    assert can.can == CanBus(channel="can7")
+    serial = load(tmp_path, 'transport = "serial"\n')
+    assert serial.serial == SerialBus()
+    for rig in (can, serial):
+        assert Rig.model_validate_json(rig.model_dump_json()) == rig
+    with pytest.raises(BadInput, match=r"on a CAN bus expected, bus\.transport = 'serial' found"):
+        _ = serial.can
+    with pytest.raises(BadInput, match=r"on serial lines expected, bus\.transport = 'canopen' found"):
+        _ = can.serial
 
 
 def test_serial_registers_and_status_bits_are_configurable(tmp_path: Path) -> None:
@@ -53,17 +56,3 @@ def test_serial_registers_and_status_bits_are_configurable(tmp_path: Path) -> No
 def test_invalid_bus_section_is_explained(tmp_path: Path, section: str, reason: str) -> None:
     with pytest.raises(BadInput, match=reason):
         load(tmp_path, section)
-
-
-@pytest.mark.parametrize("bus", [CanBus(channel="can7"), SerialBus(ports=("/dev/ttyUSB0",), echo=True)])
-def test_both_transports_survive_json_round_trip(bus: CanBus | SerialBus) -> None:
-    rig = Rig(name="r", bus=bus, drives=tuple(Drive(node_id=i) for i in (1, 2, 3)))
-    assert Rig.model_validate_json(rig.model_dump_json()) == rig
-
-
-def test_accessing_the_other_transport_raises_bad_input() -> None:
-    drives = tuple(Drive(node_id=i) for i in (1, 2, 3))
-    with pytest.raises(BadInput, match=r"on a CAN bus expected, bus\.transport = 'serial' found"):
-        _ = Rig(name="r", bus=SerialBus(), drives=drives).can
-    with pytest.raises(BadInput, match=r"on serial lines expected, bus\.transport = 'canopen' found"):
-        _ = Rig(name="r", drives=drives).serial

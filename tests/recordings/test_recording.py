@@ -26,13 +26,6 @@ def test_an_answer_shows_how_the_target_of_the_cycle_before_was_reached() -> Non
     np.testing.assert_allclose(error([0.0, 1.0, 2.0, 3.0], [0.0, 0.0, 0.9, 2.0]), [NAN, 0.0, 0.1, 0.0])
 
 
-def test_a_perfect_drive_has_no_following_error_at_any_speed() -> None:
-    path = np.linspace(0, 5, 50) ** 2
-    following = commanded(path[1:], path[:-1]).following_error
-    assert np.nanmax(np.abs(following)) == 0
-    assert np.isfinite(following[1:]).all()
-
-
 def test_the_last_target_stays_while_cycles_are_missed() -> None:
     command, position = [1.0, 2.0, NAN, NAN, 3.0, 4.0], [0.0, 1.0, NAN, NAN, 1.9, 3.0]
     np.testing.assert_allclose(error(command, position), [NAN, 0.0, NAN, NAN, 0.1, 0.0])

@@ -5,8 +5,9 @@ The programs import this module before they start; only their timeouts change.
 
 from canopen.sdo import SdoClient
 
-from daq import listen, stream
-from daq.clock import LockstepClock
+from daq.cycle import stream
+from daq.cycle.clock import LockstepClock
+from daq.passive import listen
 from drivers.canopen import drive as canopen_drive
 from drivers.canopen import setup as canopen_setup
 

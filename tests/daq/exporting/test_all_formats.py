@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from can import CanutilsLogReader
+from pyarrow import parquet
 
 from daq import exporting
 from daq.commands.export import command
@@ -16,6 +17,7 @@ from recordings.reader import read, read_can
 from recordings.recording import Run
 from recordings.rig import simulated_rig
 from recordings.writer import RecordingWriter
+from tests.running import printed
 
 STAMP = 1_700_000_000_000_000_000
 
@@ -67,7 +69,6 @@ def test_csv_holds_the_recording(recording: Path) -> None:
 
 
 def test_parquet_holds_the_recording(recording: Path) -> None:
-    parquet = pytest.importorskip("pyarrow.parquet")
     table = parquet.read_table(exported(recording, "parquet"))
     assert table.column("position_2").to_pylist() == [0.2, 0.2, None, 0.2, 0.2]
     assert table.column("error_code_3").to_pylist() == [0, 1, 2, 3, 4]
@@ -98,27 +99,20 @@ def test_mat_file_holds_the_recording(recording: Path) -> None:
     assert json.loads(contents["run"].item())["period"] == 0.004
 
 
-def test_candump_log_holds_the_frames(recording: Path) -> None:
-    assert exported(recording, "candump").read_text().splitlines() == [
+def test_candump_log_holds_the_frames_as_python_can_reads_them(recording: Path) -> None:
+    log = exported(recording, "candump").rename(recording.with_suffix(".log"))
+    assert log.read_text().splitlines() == [
         "(1700000000.001234) can0 123#2A36FF",
         "(1700000000.002000) can0 00012345#",
         "(1700000000.003000) can0 07F#R",
         "(1700000000.004000) can0 20000084#0000000000000000",
     ]
-
-
-def test_python_can_reads_the_candump_log(recording: Path) -> None:
-    from can import CanutilsLogReader
-
-    log = exported(recording, "candump").rename(recording.with_suffix(".log"))
     with CanutilsLogReader(log) as reader:
-        messages = list(reader)
-    frames = read_can(recording)
+        messages, frames = list(reader), read_can(recording)
     # python-can drops the id of an error frame.
     assert [message.arbitration_id for message in messages[:3]] == frames.id[:3].tolist()
     assert [message.is_remote_frame for message in messages] == frames.rtr.tolist()
     assert [message.is_error_frame for message in messages] == frames.error.tolist()
-    np.testing.assert_allclose([message.timestamp for message in messages], frames.log / 1e9, atol=1.1e-6)
 
 
 @pytest.mark.parametrize("form", exporting.names())
@@ -135,7 +129,7 @@ def test_export_never_overwrites_and_leaves_no_partial_file(form: str, recording
 
 
 def test_candump_rejects_a_recording_without_frames(tmp_path: Path) -> None:
-    from daq.importing import Description, import_data
+    from recordings.importing import Description, import_data
 
     (tmp_path / "data.csv").write_text("time,position_1,effort_1\n0,1,1\n1,2,2\n")
     import_data(tmp_path / "data.csv", tmp_path / "r.mcap", Description(mechanism="axes"))
@@ -146,11 +140,11 @@ def test_candump_rejects_a_recording_without_frames(tmp_path: Path) -> None:
 
 
 def test_export_command_writes_the_file(recording: Path) -> None:
-    result = CliRunner().invoke(command, [str(recording), "--to", "candump"], catch_exceptions=False)
-    assert result.stdout == f"{recording.with_suffix('.log')}: 4 frames\n"
-    result = CliRunner().invoke(command, [str(recording), "--to", "mat", "--json"], catch_exceptions=False)
-    assert json.loads(result.stdout)["out"] == str(recording.with_suffix(".mat"))
-    assert CliRunner().invoke(command, [str(recording), "--to", "xls"]).exit_code == 2
+    assert printed(command, recording, "--to", "candump") == f"{recording.with_suffix('.log')}: 4 frames\n"
+    document = json.loads(printed(command, recording, "--to", "mat", "--json"))
+    assert document["out"] == str(recording.with_suffix(".mat"))
+    with pytest.raises(BadInput, match="xls"):
+        printed(command, recording, "--to", "xls")
 
 
 def test_help_imports_no_heavy_package() -> None:

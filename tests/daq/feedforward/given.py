@@ -27,9 +27,10 @@ class GivenTorque:
     def __init__(self, stream: Floats, approach: Floats | None = None, ready: Event | None = None) -> None:
         """`ready`: set when the torque is there."""
         self._stream, self._approach, self._ready = stream, approach, ready
-        self.cancelled = False
+        self.cancelled, self.start = False, 0.0
 
     def compute(self, start: float, approach: Floats, trajectory: Trajectory) -> PlannedTorque:
+        self.start = start
         if self._ready is not None:
             self._ready.wait(30)
         return PlannedTorque(self._approach, self._stream, "d2")

@@ -1,4 +1,6 @@
+from contextlib import nullcontext
 from threading import Event
+from typing import Any
 
 import numpy as np
 import pytest
@@ -7,7 +9,7 @@ from daq.feedforward.planning import ASSUMED_GAIN, Feedforward
 from daq.feedforward.source import PlannedTorque
 from drivers.protocol import Identity
 from recordings.errors import BadInput, RunFailed
-from recordings.rig import Rig, Torque, simulated_rig
+from recordings.rig import Torque, simulated_rig
 from tests.daq.feedforward.given import GivenTorque
 from trajectories import load
 
@@ -58,12 +60,8 @@ def test_torque_beyond_the_limit_is_cut_off_and_said() -> None:
     assert "100% of the torques are cut off at 1 of the rated torque" in log[-1][2]
 
 
-def identities(simulated: bool) -> tuple[Identity, ...]:
-    return tuple(Identity(i, "", "", 0, 0, 0, simulated, False) for i in (1, 2, 3))
-
-
 @pytest.mark.parametrize(
-    ("simulated", "source", "accepted", "refused"),
+    ("simulated", "gain", "accepted", "refused"),
     [
         (False, "assumed", frozenset(), True),
         (False, "assumed", frozenset({ASSUMED_GAIN}), False),
@@ -72,14 +70,9 @@ def identities(simulated: bool) -> tuple[Identity, ...]:
     ],
 )
 def test_assumed_gain_is_refused_on_real_drives(
-    simulated: bool, source: str, accepted: frozenset[str], refused: bool
+    simulated: bool, gain: Any, accepted: frozenset[str], refused: bool
 ) -> None:
-    rig: Rig = RIG.model_copy(
-        update={"torque": Torque(gain_source="calibrated" if source == "calibrated" else "assumed")}
-    )
+    rig = RIG.model_copy(update={"torque": Torque(gain_source=gain)})
     feedforward = Feedforward(GivenTorque(np.zeros((1, 3))), rig, accepted, lambda *line: None)
-    if refused:
-        with pytest.raises(BadInput, match="--accept assumed-gain"):
-            feedforward.check_drives(identities(simulated))
-    else:
-        feedforward.check_drives(identities(simulated))
+    with pytest.raises(BadInput, match="--accept assumed-gain") if refused else nullcontext():
+        feedforward.check_drives(tuple(Identity(i, "", "", 0, 0, 0, simulated, False) for i in (1, 2, 3)))

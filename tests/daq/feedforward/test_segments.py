@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from daq.feedforward.segments import between, lead_in, segments
+from daq.feedforward.segments import lead_in, segments
 from daq.feedforward.source import PlannedTorque
 from recordings.rig import simulated_rig
 from trajectories import approach, load
@@ -41,7 +41,3 @@ def test_sunk_robot_gets_the_torque_of_the_whole_approach() -> None:
     assert offsets is not None
     assert len(offsets) == len(parts["approach"].path) != len(WAY)
     np.testing.assert_allclose(offsets[[0, -1], 0], [7.0, 5.0], atol=0.1)
-
-
-def test_offset_is_that_of_the_middle_of_a_cycle() -> None:
-    np.testing.assert_allclose(between(np.array([[0.0], [2.0], [6.0]])), [[0.0], [1.0], [4.0]])

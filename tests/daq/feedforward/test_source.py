@@ -5,6 +5,7 @@ import json
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from threading import Timer
 
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 from daq.feedforward import source as sources
-from daq.feedforward.source import PlannedTorque, open_source
+from daq.feedforward.source import open_source
 from recordings.errors import BadInput
 from recordings.rig import load_rig, simulated_rig
 from tests.daq.feedforward.given import write_nominal_torque
@@ -36,34 +37,36 @@ REFUSING = "import sys; print('warning: x', file=sys.stderr); sys.exit('error: t
 LASTING = "import time; time.sleep(60)"
 
 
-def model(folder: Path) -> Path:
-    path = folder / "m.json"
-    path.write_text(json.dumps({"schema": 1}))
-    return path
+Program = Callable[[str], Path]
 
 
-def run(monkeypatch: pytest.MonkeyPatch, folder: Path, program: str) -> PlannedTorque:
-    monkeypatch.setattr(sources, "_IDENT", [sys.executable, "-c", program])
-    return open_source(model(folder), RIG, None, TRAJECTORY).compute(1.5, APPROACH, TRAJECTORY)
+@pytest.fixture
+def model(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Program:
+    """Set the program that is run in the place of `ident`; a model for it."""
+
+    def played(program: str) -> Path:
+        monkeypatch.setattr(sources, "_IDENT", [sys.executable, "-c", program])
+        (tmp_path / "m.json").write_text(json.dumps({"schema": 1}))
+        return tmp_path / "m.json"
+
+    return played
 
 
-def test_torque_of_every_streamed_sample_is_computed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    planned = run(monkeypatch, tmp_path, GOOD)
+def test_torque_of_every_streamed_sample_is_computed(model: Program) -> None:
+    source = open_source(model(GOOD), RIG, None, TRAJECTORY)
+    planned = source.compute(1.5, APPROACH, TRAJECTORY)
     np.testing.assert_allclose(planned.approach, 10 * APPROACH)
     np.testing.assert_allclose(planned.stream, 10 * TRAJECTORY.joint_position)
-    source = open_source(tmp_path / "m.json", RIG, None, TRAJECTORY)
-    assert source.digest == hashlib.sha256((tmp_path / "m.json").read_bytes()).hexdigest()
+    assert source.digest == hashlib.sha256(source.path.read_bytes()).hexdigest()
     assert len(planned.table_digest) == 64
 
 
-def test_what_ident_refuses_is_refused_before_the_run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(sources, "_IDENT", [sys.executable, "-c", REFUSING])
+def test_what_ident_refuses_is_refused_before_the_run(model: Program) -> None:
     with pytest.raises(BadInput, match=r"--feedforward .*m.json: the rig of the model expected"):
-        open_source(model(tmp_path), RIG, None, TRAJECTORY)
+        open_source(model(REFUSING), RIG, None, TRAJECTORY)
 
 
-def test_interrupt_ends_the_trial(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(sources, "_IDENT", [sys.executable, "-c", LASTING])
+def test_interrupt_ends_the_trial(model: Program, monkeypatch: pytest.MonkeyPatch) -> None:
     processes = []
 
     class Interrupted(subprocess.Popen[bytes]):
@@ -75,27 +78,24 @@ def test_interrupt_ends_the_trial(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
 
     monkeypatch.setattr(subprocess, "Popen", Interrupted)
     with pytest.raises(KeyboardInterrupt):
-        open_source(model(tmp_path), RIG, None, TRAJECTORY)
+        open_source(model(LASTING), RIG, None, TRAJECTORY)
     (process,) = processes
     assert process.wait(10.0) == -signal.SIGKILL
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.5])
-def test_process_is_ended_with_the_run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, delay: float) -> None:
-    monkeypatch.setattr(sources, "_IDENT", [sys.executable, "-c", GOOD])
-    source = open_source(model(tmp_path), RIG, None, TRAJECTORY)
-    monkeypatch.setattr(sources, "_IDENT", [sys.executable, "-c", LASTING])
+def test_process_is_ended_with_the_run(model: Program, delay: float) -> None:
+    source = open_source(model(GOOD), RIG, None, TRAJECTORY)
+    model(LASTING)
     Timer(delay, source.cancel).start()
     with pytest.raises(BadInput, match="ended without a reason"):
         source.compute(1.5, APPROACH, TRAJECTORY)
 
 
-def test_rig_of_the_process_is_the_simulated_one_without_a_rig_file(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_rig_of_the_process_is_the_simulated_one_without_a_rig_file(model: Program, tmp_path: Path) -> None:
     copy = "import shutil, sys; shutil.copy(sys.argv[6], {!r}); sys.exit('error: seen')"
     with pytest.raises(BadInput, match="seen"):
-        run(monkeypatch, tmp_path, copy.format(str(tmp_path / "rig.toml")))
+        open_source(model(copy.format(str(tmp_path / "rig.toml"))), RIG, None, TRAJECTORY)
     rig = load_rig(tmp_path / "rig.toml", driven=False)
     assert (rig.geometry, rig.torque) == (RIG.geometry, RIG.torque)
 
@@ -110,10 +110,9 @@ def test_table_is_taken_as_it_is_and_leaves_the_approach_alone(tmp_path: Path) -
     assert source.digest == planned.table_digest
 
 
-@pytest.mark.parametrize(("content", "message"), [(None, "cannot be read"), ("no JSON", "a model file")])
-def test_file_that_is_neither_is_refused(tmp_path: Path, content: str | None, message: str) -> None:
-    path = tmp_path / "m.json"
-    if content is not None:
-        path.write_text(content)
-    with pytest.raises(BadInput, match=message):
-        open_source(path, RIG, None, TRAJECTORY)
+def test_file_that_is_neither_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="cannot be read"):
+        open_source(tmp_path / "m.json", RIG, None, TRAJECTORY)
+    (tmp_path / "m.json").write_text("no JSON")
+    with pytest.raises(BadInput, match="a model file"):
+        open_source(tmp_path / "m.json", RIG, None, TRAJECTORY)

@@ -52,8 +52,5 @@ def test_table_that_must_not_be_fed_forward_is_refused(
     rows[change[0], change[1]] = change[2]
     with pytest.raises(BadInput, match=message):
         read_torque_table(table(tmp_path, rows), RIG)
-
-
-def test_missing_column_is_named(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="no torque_3 found"):
         read_torque_table(table(tmp_path, ROWS[:, :-1], NAMES[:-1]), RIG)

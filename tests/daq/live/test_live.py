@@ -160,11 +160,3 @@ def test_recording_is_the_same_with_and_without_viewers(
         done = daq("record", "--traj", "fig5a", "--cycles", 1, "--rate", 250, "--out", f"{len(more)}.mcap", *more)
         assert done.code == 0, done.err
     assert (tmp_path / "0.mcap").read_bytes() == (tmp_path / "1.mcap").read_bytes()
-
-
-@pytest.mark.parametrize("option", ["--live", "--foxglove", "--status"])
-@pytest.mark.parametrize("other", ["--dry-run", "--listen"])
-def test_live_options_are_rejected_without_a_motion(daq: Runner, option: str, other: str) -> None:
-    done = daq("record", "--traj", "fig5a", option, other)
-    assert done.code == 2
-    assert option in done.err

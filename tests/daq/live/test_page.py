@@ -32,20 +32,14 @@ def received(broadcast: RunBroadcast) -> list[dict[str, Any]]:
     return [json.loads(event.removeprefix("data: ")) for event in events]
 
 
-def test_page_receives_start_lines_and_end_of_the_run() -> None:
+def test_page_receives_the_start_the_last_lines_and_the_end_of_the_run() -> None:
     broadcast = RunBroadcast(RUN)
-    broadcast.listen(f"{text}\n" for text in [line(1), line(2), DONE])
+    broadcast.listen(f"{text}\n" for text in [*map(line, range(1000)), DONE])
     first, *lines = received(broadcast)
     assert first["run"] == RUN
-    assert lines == [{"rows": [], "cycles": 1}, {"rows": [], "cycles": 2}, {"ended": None}]
+    assert [each.get("cycles") for each in lines] == [*range(1000 - page._MAX_LINES + 1, 1000), None]
+    assert lines[-1] == {"ended": None}
     assert (broadcast.pages, broadcast.pages_served) == (0, 1)
-
-
-def test_late_page_receives_the_last_lines() -> None:
-    broadcast = RunBroadcast(RUN)
-    broadcast.listen([*map(line, range(1000)), DONE])
-    _, *lines = received(broadcast)
-    assert [line_number.get("cycles") for line_number in lines] == [*range(1000 - page._MAX_LINES + 1, 1000), None]
 
 
 def test_open_page_receives_each_line_once(monkeypatch: pytest.MonkeyPatch) -> None:

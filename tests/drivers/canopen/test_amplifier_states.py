@@ -8,10 +8,10 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from daq.clock import LockstepClock
-from daq.recorder import NullRecorder
-from daq.stopping import StopRequest
-from daq.stream import CycleProgress, Stream
+from daq.cycle.clock import LockstepClock
+from daq.cycle.recorder import NullRecorder
+from daq.cycle.stopping import StopRequest
+from daq.cycle.stream import CycleProgress, Stream
 from drivers.canopen.drive import CanopenDrives
 from drivers.cia402 import Controlword
 from drivers.protocol import Goal

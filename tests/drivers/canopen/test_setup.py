@@ -3,7 +3,7 @@ import pytest
 from drivers.canopen import setup
 from drivers.eds import Address
 from recordings.errors import BadInput
-from recordings.rig import Drive, DriveUnits, simulated_rig
+from recordings.rig import AssumedUnits, Drive, simulated_rig
 from tests.drivers.canopen.given import dictionary, values_of
 
 RIG = simulated_rig()
@@ -61,7 +61,7 @@ def test_watchdog_is_the_best_that_the_drive_has(objects: tuple[Address, ...], w
 
 @pytest.mark.parametrize(("unit", "value"), [("0.001 rpm/s", 30_080_300), ("1000 rpm/s", 30), ("100000 rpm/s", None)])
 def test_unit_that_is_too_coarse_for_the_quick_stop_is_refused(unit: str, value: int | None) -> None:
-    drive = Drive(node_id=1, units=DriveUnits(acceleration=unit))
+    drive = Drive(node_id=1, units=AssumedUnits(acceleration=unit))
     silent = dictionary(drive, absent=(0x60AA,))
     if value is None:
         with pytest.raises(BadInput, match="cannot be written in the drive's unit"):

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.canopen.units import Units, units_of
-from recordings.rig import Drive, DriveUnits
+from recordings.rig import AssumedUnits, Drive
 
 DRIVE = Drive(node_id=1, counts_per_turn=8192, gear=21.0)
 MOTOR = 21 / math.tau
@@ -101,13 +101,13 @@ def test_factors_that_nobody_has_set_say_nothing() -> None:
 
 
 def test_rig_file_states_what_the_drive_does_not() -> None:
-    drive = DRIVE.model_copy(update={"units": DriveUnits(acceleration="0.001 rpm/s")})
+    drive = DRIVE.model_copy(update={"units": AssumedUnits(acceleration="0.001 rpm/s")})
     for objects in ({}, {(0x60AA, 0): 0x00123456}, {(0x6097, 1): 7, (0x6097, 2): 3}):
         assert acceleration(units_of(objects, drive)) == pytest.approx(60e3 * MOTOR)
 
 
 def test_rig_file_that_contradicts_the_drive_is_a_problem_with_both_numbers() -> None:
-    drive = DRIVE.model_copy(update={"units": DriveUnits(acceleration="counts/s^2")})
+    drive = DRIVE.model_copy(update={"units": AssumedUnits(acceleration="counts/s^2")})
     (problem,) = units_of({(0x60AA, 0): 0x00C00300}, drive).problems
     assert f"{60 * MOTOR:g} by the drive (rpm/s, 60AAh)" in problem
     assert f"{8192 * MOTOR:g} by units.acceleration" in problem

@@ -1,0 +1,1 @@
+"""Commissioning of drives: homing, and small motions of one joint."""

@@ -1,0 +1,132 @@
+"""Homing: one drive after the other searches its zero by itself, while the others hold; supervised like a motion."""
+
+import math
+from collections.abc import Iterator
+from contextlib import closing, nullcontext
+from dataclasses import dataclass, replace
+
+from daq.cycle.clock import Clock, HostClock, LockstepClock
+from daq.cycle.progress import CycleProgress
+from daq.cycle.realtime import realtime_priority
+from daq.cycle.recorder import NullRecorder
+from daq.cycle.stopping import StopRequest
+from daq.cycle.stream import MotionFault, Stream
+from daq.cycle.supervisor import JointArray, Supervisor
+from drivers import transports
+from drivers.protocol import Amplifiers, HomingAmplifiers, HomingState, Report, Sample
+from recordings.errors import BadInput
+from recordings.recording import Floats, Pace
+from recordings.rig import Homing, Rig
+
+
+@dataclass(frozen=True)
+class Homed:
+    """Outcome for one joint."""
+
+    joint: int
+    """1 ... n."""
+    method: int | None
+    """Object 6098; None: nothing was done."""
+    position: float
+    """Where the joint stands now [rad or m]; NaN where nothing was done."""
+    reason: str
+    """Why nothing was done; "" where it was homed."""
+
+
+class HomingSupervisor(Supervisor):
+    """Supervisor while one joint searches its zero: its position is not known and may jump when it finds it."""
+
+    def __init__(self, rig: Rig, joint: int) -> None:
+        """`joint`: 1 ... n."""
+        super().__init__(rig)
+        self._searching = joint - 1
+
+    def standstill(self, position: JointArray) -> str | None:
+        """See `Supervisor`: angles mean nothing before the zero is known."""
+        return None
+
+    def motion(self, sample: Sample, target: JointArray, torque_offset: JointArray | None = None) -> str | None:
+        """See `Supervisor`: of the joint that searches, only power and torque are checked."""
+        position = list(sample.position)
+        position[self._searching] = math.nan
+        return super().motion(replace(sample, position=tuple(position)), target, torque_offset)
+
+
+class HomingStream(Stream):
+    """Run of one homing on configured drives. They end disabled in every case."""
+
+    def home(self, amplifiers: HomingAmplifiers, joint: int, settings: Homing, clock: Clock) -> float:
+        """Home `joint` (1 ... n); returns where it stands then [rad or m].
+
+        `clock` goes on with the next SYNC: no time counts as missed that passed since the last homing.
+
+        Raises:
+            RunFailed: it was not homed; the drives are disabled (or the message names the others).
+        """
+        self._supervisor, self._exchange.clock = HomingSupervisor(self._rig, joint), clock
+        with self._supervised():
+            self._wait_for_answers()
+            held = self._enable()
+            amplifiers.start_homing(joint)
+            sample = self._search(amplifiers, joint, settings.timeout, held)
+        return sample.position[joint - 1]
+
+    def _search(self, amplifiers: HomingAmplifiers, joint: int, timeout: float, held: Floats) -> Sample:
+        progress, count = self._progress, self._cycle_count(timeout)
+        progress.phase, progress.total = f"home {joint}", count
+        (setpoint,) = self._amplifiers.encode(held[None])
+        for cycle in range(count):
+            if self._stop.count:
+                raise MotionFault(self._stop.reason)
+            sample = self._exchange.run(setpoint, held)
+            self._raise_fault(self._supervisor.drives(sample) or self._supervisor.motion(sample, held))
+            progress.done = cycle
+            state = amplifiers.homing_state(joint)
+            if state is HomingState.FAILED:
+                raise MotionFault(f"joint {joint}: homing error (statusword bit 13); check switch, method and speeds")
+            if state is HomingState.DONE:
+                return sample
+        raise MotionFault(f"joint {joint}: not homed within {timeout:g} s; check the switch, or raise homing.timeout")
+
+
+def home(rig: Rig, joints: list[int], pace: Pace, log: Report, *, again: bool) -> Iterator[Homed]:
+    """Home the drives of `joints` (1 ... n) one after the other; yields each outcome.
+
+    `again`: also drives that say that they have their zero reference.
+
+    Raises:
+        BadInput: drives on serial lines, a drive without homing mode, or simulated drives in the other pace.
+        RunFailed: a drive was not homed; all are disabled.
+    """
+    lockstep = pace == "lockstep"
+    simulated_clock = LockstepClock(rig.rate)
+    connected = transports.of(rig).connect(rig, log, lambda *frame: None, simulated_clock.now if lockstep else None)
+    priority = nullcontext() if lockstep else realtime_priority(log)
+    with StopRequest() as stop, closing(connected) as drives, priority:
+        amplifiers = _homing_amplifiers(drives)
+        if any(identity.lockstep != lockstep for identity in drives.discover()):
+            raise BadInput(
+                "--pace lockstep needs drives simulated in lockstep; real drives are homed in real time only"
+                if lockstep
+                else "these simulated drives run in lockstep; home them with --pace lockstep"
+            )
+        amplifiers.configure(referenced=False)
+        stream = HomingStream(rig, drives, simulated_clock, NullRecorder(), stop, CycleProgress())
+        for joint in joints:
+            settings = rig.drives[joint - 1].homing
+            if settings is None:
+                yield Homed(joint, None, math.nan, "absolute encoder (no homing in the rig file)")
+            elif amplifiers.is_homed(joint) and not again:
+                yield Homed(joint, None, math.nan, "has its zero reference already; --again homes it anew")
+            else:
+                amplifiers.prepare_homing(joint)
+                clock = simulated_clock if lockstep else HostClock(rig.rate, transports.of(rig).lead(rig))
+                position = stream.home(amplifiers, joint, settings, clock)
+                amplifiers.finish_homing(joint)
+                yield Homed(joint, settings.method, position, "")
+
+
+def _homing_amplifiers(drives: Amplifiers) -> HomingAmplifiers:
+    if not isinstance(drives, HomingAmplifiers):
+        raise BadInput("drives on a CAN bus expected, serial lines found; home these drives with their own tool")
+    return drives

@@ -1,0 +1,148 @@
+"""A recording, from the check of its request to the figures that are printed: on the drives, dry, or by listening."""
+
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import click
+from rich.console import Console
+
+from daq.bench import Bench
+from daq.cycle.progress import CycleProgress
+from daq.cycle.session import Display, RunRequest, Session, check_request
+from daq.feedforward.source import open_source
+from daq.live.status import LineSink, StatusLines, to_stdout
+from daq.live.terminal import ProgressBar, figures, summary
+from daq.live.viewers import viewers
+from daq.passive import listen
+from drivers import transports
+from recordings.command_line import say, say_report
+from recordings.errors import BadInput
+from recordings.progress import progress_bar
+from recordings.rig import Rig
+from trajectories import Trajectory
+from trajectories.checks import check
+
+
+def record(
+    bench: Bench,
+    trajectory: Trajectory,
+    out: Path | None,
+    analysis: str = "fit",
+    *,
+    as_json: bool,
+    dry_run: bool = False,
+    feedforward: Path | None = None,
+    rig_file: Path | None = None,
+    accepted: Sequence[str] = (),
+    status: bool = False,
+    page: bool = False,
+    foxglove: int | None = None,
+) -> None:
+    """Record a trajectory, or do all of it but power and file (`dry_run`), and print its figures.
+
+    Args:
+        out: the recording; None: named after the trajectory.
+        analysis: command of `ident` that comes next.
+        feedforward: model or table of the torque that is fed forward; `rig_file`: of the rig, for the model.
+        accepted: what of it is accepted by name.
+        status: JSON lines on stdout while the run goes on.
+        page, foxglove: the viewers, and the port of the latter.
+
+    Raises:
+        BadInput: the trajectory exceeds a limit, the file exists, or rig, sim file or feed-forward do not suit.
+        RunFailed: the motion was not completed.
+    """
+    if accepted and feedforward is None:
+        raise BadInput("--accept belongs to --feedforward; drop it")
+    check(trajectory, bench.rig)
+    request = RunRequest(bench.rig, trajectory, out or Path(f"{trajectory.name}.mcap"), bench.pace, bench.seed)
+    if feedforward is not None:
+        rig = bench.rig.with_torque_offset()
+        source = open_source(feedforward, rig, rig_file, trajectory)
+        request = replace(request, rig=rig, feedforward=source, accepted=frozenset(accepted))
+        bench = replace(bench, rig=rig)
+    check_request(request)
+    with viewers(request, page, foxglove, say) as sinks, bench.serve(request.out):
+        bench.announce(f"{trajectory.name}, {len(trajectory.repeat) / bench.rig.rate:.1f} s at {bench.rig.rate:g} Hz")
+        say(transports.of(bench.rig).describe(bench.rig))
+        session = Session(request, say_report)
+        if dry_run:
+            _dry_run(session, as_json)
+        else:
+            _run(session, request, status, sinks, analysis, as_json)
+
+
+def _run(
+    session: Session, request: RunRequest, status: bool, sinks: list[LineSink], analysis: str, as_json: bool
+) -> None:
+    result = session.run(_display(request.rig.rate, not status, [*sinks, *([to_stdout] if status else [])]))
+    simulated = any(identity.simulated for identity in result.identities)
+    if as_json or status:
+        document = {"schema": 1, "recording": str(request.out), "simulated": simulated, **figures(result)}
+        click.echo(json.dumps(document))
+        return
+    console = Console()
+    console.print(summary(result))
+    mark = " (simulated)" if simulated else ""
+    console.print(f"recorded {request.out}{mark}; next: ident {analysis} {request.out}", style="bold")
+
+
+def _display(rate: float, bar: bool, sinks: Sequence[LineSink]) -> Display:
+    @contextmanager
+    def display(progress: CycleProgress) -> Iterator[None]:
+        with ExitStack() as stack:
+            if bar:
+                stack.enter_context(ProgressBar(progress))
+            if sinks:
+                stack.enter_context(StatusLines(progress, rate, sinks))
+            yield
+
+    return display
+
+
+def _dry_run(session: Session, as_json: bool) -> None:
+    result, position = session.dry_run(ProgressBar)
+    if as_json:
+        click.echo(json.dumps({"schema": 1, "dry_run": True, "joint_position": position, **figures(result)}))
+        return
+    console = Console()
+    console.print(summary(result))
+    console.print("joints stand at", ", ".join(f"{angle:.4f}" for angle in position), "rad")
+    console.print("dry run: everything but power and file worked; nothing has moved", style="bold")
+
+
+def record_heard(
+    rig: Rig, trajectory: Trajectory | None, out: Path | None, duration: float | None, *, as_json: bool
+) -> None:
+    """Record what another master makes the drives do, for `duration` [s] at most, and print what was found.
+
+    Raises:
+        BadInput: the bus cannot be listened to or opened, or the file exists.
+        RunFailed: the bus is lost, or no SYNC was heard.
+    """
+    listen.check(rig)
+    out = out or Path(f"{listen.TRAJECTORY_NAME}.mcap")
+    announced = False
+    with progress_bar("listening") as show:
+
+        def show_traffic(traffic: listen.BusTraffic) -> None:
+            nonlocal announced
+            if not announced:
+                # Only after the bus is open: another program may wait for this line before it starts.
+                announced = True
+                say(f"listening on {rig.can.interface} '{rig.can.channel}', sending nothing; Ctrl-C ends")
+            show(f"listening: {traffic.syncs} SYNCs, {traffic.frames} frames")
+
+        traffic, reconstructed = listen.record(rig, out, trajectory, duration, show_traffic)
+    if trajectory is not None and reconstructed.trajectory is None:
+        say(f"warning: the motion {trajectory.name} is not what was commanded; see what was found", "yellow")
+    found = {"frames": traffic.frames, "syncs": traffic.syncs, **reconstructed.figures()}
+    if as_json:
+        click.echo(json.dumps({"schema": 1, "recording": str(out), **found}))
+        return
+    for label, value in found.items():
+        click.echo(f"{label.replace('_', ' ')}: {value}")
+    click.echo(f"recorded {out} (listened); next: ident fit {out}")

@@ -1,0 +1,200 @@
+"""Conversion of measurements of other programs to recordings.
+
+A file is read by the format that recognises it (`formats`) into a table (`table`); its columns become quantities in
+SI units (`mapping`, `units`, `quantities`), and these a recording. `guessing` says what columns may be, and
+`observations` what can be seen in the result.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from recordings import blocks
+from recordings.blocks import SampleTable
+from recordings.config import validated
+from recordings.errors import BadInput
+from recordings.imported import imported_rig, measured_torque
+from recordings.importing import formats
+from recordings.importing.mapping import sources
+from recordings.importing.quantities import Quantities, quantities
+from recordings.importing.repetitions import mean_step, repetitions
+from recordings.importing.table import BagPart, Table
+from recordings.importing.units import RigHints
+from recordings.metadata import software
+from recordings.plausible import LARGEST, first_implausible
+from recordings.recording import IMPORTED, Floats, Run
+from recordings.rig import JointType, MechanismName, Rig, Torque
+
+_MAX_RATE = 4000.0
+"""Highest rate that a rig description permits [Hz]."""
+_NO_DATE = "1970-01-01T00:00:00.000+00:00"
+
+
+@dataclass(frozen=True)
+class Description:
+    """Description of the machine, given in addition to the measurements."""
+
+    rig: Rig | None = None
+    mechanism: MechanismName | None = None
+    joints: tuple[JointType, ...] = ("revolute",)
+    torque: Mapping[str, Any] | None = None
+    """Keys of the section [torque] of a rig file; None if they are unknown. A single gain or torque per ampere stands
+    for all joints."""
+    gravity: bool = False
+    """Whether gravity loads the joint of a single axis."""
+    simulated: bool = False
+    start: str | None = None
+    """ISO 8601 time of the first sample; None: as the file says."""
+    robot: str | None = None
+    """Name of the robot."""
+
+    @property
+    def hints(self) -> RigHints:
+        """What is known of the joints."""
+        return RigHints(self.rig.joint_types, self.rig.drives) if self.rig else RigHints(self.joints)
+
+
+@dataclass(frozen=True, eq=False)
+class Imported:
+    """Result of an import."""
+
+    rig: Rig
+    run: Run
+    samples: SampleTable
+    notes: tuple[str, ...] = ()
+    """Sentences on what was left out, and how the file was read."""
+    time_column: str = "time"
+
+    @property
+    def steps(self) -> Floats:
+        """Time steps between the samples (n - 1,) [s]."""
+        return np.diff(self.samples.stamp) / 1e9
+
+
+def import_data(
+    path: Path, out: Path, description: Description, mapping: Sequence[str] = (), part: BagPart | None = None
+) -> Imported:
+    """Write the measurements in `path` to the new recording `out`.
+
+    Time is counted from the first sample. Uneven time steps are kept.
+
+    Args:
+        mapping: entries NAME=COLUMN:UNIT, or TOML files of such.
+        part: what is taken of a ROS bag.
+
+    Raises:
+        BadInput: the file violates its format, does not hold what is needed, or contradicts the description, or `out`
+            exists.
+        OSError: `out` cannot be written; no partial file is left.
+    """
+    table = formats.read(path, part or BagPart())
+    columns = sources(table, mapping)
+    values = quantities(table, columns, description.hints)
+    rate = 1e9 / mean_step(values.stamp)
+    rig = _rig(table, description, values.joints, rate)
+    joints = dict(values.joints)
+    if not {"voltage", "effort"} & joints.keys():
+        joints["effort"] = _effort(table, joints["current"], rig)
+    repeat, period = repetitions(table, values.cycle, values.stamp, joints.get("command", joints["position"]))
+    run = Run(
+        trajectory=IMPORTED,
+        trajectory_digest=table.digest,
+        period=period,
+        cycles=max(int(repeat.max()) + 1, 1),
+        rate=rate,
+        software=software(),
+        simulated=description.simulated,
+        pace="realtime",
+        start=description.start or _start(table, values),
+        robot=description.robot,
+        exit_status=0,
+        reason=f"imported from {path.name}",
+    )
+    samples = SampleTable(
+        joints=rig.joint_names,
+        stamp=values.stamp,
+        log=values.stamp,
+        cycle=np.arange(len(values.stamp)),
+        repeat=repeat,
+        extra=values.extra,
+        position=joints["position"],
+        command=joints.get("command"),
+        voltage=joints.get("voltage"),
+        velocity=joints.get("velocity"),
+        effort=joints.get("effort"),
+    )
+    blocks.write(out, rig, run, samples)
+    used = {source.column for source in columns.values()}
+    unread = ", ".join(name for name in table.unreadable if name not in used)
+    notes = (*table.notes, *([f"left out, because not finite numbers throughout: {unread}"] if unread else []))
+    return Imported(rig, run, samples, notes, columns["time"].column)
+
+
+def _start(table: Table, values: Quantities) -> str:
+    """ISO 8601 time of the first sample as the file says it; 1970 where it does not."""
+    if values.epoch is not None:
+        return datetime.fromtimestamp(values.epoch, UTC).isoformat(timespec="milliseconds")
+    return table.start or _NO_DATE
+
+
+def _effort(table: Table, current: Floats, rig: Rig) -> Floats:
+    """Effort (n, dof) [N m or N] of the `current` (n, dof) [A]."""
+    if not rig.torque.per_ampere:
+        raise BadInput(
+            f"{table.path} holds currents: their torque per ampere expected, none found; give --kt, or "
+            "torque.per_ampere in the rig file"
+        )
+    effort: Floats = current * np.array(rig.torque.per_ampere)
+    if wrong := first_implausible(effort, "effort"):
+        raise BadInput(
+            f"{table.location(wrong[0])}: effort within ±{LARGEST['effort']:g} N m or N expected, {effort[wrong]:g} "
+            f"found for joint {wrong[1] + 1}; correct its torque per ampere"
+        )
+    return effort
+
+
+def _for_joints(torque: Mapping[str, Any], dof: int) -> dict[str, Any]:
+    """Keys of [torque] with a gain and torque per ampere for each joint; a gain that is given is a calibrated one."""
+    content = dict(torque)
+    for name, option in (("gain", "--gain"), ("per_ampere", "--kt")):
+        if name in content:
+            if len(content[name]) not in (1, dof):
+                raise BadInput(
+                    f"{option}: one number, or {dof} (one per joint) expected, {len(content[name])} found; correct it"
+                )
+            content[name] = content[name] * (dof // len(content[name]))
+    return content | ({"gain_source": "calibrated"} if "gain" in content else {})
+
+
+def _rig(table: Table, description: Description, joints: Mapping[str, Floats], rate: float) -> Rig:
+    dof, volts = joints["position"].shape[1], "voltage" in joints
+    if description.rig is not None:
+        if description.rig.dof != dof:
+            raise BadInput(
+                f"{table.path}: {description.rig.dof} joints expected by the rig file, {dof} columns position_i "
+                "found; map as many columns, or choose another rig file"
+            )
+        return description.rig
+    if not volts and {"map", "gain"} & (description.torque or {}).keys():
+        raise BadInput(f"{table.path} holds no voltages, which alone need a torque map or gain; leave these out")
+    if "effort" in joints and "per_ampere" in (description.torque or {}):
+        raise BadInput(f"{table.path} holds efforts, which need no torque per ampere; leave --kt out")
+    if dof != 3 and description.mechanism is None:
+        raise BadInput(
+            f"{table.path}: the three joints of a delta robot expected, {dof} found; say what it is with --rig, or "
+            "with --mechanism axes --joints revolute|prismatic, or map three"
+        )
+    given = validated(_for_joints(description.torque or {}, dof), Torque, "--torque-map, --gain, --kt")
+    return imported_rig(
+        table.path.stem,
+        dof,
+        min(rate, _MAX_RATE),
+        mechanism=description.mechanism,
+        joints=description.joints,
+        torque=given if volts else measured_torque(dof, given.per_ampere),
+        gravity=description.gravity,
+    )

@@ -1,0 +1,75 @@
+"""Tables of named arrays, as NPZ, MAT and Parquet files hold them."""
+
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.importing.table import Table
+from recordings.recording import Floats
+
+
+def table_of_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], digest: str) -> Table:
+    """Make a table of arrays: a matrix (n, k) or (k, n) gives k columns NAME_1 ... NAME_k.
+
+    Arrays of another length than the others, and text, are left out, and noted.
+    """
+    stacked = {name: _stacked(np.squeeze(array)) for name, array in arrays.items()}
+    count = _rows(stacked)
+    columns: dict[str, Floats] = {}
+    invalid: dict[str, str] = {}
+    start, other, left_out = None, [], []
+    for name, array in stacked.items():
+        if array.ndim not in (1, 2) or count not in array.shape:
+            other.append(name)
+            left_out.append(f"{name} of shape {array.shape}" + (f" and not {count} values long" if count else ""))
+        elif array.dtype.kind == "M":
+            columns[name], start = _seconds(array)
+        elif array.dtype.kind not in "fiub":
+            kind = "text" if array.dtype.kind in "OSUT" else array.dtype.name
+            left_out.append(f"{name} holds {kind}")
+            invalid[name] = f"{path}, column {name!r}: numbers expected, {kind} found; export it as numbers"
+        else:
+            columns |= _numbered(name, array.astype(float), count)
+    notes = (f"left out, because not {count} values long: {', '.join(other)}",) if other else ()
+    return Table(path, columns, digest, start=start, invalid=invalid, left_out=tuple(left_out), notes=notes)
+
+
+def _stacked(array: NDArray[Any]) -> NDArray[Any]:
+    """A matrix of an array of equally long lists, numbers of an array of objects; anything else as it is."""
+    if array.dtype.kind != "O" or not array.size:
+        return array
+    try:
+        return np.array(array.tolist(), dtype=float)
+    except (TypeError, ValueError):
+        return array
+
+
+def _rows(arrays: Mapping[str, NDArray[Any]]) -> int:
+    """Number of samples: the most frequent length of the vectors, or else the longest axis."""
+    vectors = Counter(len(array) for array in arrays.values() if array.ndim == 1 and len(array) > 1)
+    if vectors:
+        most = max(vectors.values())
+        return max(length for length, number in vectors.items() if number == most)
+    return max((length for array in arrays.values() if array.ndim == 2 for length in array.shape), default=0)
+
+
+def _numbered(name: str, array: Floats, count: int) -> dict[str, Floats]:
+    if array.ndim == 1:
+        return {name: array}
+    rows = array if len(array) == count else array.T
+    return {f"{name}_{k}": column.copy() for k, column in enumerate(rows.T, start=1)}
+
+
+def _seconds(array: NDArray[Any]) -> tuple[Floats, str | None]:
+    """Seconds (n,) since the first date, NaN where there is none, and that date."""
+    stamp = array.astype("datetime64[ns]")
+    known = ~np.isnat(stamp)
+    if not known.any():
+        return np.full(len(array), np.nan), None
+    first = stamp[known][0]
+    seconds = np.where(known, (stamp - first).astype(np.int64) / 1e9, np.nan)
+    return seconds, f"{np.datetime_as_string(first, unit='ms')}+00:00"

@@ -1,0 +1,85 @@
+"""Formats that can be imported: each is one module of this folder, with the interface `ImportFormat`."""
+
+import hashlib
+import importlib
+import pkgutil
+from pathlib import Path
+from typing import Protocol, cast
+
+from recordings.errors import BadInput
+from recordings.files import sha256
+from recordings.importing.table import BagPart, Table
+
+_HEAD = 4096
+"""Number of bytes by which a format is recognised."""
+_LONGEST_REASON = 120
+"""Number of characters of a library's error that are shown."""
+_FALLBACK = "csv"
+"""Format of text that no other format claims."""
+
+
+class ImportFormat(Protocol):
+    """Interface of each module of this folder."""
+
+    def recognises(self, path: Path, head: bytes) -> bool:
+        """Whether `path`, a file that begins with `head` or a folder, is in this format."""
+        ...
+
+    def read(self, path: Path, selection: BagPart) -> Table:
+        """Read the file or folder `path`.
+
+        Raises:
+            BadInput: it cannot be read, or does not hold what `selection` asks for.
+        """
+        ...
+
+
+def names() -> tuple[str, ...]:
+    """List the formats."""
+    return tuple(sorted(module.name for module in pkgutil.iter_modules(__path__)))
+
+
+def read(path: Path, selection: BagPart) -> Table:
+    """Read `path` in the format that recognises its content.
+
+    Raises:
+        BadInput: it does not exist, no format recognises it, or it cannot be read.
+    """
+    head = _head(path)
+    for name in sorted(names(), key=lambda name: name == _FALLBACK):
+        form = cast(ImportFormat, importlib.import_module(f"{__name__}.{name}"))
+        if form.recognises(path, head):
+            if (selection.topic or selection.names) and name != "ros":
+                raise BadInput(f"{path}: --topic and --names choose from a ROS bag, {name} found; leave them out")
+            return form.read(path, selection)
+    kind = "a folder without metadata.yaml" if path.is_dir() else f"a file that begins with {head[:8]!r}"
+    raise BadInput(f"{path}: one of the formats {', '.join(names())} expected, {kind} found; export it as CSV")
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file, or of the files of a folder in the order of their names."""
+    if not path.is_dir():
+        return sha256(path)
+    files = sorted(file for file in path.iterdir() if file.is_file())
+    return hashlib.sha256("".join(map(sha256, files)).encode()).hexdigest()
+
+
+def reason(error: BaseException) -> str:
+    """The beginning of the first line of a library's error, which may quote the whole file."""
+    lines = str(error).splitlines() or [type(error).__name__]
+    text = "".join(character if character.isprintable() else "?" for character in lines[0])
+    return text if len(text) <= _LONGEST_REASON else f"{text[:_LONGEST_REASON]} ..."
+
+
+def _head(path: Path) -> bytes:
+    if path.is_dir():
+        return b""
+    try:
+        if path.exists() and not path.is_file():
+            raise BadInput(f"{path}: a file or a folder expected, a device found; check the path")
+        with path.open("rb") as stream:
+            return stream.read(_HEAD)
+    except FileNotFoundError:
+        raise BadInput(f"{path} does not exist; check the path") from None
+    except OSError as error:
+        raise BadInput(f"{path} cannot be read: {error.strerror}") from None

@@ -1,0 +1,185 @@
+"""Messages sensor_msgs/JointState of ROS 2 bags (MCAP or SQLite, alone or as a folder) and ROS 1 bags, by rosbags.
+
+The columns are `time`, `position_i`, `velocity_i` and `effort_i`, where i numbers the joints.
+"""
+
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from recordings.errors import BadInput
+from recordings.importing.formats import digest, reason
+from recordings.importing.table import BagPart, Table
+from recordings.recording import Floats, Ints
+
+if TYPE_CHECKING:
+    from rosbags.highlevel import AnyReader
+
+_TYPE = "sensor_msgs/msg/JointState"
+_RECORDED_TYPE = "delta_msgs/msg/AmplifierState"
+"""Message type that only recordings of this program hold."""
+_FIELDS = ("position", "velocity", "effort")
+_MAGIC = (b"\x89MCAP0", b"SQLite format 3\0", b"#ROSBAG V2.0")
+_SUFFIXES = dict(zip(_MAGIC, (".mcap", ".db3", ".bag"), strict=True))
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """See `ImportFormat`."""
+    return (path / "metadata.yaml").exists() if path.is_dir() else head.startswith(_MAGIC)
+
+
+def read(path: Path, selection: BagPart) -> Table:
+    """See `ImportFormat`."""
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
+    _check_suffix(path)
+    # Bags of ROS 2 Humble and earlier do not hold the definitions of their messages.
+    usual = get_typestore(Stores.ROS2_HUMBLE)
+    try:
+        with AnyReader([path], default_typestore=usual) as bag:
+            topic = _topic(path, bag, selection.topic)
+            messages = list(_messages(bag, topic))
+    except BadInput:
+        raise
+    except Exception as error:  # the libraries raise errors of every kind at damaged files
+        raise BadInput(f"{path} cannot be read as a ROS bag: {reason(error)}; check that it is complete") from None
+    if not messages:
+        raise BadInput(f"{path}: messages on {topic} expected, none found; choose another --topic")
+    return _table(path, topic, messages, selection.names)
+
+
+def _check_suffix(path: Path) -> None:
+    """Check that the name of a file says what it is: rosbags goes by it."""
+    if path.is_dir():
+        return
+    with path.open("rb") as stream:
+        head = stream.read(max(map(len, _MAGIC)))
+    expected = next(suffix for magic, suffix in _SUFFIXES.items() if head.startswith(magic))
+    if path.suffix != expected:
+        raise BadInput(f"{path}: a name that ends with {expected} expected for such a bag; rename it")
+
+
+def _topic(path: Path, bag: "AnyReader", wanted: str | None) -> str:
+    if any(connection.msgtype == _RECORDED_TYPE for connection in bag.connections):
+        raise BadInput(f"{path} is a recording of this program already; give it to ident as it is")
+    topics = sorted({connection.topic for connection in bag.connections if connection.msgtype == _TYPE})
+    if wanted in topics:
+        return wanted
+    listed = ", ".join(topics)
+    if wanted is not None:
+        raise BadInput(f"{path}: --topic: one of {listed or 'no topics'} expected, {wanted!r} found; choose one")
+    if not topics:
+        others = ", ".join(sorted({f"{c.topic} ({c.msgtype})" for c in bag.connections})) or "no topics"
+        raise BadInput(f"{path}: a topic of {_TYPE} expected, {others} found; record the joint states")
+    if len(topics) > 1:
+        raise BadInput(f"{path}: several topics of {_TYPE} found: {listed}; choose one with --topic")
+    return topics[0]
+
+
+class _Message(NamedTuple):
+    stamp: int
+    """Of the header [ns]."""
+    arrival: int
+    """[ns]."""
+    names: tuple[str, ...]
+    fields: tuple[Floats, ...]
+    """Those of `_FIELDS`, each empty or one number per name."""
+
+
+def _messages(bag: "AnyReader", topic: str) -> Iterator[_Message]:
+    """Messages of `topic` in the order in which they were recorded."""
+    connections = [connection for connection in bag.connections if connection.topic == topic]
+    kept: dict[tuple[str, ...], tuple[str, ...]] = {}
+    for connection, arrival, raw in bag.messages(connections=connections):
+        message: Any = bag.deserialize(raw, connection.msgtype)
+        names, stamp = tuple(message.name), message.header.stamp
+        fields = tuple(getattr(message, field) for field in _FIELDS)
+        # Equal names share their memory: there may be millions of messages.
+        yield _Message(stamp.sec * 10**9 + stamp.nanosec, arrival, kept.setdefault(names, names), fields)
+
+
+def _table(path: Path, topic: str, messages: list[_Message], names: tuple[str, ...]) -> Table:
+    joints = names or _all_names(path, topic, messages)
+    _check_names(path, topic, messages, names)
+    stamps, kept, notes = _order(path, messages)
+    values = {field: _values(path, messages, joints, number)[kept] for number, field in enumerate(_FIELDS)}
+    columns = {
+        f"{field}_{joint}": column
+        for field, table in values.items()
+        for joint, column in enumerate(table.T, start=1)
+        if np.isfinite(table).any()
+    }
+    numbered = ", ".join(f"{number} = {name}" for number, name in enumerate(joints, start=1))
+    return Table(
+        path,
+        {"time": (stamps - stamps[0]) / 1e9, **columns},
+        digest(path),
+        start=datetime.fromtimestamp(int(stamps[0]) / 1e9, UTC).isoformat(timespec="milliseconds"),
+        notes=(f"topic {topic}, joints: {numbered}", *notes),
+        options=("--topic", topic, *(("--names", ",".join(joints)) if messages[0].names else ())),
+    )
+
+
+def _all_names(path: Path, topic: str, messages: list[_Message]) -> tuple[str, ...]:
+    """Names of the joints, where all messages are of the same ones; numbers where they have no names."""
+    sets = {frozenset(message.names) for message in messages}
+    if len(sets) > 1:
+        listed = "; ".join(sorted(",".join(sorted(names)) for names in sets))
+        raise BadInput(f"{path}: {topic} carries several sets of joints ({listed}); choose with --names a,b,c")
+    first = messages[0]
+    return first.names or tuple(f"joint_{i + 1}" for i in range(len(first.fields[0])))
+
+
+def _check_names(path: Path, topic: str, messages: list[_Message], names: tuple[str, ...]) -> None:
+    """Check that each of the wanted joints is in some message."""
+    present = {name for message in messages for name in message.names}
+    if unknown := [name for name in names if name not in present]:
+        listed = ", ".join(sorted(present)) or "without names"
+        raise BadInput(f"{path}: --names: joints on {topic} ({listed}) expected, {unknown[0]!r} found; correct it")
+
+
+def _order(path: Path, messages: list[_Message]) -> tuple[Ints, Ints, list[str]]:
+    """Stamps (n,) [ns] in ascending order, the messages they belong to (n,), and what was done for that."""
+    notes = []
+    stamps = np.array([message.stamp for message in messages])
+    if len(np.unique(stamps)) < 2 <= len(stamps):
+        stamps = np.array([message.arrival for message in messages])
+        notes.append("the stamps of the messages are all the same: time is that of arrival, which jitters more")
+    if (np.diff(stamps) < 0).any():
+        notes.append(f"{int((np.diff(stamps) < 0).sum())} messages came out of order and were sorted by their stamps")
+    unique, kept = np.unique(stamps, return_index=True)
+    if len(unique) < len(stamps):
+        notes.append(f"{len(stamps) - len(unique)} messages repeat the stamp of an earlier one and were left out")
+    return unique, kept, notes
+
+
+def _values(path: Path, messages: list[_Message], joints: tuple[str, ...], field: int) -> Floats:
+    """Values (n, dof) of a field, given by its place in `_FIELDS`; NaN where a message lacks a joint."""
+    table = np.full((len(messages), len(joints)), np.nan)
+    layouts: dict[tuple[str, ...], tuple[Ints, Ints]] = {}
+    for row, message in enumerate(messages):
+        names, content = message.names, message.fields[field]
+        if names not in layouts:
+            layouts[names] = _layout(names, joints)
+        here, there = layouts[names]
+        if len(content) and len(names) not in (0, len(content)):
+            raise BadInput(
+                f"{path}: message {row + 1}: {len(names)} values of {_FIELDS[field]}, one for each name, expected, "
+                f"{len(content)} found; choose another --topic"
+            )
+        if len(content) > there.max(initial=-1):
+            table[row, here] = content[there]
+    return table
+
+
+def _layout(names: tuple[str, ...], joints: tuple[str, ...]) -> tuple[Ints, Ints]:
+    """Which joints (k,) a message names, and where they stand in it (k,)."""
+    if not names:
+        return np.arange(len(joints)), np.arange(len(joints))
+    places = [(k, names.index(joint)) for k, joint in enumerate(joints) if joint in names]
+    here, there = np.array(places, dtype=np.int64).reshape(-1, 2).T
+    return here, there

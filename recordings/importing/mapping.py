@@ -1,0 +1,117 @@
+"""Mappings from columns of a file to quantities: `--map "position_1=q1:deg"`, or a TOML file of the same."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+
+from recordings.config import toml_content
+from recordings.errors import BadInput
+from recordings.importing.table import ROW, Table
+from recordings.importing.units import NO_UNIT, Unit, parse
+
+JOINT_QUANTITIES = ("position", "velocity", "command", "voltage", "effort", "current", "temperature")
+TIMES = ("time", "cycle")
+_TARGET = re.compile(rf"({'|'.join(JOINT_QUANTITIES)})_([1-9]\d*)|({'|'.join(TIMES)})")
+
+
+@dataclass(frozen=True)
+class Source:
+    """Column of a file, and its unit."""
+
+    column: str
+    unit: Unit
+
+
+def joint_quantity(name: str) -> tuple[str, int] | None:
+    """Quantity and number of the joint of a name such as "position_2"; None for other names."""
+    match = _TARGET.fullmatch(name)
+    return (match[1], int(match[2])) if match and match[1] else None
+
+
+def sources(table: Table, entries: Sequence[str]) -> dict[str, Source]:
+    """Find the column of each quantity: those that `entries` map, and others that are named like a quantity.
+
+    Raises:
+        BadInput: an entry is not NAME=COLUMN[:UNIT] or a TOML file of such, or its column or unit does not exist.
+    """
+    given: dict[str, Source] = {}
+    for target, text in _pairs(entries):
+        _check_target(target)
+        if target in given:
+            raise BadInput(f"--map: one column for {target} expected, two found; remove one")
+        given[target] = _source(table, target, text)
+    mapped = {*given, *(source.column for source in given.values())}
+    named = {
+        name: Source(name, _stated(table, name))
+        for name in (*table.columns, *table.invalid)
+        if _TARGET.fullmatch(name) and name not in mapped
+    }
+    for name in named:
+        if again := next((other for other in table.columns if other.startswith(f"{name}#")), None):
+            raise BadInput(
+                f"{table.path}: every column needs a name of its own, {name!r} twice found; rename one, or choose "
+                f'with --map "{name}={again}"'
+            )
+    return named | given
+
+
+def _pairs(entries: Sequence[str]) -> list[tuple[str, str]]:
+    pairs: list[tuple[str, str]] = []
+    for entry in entries:
+        target, equals, text = entry.partition("=")
+        if equals:
+            pairs.append((target.strip(), text.strip()))
+        elif entry.endswith(".toml"):
+            pairs += _file(Path(entry))
+        else:
+            raise BadInput(
+                f'--map: NAME=COLUMN:UNIT such as "position_1=q1:deg", or a TOML file, expected, {entry!r} found; '
+                "correct it"
+            )
+    return pairs
+
+
+def _file(path: Path) -> list[tuple[str, str]]:
+    """Entries of a TOML file: `position_1 = "q1:deg"`."""
+    content = toml_content(path, "mapping")
+    for target, text in content.items():
+        if not isinstance(text, str):
+            raise BadInput(f'mapping {path}: {target} = "COLUMN:UNIT" expected, {text!r} found; put it in quotes')
+    return list(content.items())
+
+
+def _check_target(target: str) -> None:
+    if not _TARGET.fullmatch(target):
+        known = [*(f"{name}_1" for name in JOINT_QUANTITIES), *TIMES]
+        similar = get_close_matches(target, known, n=1)
+        hint = f"did you mean {similar[0]}?" if similar else "correct the name"
+        raise BadInput(
+            f"--map: time, cycle, or {', '.join(JOINT_QUANTITIES)} with _1, _2 ... expected, {target!r} found; {hint}"
+        )
+
+
+def _source(table: Table, target: str, text: str) -> Source:
+    """Column and unit of `text`: COLUMN, or COLUMN:UNIT; names may hold colons."""
+    if text in table.columns or text in table.invalid or text == ROW:
+        return Source(text, _stated(table, text))
+    column, colon, unit_text = (part.strip() for part in text.rpartition(":"))
+    if not colon:
+        table.column(text)  # says that there is none
+    if column not in table.columns and column not in table.invalid and column != ROW:
+        table.column(column or text)
+    unit = parse(unit_text)
+    if unit is None:
+        raise BadInput(
+            f"--map {target}: a unit such as deg, ms, A*0.12 or counts/8192 behind the colon expected, "
+            f"{unit_text!r} found; correct it"
+        )
+    if unit.dimension is None:  # a factor alone scales the unit that the file states
+        stated = _stated(table, column)
+        unit = Unit(unit_text, stated.dimension, stated.factor * unit.factor, stated.offset * unit.factor, True)
+    return Source(column, unit)
+
+
+def _stated(table: Table, name: str) -> Unit:
+    return parse(table.units.get(name, "")) or NO_UNIT

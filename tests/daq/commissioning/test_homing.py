@@ -1,0 +1,78 @@
+"""`daq home` on simulated drives: one joint searches, the others hold, all end disabled."""
+
+from typing import Any
+
+import pytest
+
+from daq.commissioning.homing import Homed, home
+from daq.simulation import simulated
+from drivers.simulated.config import SimConfig
+from drivers.simulated.service import Service
+from recordings.config import validated
+from recordings.errors import BadInput, RunFailed
+from recordings.rig import Rig, simulated_rig
+
+HABITS = {"habits": {"referenced": False, "referenced_mask": 0x8000, "home_distance": 0.01}}
+HOMED = {"homed": {"index": 0x6041, "mask": 0x8000}}
+
+
+def rig_with(*drives: dict[str, Any], **changes: Any) -> Rig:
+    keys = [{"node_id": i, **drive} for i, drive in enumerate(drives, start=1)]
+    bus = {"interface": "virtual", "channel": "homing"}
+    return validated(
+        simulated_rig().model_dump(mode="json") | {"drives": keys, "rate": 100.0, "bus": bus} | changes, Rig, "rig"
+    )
+
+
+def run(
+    rig: Rig, joints: list[int], again: bool = False, habits: dict[str, Any] = HABITS
+) -> tuple[list[Homed], Service]:
+    config = validated({"drives": [habits]}, SimConfig, "sim file")
+    with simulated(rig, config, "lockstep", 0) as machine:
+        try:
+            return list(home(rig, joints, "lockstep", lambda *line: None, again=again)), machine
+        finally:
+            assert not any(machine.machine.enabled)
+
+
+def test_each_drive_is_homed_as_the_rig_file_says() -> None:
+    rig = rig_with({"homing": {"method": 18, "speed": 0.1}, **HOMED}, {"homing": {"method": 35}}, {})
+    outcomes, _ = run(rig, [1, 2, 3])
+    assert [outcome.method for outcome in outcomes] == [18, 35, None]
+    assert "absolute encoder" in outcomes[2].reason
+    start = outcomes[1].position  # joint 2 did not move
+    assert outcomes[0].position - start == pytest.approx(0.01, abs=2e-3)
+
+
+def test_drive_that_has_its_reference_is_homed_only_again() -> None:
+    rig, habits = rig_with({"homing": {"method": 35}, **HOMED}, {}, {}), {"habits": {"referenced_mask": 0x8000}}
+    assert "--again" in run(rig, [1], habits=habits)[0][0].reason
+    assert run(rig, [1], again=True, habits=habits)[0][0].method == 35
+
+
+def test_homing_error_ends_disabled() -> None:
+    rig = rig_with({"homing": {"method": 17}}, {}, {})
+    habits = {"habits": {"values": {"6099:1": 0}}}
+    with pytest.raises(RunFailed, match="homing error"):
+        run(rig, [1], habits=habits)
+
+
+def test_home_that_is_not_found_in_time_ends_disabled() -> None:
+    rig = rig_with({"homing": {"method": 17, "speed": 0.01, "timeout": 0.2}}, {}, {})
+    with pytest.raises(RunFailed, match=r"not homed within 0\.2 s"):
+        run(rig, [1])
+
+
+def test_serial_drives_are_refused() -> None:
+    rig = validated(
+        {
+            "name": "serial",
+            "rate": 30.0,
+            "bus": {"transport": "serial", "ports": ["simulated"]},
+            "drives": [{"node_id": i} for i in (1, 2, 3)],
+        },
+        Rig,
+        "rig",
+    )
+    with simulated(rig, SimConfig(), "lockstep", 0), pytest.raises(BadInput, match="CAN bus expected"):
+        list(home(rig, [1], "lockstep", lambda *line: None, again=False))

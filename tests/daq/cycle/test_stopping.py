@@ -1,0 +1,27 @@
+import os
+import signal
+
+import pytest
+
+from daq.cycle.stopping import StopRequest
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_signals_are_counted_and_the_first_is_the_reason(number: signal.Signals) -> None:
+    before = signal.getsignal(number)
+    with StopRequest() as stop:
+        assert stop.count == 0
+        os.kill(os.getpid(), number)
+        os.kill(os.getpid(), number)
+        assert stop.count == 2
+    assert stop.reason == f"stopped by the operator ({number.name})"
+    # The program is about to end: further signals are ignored.
+    assert signal.getsignal(number) is signal.SIG_IGN
+    signal.signal(number, before)
+
+
+def test_signal_handlers_are_restored_without_a_signal() -> None:
+    before = signal.getsignal(signal.SIGINT)
+    with StopRequest() as stop:
+        stop.ask("the host came late")
+    assert signal.getsignal(signal.SIGINT) is before

@@ -1,0 +1,210 @@
+"""Wrong inputs of `daq import`, and of the commands after it: exit 2, a sentence with the place and the remedy."""
+
+import io
+import shlex
+import sys
+from collections.abc import Callable
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+from unittest.mock import patch
+
+import pytest
+
+from daq.cli import main as daq_main
+from ident.cli import main as ident_main
+from tests.recordings.importing.wrong_files import FILES
+
+AXES = ["--mechanism", "axes"]
+OUT = ["--out", "new.mcap"]
+
+WRONG = {
+    "no file": ("none.csv", "none.csv does not exist; check the path"),
+    "output is no recording": ("table.csv --out new.csv --mechanism axes", "(.mcap) expected"),
+    "output exists": ("table.csv --out there.mcap --mechanism axes", "exists; choose another name"),
+    "output in a folder that takes none": (
+        "table.csv --out /proc/new.mcap --mechanism axes",
+        "folder /proc takes no new files; choose another one",
+    ),
+    "output in no folder": ("table.csv --out none/new.mcap --mechanism axes", "folder none does not exist"),
+    "empty": ("empty.csv", "empty.csv, line 1: a header row"),
+    "a header only": ("header.csv --mechanism axes", "at least two samples expected, 0 found"),
+    "a short row": ("short-row.csv --mechanism axes", "line 7: 3 cells as in the header expected, 2 found; complete"),
+    "text in a cell": ("text-cell.csv --mechanism axes", "line 7, column 'position_1': a number expected, 'oops"),
+    "time stands": ("two-times.csv --mechanism axes", "line 8, column 'time': a time after 0.05 s expected"),
+    "time is missing": ("no-time.csv --mechanism axes", "line 8, column 'time': a time expected, none found"),
+    "a column twice": ("twice.csv --mechanism axes", "'position_1' twice found; rename one"),
+    "a joint is missing": ("gap.csv --mechanism axes", "position_1 is missing; map it"),
+    "half a cycle": ("half-cycle.csv --mechanism axes", "column 'cycle': a whole number expected, 0.5 found"),
+    "nothing that drives": ("no-drive.csv --mechanism axes", "none found; say which they are"),
+    "columns of another program": ("scope.csv", "a column 'time' expected, t, q1, i1, state found; say which"),
+    "time alone is mapped": ("scope.csv --map time=t:ms", "position_1, position_2, ... expected, t, q1"),
+    "current without constant": (
+        "scope.csv --map time=t:ms --map position_1=q1:deg --map current_1=i1:A --mechanism axes",
+        "give --kt, or torque.per_ampere",
+    ),
+    "map without equals": ("scope.csv --map position_1:q1", "NAME=COLUMN:UNIT"),
+    "map to no quantity": ("scope.csv --map postion_1=q1", "did you mean position_1?"),
+    "map of no column": (
+        "scope.csv --map position_1=q2:deg",
+        "a column 'q2' expected, t, q1, i1, state found; correct the name",
+    ),
+    "map in no unit": ("scope.csv --map position_1=q1:furlong", "'furlong' found; correct it"),
+    "map twice": ("scope.csv --map time=t:s --map time=i1", "one column for time expected, two found"),
+    "map of text": (
+        "scope.csv --map time=t:ms --map position_1=q1:deg --map current_1=i1:A --kt 1 --map velocity_1=state",
+        "line 2, column 'state': a number",
+    ),
+    "angle in ampere": (
+        "scope.csv --map time=t:ms --map position_1=q1:A --map current_1=i1:A --kt 1",
+        "'A' found; correct the unit",
+    ),
+    "angle in counts": (
+        "scope.csv --map time=t:ms --map position_1=q1:counts --map current_1=i1:A --kt 1",
+        "write counts/8192",
+    ),
+    "torque in percent": ("scope.csv --map time=t:ms --map position_1=q1:deg --map effort_1=i1:%", "write %*20"),
+    "metres on a hinge": (
+        "scope.csv --map time=t:ms --map position_1=q1:mm --map current_1=i1:A --kt 1",
+        "of a revolute joint, 'mm' found",
+    ),
+    "time in degrees": (
+        "scope.csv --map time=t:deg --map position_1=q1:deg --map current_1=i1:A --kt 1",
+        "s, ms, us, ns expected for the time",
+    ),
+    "mapping file is missing": ("scope.csv --map none.toml", "mapping none.toml does not exist"),
+    "mapping file is no TOML": ("scope.csv --map broken.toml", "broken.toml is not valid TOML"),
+    "mapping file holds a number": ("scope.csv --map list.toml", "put it in quotes"),
+    "mapping and guess": ("scope.csv --guess --map time=t", "leave one of them out"),
+    "joints without axes": ("table.csv --joints prismatic", "add it, or leave --joints out"),
+    "the weight of a robot": ("table.csv --mechanism delta --gravity", "three revolute joints expected"),
+    "torque per ampere is a word": ("table.csv --mechanism axes --kt NUMBER", "--kt: numbers such as"),
+    "two kinds for one": ("table.csv --mechanism axes --joints revolute,prismatic", "one each"),
+    "infinity": ("infinite.csv --mechanism axes", "line 7, column 'position_1': a finite number expected, infinity"),
+    "times beyond a stamp": ("late.csv --mechanism axes", 'say the unit, as in --map "time=time:ns"'),
+    "one axis is no delta": ("table.csv", "three joints of a delta robot expected, 1 found; say what it is"),
+    "rig of two axes": ("table.csv --rig two.toml", "2 joints expected by the rig file, 1"),
+    "rig and options": ("table.csv --rig two.toml --kt 1", "both found; leave one out"),
+    "two gains for one": ("table.csv --mechanism axes --gain 1,2", "--gain: one number, or 1"),
+    "torque per ampere of torques": (
+        "constant.csv --mechanism axes --kt 0.5",
+        "constant.csv holds efforts, which need no torque per ampere; leave --kt out",
+    ),
+    "gain of torques": (
+        "constant.csv --mechanism axes --gain 0.5",
+        "constant.csv holds no voltages, which alone need a torque map or gain; leave these out",
+    ),
+    "a robot without a name": (
+        "table.csv --mechanism axes --robot ' '",
+        "--robot: a name expected, ' ' found; give one",
+    ),
+    "negative gain": ("table.csv --mechanism axes --gain -1", "numbers above 0 expected, '-1' found"),
+    "unknown joint": ("table.csv --mechanism axes --joints ball", "'ball' found; choose"),
+    "start is no date": ("table.csv --mechanism axes --start yesterday", "'yesterday' found"),
+    "start without a time": ("table.csv --mechanism axes --start 2026-01-05", "2026-01-05T08:00:00Z expected"),
+    "topic of a table": ("table.csv --topic /joint_states", "choose from a ROS bag, csv found"),
+    "a name twice": ("bag --names a,a", "each once, expected"),
+    "bytes": ("binary.dat", "one of the formats csv, mat, npz, parquet, ros, twincat expected"),
+    "half a Parquet file": ("half.parquet", "half.parquet cannot be read as Parquet"),
+    "uneven arrays": (
+        "uneven.npz --mechanism axes",
+        "time, effort (left out: position of shape (8,) and not 9 values long) found; say which",
+    ),
+    "complex numbers": (
+        "complex.npz --mechanism axes",
+        "time, effort, position (left out: position holds complex128) found; say which",
+    ),
+    "arrays that are no columns": (
+        "cube.npz",
+        "none (left out: q of shape (3, 3, 3); Ts of shape ()) found; say which",
+    ),
+    "half a database": ("half.db3", "half.db3 cannot be read as a ROS bag"),
+    "another archive": ("bag.zip", "export it as CSV"),
+    "a folder that is no bag": ("folder", "a folder without metadata.yaml found"),
+    "a letter that is called a recording": ("letter.mcap", "letter.mcap: a column 'time' expected"),
+    "angle of no joint": (
+        "huge-angle.csv --mechanism axes",
+        "line 10, column 'position_1': position within ±1e+06 (SI units) expected, 1e+160 found; correct",
+    ),
+    "torque of no joint by its unit": (
+        "table.csv --mechanism axes --map effort_1=voltage_1:A*1e300",
+        "line 3, column 'voltage_1': effort within ±1e+09 (SI units) expected, 1e+300 found; correct",
+    ),
+    "torque per ampere of no motor": (
+        "scope.csv --map time=t:ms --map position_1=q1:deg --map current_1=i1:A --mechanism axes --kt 1e300",
+        "effort within ±1e+09 N m or N expected, 2.5e+299 found for joint 1; correct its torque per ampere",
+    ),
+    "a device": ("/dev/zero", "a device found; check the path"),
+}
+"""Arguments of `daq import`, with `--out new.mcap` where they name no output, and what its error holds."""
+
+AFTER: dict[str, tuple[list[str], list[str], str]] = {
+    "fit of the table itself": ([], ["fit", "table.csv"], "daq import table.csv"),
+    "diagnosis of the table itself": ([], ["diagnose", "scope.csv"], "daq import scope.csv --guess"),
+    "comparison of a folder": ([], ["fit", "folder"], "name a file in it"),
+    "report of the table itself": ([], ["report", "table.csv", "table.csv", "-o", "r.html"], "table.csv"),
+    "fit of time in ms": (
+        ["slow.csv"],
+        ["fit", "new.mcap"],
+        "check that time is in seconds, and not in milliseconds",
+    ),
+    "diagnosis of time in ms": (["slow.csv"], ["diagnose", "new.mcap"], "and not in milliseconds"),
+    "fit of a joint at rest": (["rest.csv"], ["fit", "new.mcap"], "joint 1 should move"),
+    "fit of a constant torque": (["constant.csv"], ["fit", "new.mcap"], "is 1 N m throughout"),
+    "fit of a short recording": (["table.csv"], ["fit", "new.mcap"], "new.mcap"),
+    "diagnosis of a short recording": (["table.csv"], ["diagnose", "new.mcap"], "new.mcap"),
+}
+"""Arguments of `daq import`, then those of `ident`, and what its error holds."""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    for name, make in FILES.items():
+        make(tmp_path / name)
+    return tmp_path
+
+
+def run(main: Callable[[], object], *arguments: str) -> tuple[int, str]:
+    """Exit code and errors of a program, run as from the command line."""
+    errors = io.StringIO()
+    with (
+        patch.object(sys, "argv", ["program", *arguments]),
+        redirect_stderr(errors),
+        redirect_stdout(io.StringIO()),
+        pytest.raises(SystemExit) as stop,
+    ):
+        main()
+    return int(stop.value.code or 0), errors.getvalue()
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_input_is_explained(name: str, folder: Path) -> None:
+    line, expected = WRONG[name]
+    arguments = shlex.split(line)
+    output = [] if {"--out", "--guess"} & set(arguments) else OUT
+    code, errors = run(daq_main, "import", *arguments, *output)
+    assert code == 2, errors
+    assert expected in errors
+    message = [line for line in errors.splitlines() if not line.startswith(("Usage:", "Try "))]
+    assert len(message) <= 3, errors
+    assert ";" in errors or "--help" in errors, "no remedy"
+    assert not (folder / "new.mcap").exists()
+    assert (folder / "there.mcap").read_text() == "precious"
+
+
+@pytest.mark.parametrize("name", AFTER)
+def test_wrong_input_of_the_commands_after_it_is_explained(name: str, folder: Path) -> None:
+    imported, arguments, expected = AFTER[name]
+    if imported:
+        code, errors = run(daq_main, "import", *imported, *OUT, *AXES)
+        assert code == 0, errors
+    code, errors = run(ident_main, *arguments)
+    assert code == 2, errors
+    assert expected in errors
+
+
+def test_interrupted_import_leaves_no_recording(folder: Path) -> None:
+    with patch("recordings.blocks.encode", side_effect=KeyboardInterrupt):
+        code, errors = run(daq_main, "import", "table.csv", *OUT, *AXES)
+    assert (code, errors.strip()) == (1, "interrupted")
+    assert not (folder / "new.mcap").exists()
