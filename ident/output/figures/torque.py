@@ -102,9 +102,8 @@ def _over_time(
 def _line(
     figure: go.Figure, x: Floats, y: Floats, row: int, name: str, legend: bool, line: Mapping[str, object]
 ) -> None:
-    x, y = np.asarray(x, np.float32), np.asarray(y, np.float32)
-    trace = go.Scatter(x=x, y=y, name=name, mode="lines", line=line, legendgroup=name, showlegend=legend)
-    figure.add_trace(trace, row=row, col=1)
+    style = {"mode": "lines", "line": line, "legendgroup": name, "showlegend": legend}
+    figure.add_scatter(x=np.asarray(x, np.float32), y=np.asarray(y, np.float32), name=name, **style, row=row, col=1)
 
 
 def worst_windows(analysis: ResidualAnalysis) -> go.Figure:
@@ -147,19 +146,12 @@ def _draw_window(
     rows = (prepared.time > window.start - WINDOW_MARGIN) & (prepared.time < window.end + WINDOW_MARGIN)
     time, measured = prepared.time[rows], prepared.torque[rows, joint]
     computed = np.where(np.isfinite(measured), prediction.computed[rows, joint], np.nan)
-    traces = [
-        ("measured", measured, {"color": theme.MEASURED, "width": 3.5}),
-        ("computed", computed, {"color": theme.joint_colour(joint), "width": 1.6}),
-    ]
-    for name, values, line in traces:
-        in_legend = legend and name == "measured"
-        figure.add_trace(
-            go.Scatter(x=time, y=values, name=name, mode="lines", line=line, showlegend=in_legend),
-            row=row,
-            col=column,
-        )
-    figure.add_vrect(
-        x0=window.start, x1=window.end, fillcolor=theme.MEASURED, opacity=0.18, line_width=0, row=row, col=column
-    )
-    figure.update_xaxes(title_text="time [s]", row=row, col=column)
-    figure.update_yaxes(title_text=theme.effort_label(analysis.joints[joint].unit), row=row, col=column)
+    place = {"row": row, "col": column}
+    thick = {"color": theme.MEASURED, "width": 3.5}
+    thin = {"color": theme.joint_colour(joint), "width": 1.6}
+    figure.add_scatter(x=time, y=measured, name="measured", mode="lines", line=thick, showlegend=legend, **place)
+    figure.add_scatter(x=time, y=computed, name="computed", mode="lines", line=thin, showlegend=False, **place)
+    style = {"fillcolor": theme.MEASURED, "opacity": 0.18, "line_width": 0}
+    figure.add_vrect(x0=window.start, x1=window.end, **style, **place)
+    figure.update_xaxes(title_text="time [s]", **place)
+    figure.update_yaxes(title_text=theme.effort_label(analysis.joints[joint].unit), **place)

@@ -6,6 +6,8 @@ from typing import ClassVar
 
 import plotly.graph_objects as go
 
+from ident.output.tables import ResultTable
+
 
 @dataclass(frozen=True)
 class Text:
@@ -29,18 +31,6 @@ class Code:
 
     kind: ClassVar[str] = "code"
     lines: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class ReportTable:
-    """A table of formatted cells."""
-
-    kind: ClassVar[str] = "table"
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    caption: str = ""
-    words: tuple[int, ...] = (0,)
-    """Columns of text; the others hold numbers and are aligned to the right."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +63,7 @@ class Card:
     blocks: tuple["ReportBlock", ...]
 
 
-ReportBlock = Text | Notes | Code | ReportTable | Plot | Fold | Card
+ReportBlock = Text | Notes | Code | ResultTable | Plot | Fold | Card
 
 
 @dataclass(frozen=True, eq=False)

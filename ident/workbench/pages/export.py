@@ -4,7 +4,7 @@ from nicegui import run as background
 from nicegui import ui
 
 from ident.identification.model_file import ModelFile
-from ident.output.report.sections import parameter_values
+from ident.output.tables.parameters import with_meanings
 from ident.workbench.cli_equivalent import shell_script
 from ident.workbench.pages import truth
 from ident.workbench.pages.page import Page, draw_code, draw_table, heading, notify, set_test_id
@@ -33,7 +33,7 @@ def draw(page: Page) -> None:
     ).classes("quiet")
     draw_code(shell_script(step_list, file_name), "script")
     heading("Parameters of the current model", "q-mt-md")
-    table = parameter_values.table(step_list.steps[-1].entry.parameters)
+    table = with_meanings(step_list.steps[-1].entry.parameters)
     draw_table(table.head, table.rows, table.words)
 
 

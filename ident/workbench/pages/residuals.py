@@ -2,7 +2,7 @@
 
 from nicegui import ui
 
-from ident.output.figures.theme import number
+from ident.output.digits import number
 from ident.residuals.windows import Window
 from ident.workbench.pages.page import Cell, Page, draw_table, heading, set_test_id
 

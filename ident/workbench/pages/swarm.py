@@ -3,7 +3,7 @@
 from nicegui import ui
 
 from ident.identification.model_file import ModelFile
-from ident.output.figures.theme import interval, number
+from ident.output.digits import interval, number
 from ident.workbench import plots
 from ident.workbench.pages.page import Page, draw_code, draw_table, heading, set_test_id
 

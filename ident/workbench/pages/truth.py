@@ -5,7 +5,7 @@ from typing import Any
 from nicegui import run as background
 from nicegui import ui
 
-from ident.output.figures.theme import number
+from ident.output.digits import number
 from ident.workbench.pages.page import Page, draw_table, notify, set_test_id
 from ident.workbench.reveal import is_sealed, reveal, sentences
 from recordings.errors import BadInput

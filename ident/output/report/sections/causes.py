@@ -10,11 +10,11 @@ from ident.dynamics.effects.library import library
 from ident.export.paths import RecordedPath
 from ident.export.torque_table import TorqueSummary, evaluate
 from ident.identification.model import Model
+from ident.output.digits import percent
 from ident.output.figures import causes
-from ident.output.figures.theme import percent
-from ident.output.report.blocks import Plot, ReportSection, ReportTable, Text
+from ident.output.report.blocks import Plot, ReportSection, Text
 from ident.output.report.contents import ReportContents
-from recordings.recording import Floats
+from ident.output.tables import ResultTable, per_joint
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class TorqueByCause:
     sentences: tuple[str, ...]
     figure: go.Figure
     caption: str
-    table: ReportTable
+    table: ResultTable
 
 
 def section(contents: ReportContents) -> ReportSection:
@@ -62,13 +62,10 @@ def _sentences(summary: TorqueSummary) -> tuple[str, ...]:
     )
 
 
-def _table(summary: TorqueSummary) -> ReportTable:
-    rows = [(cause, *_cells(rms, summary.share[cause])) for cause, rms in summary.rms.items()]
+def _table(summary: TorqueSummary) -> ResultTable:
+    rows = []
+    for cause, rms in summary.rms.items():
+        pairs = zip(rms, summary.share[cause], strict=True)
+        rows.append((cause, *(f"{x:.3g} ({percent(float(share))})" for x, share in pairs)))
     rows.append(("torque", *(f"{x:.3g}" for x in summary.torque_rms)))
-    joints = range(1, len(summary.torque_rms) + 1)
-    head = ("cause", *(f"joint {joint}" for joint in joints))
-    return ReportTable(head, tuple(rows), "RMS, and its share of the torque's.")
-
-
-def _cells(rms: Floats, share: Floats) -> tuple[str, ...]:
-    return tuple(f"{x:.3g} ({percent(float(part))})" for x, part in zip(rms, share, strict=True))
+    return ResultTable(per_joint("cause", len(summary.torque_rms)), rows, "RMS, and its share of the torque's.")

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from ident.output.report.blocks import Plot, ReportTable, Text
+from ident.output.report.blocks import Plot, Text
 from ident.output.report.contents import ReportContents, ReportRequest, gather
 from ident.output.report.sections import causes
+from ident.output.tables import ResultTable
 from tests.ident.kept_models import MODELS
 
 
@@ -20,7 +21,7 @@ def test_causes_stand_in_plot_and_table_and_the_coupling_in_a_sentence(contents:
     text, plot, table = section.blocks
     assert isinstance(text, Text)
     assert isinstance(plot, Plot)
-    assert isinstance(table, ReportTable)
+    assert isinstance(table, ResultTable)
     names = ["inertia", "inertia_coupling", "coriolis", "gravity", "viscous", "coulomb"]
     assert [row[0] for row in table.rows] == [*names, "torque"]
     coupling = max(float(cell.split(" ")[0]) for cell in table.rows[1][1:])

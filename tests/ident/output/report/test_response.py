@@ -2,6 +2,7 @@
 
 from ident.output.report import blocks
 from ident.output.report.sections import response
+from ident.output.tables import ResultTable
 from tests.ident.estimation.test_axis_response import made_up
 
 
@@ -13,6 +14,6 @@ def test_every_response_has_its_sentence_its_plot_and_its_figures() -> None:
         "Joint 2: It is elasticity (resonance at 124 Hz), not a delay.",
     ]
     assert [plot.id for plot in blocks.plots(section.blocks)] == ["response-1", "response-2"]
-    rigid, elastic = [dict(block.rows) for block in section.blocks if isinstance(block, blocks.ReportTable)]
+    rigid, elastic = [dict(block.rows) for block in section.blocks if isinstance(block, ResultTable)]
     assert (rigid["delay"], rigid["resonance"]) == ("3.00 ms", "none")
     assert (elastic["antiresonance"], elastic["resonance"]) == ("62.1 Hz", "124 Hz")

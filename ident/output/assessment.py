@@ -1,9 +1,6 @@
-"""Print the assessment of a fit: a short summary, or tables with all details."""
+"""Sentences on the assessment of a fit."""
 
 from collections.abc import Iterator
-
-from rich.console import Console
-from rich.table import Table
 
 from ident.identification.model_file import FittedParameter, ModelFile
 from ident.uncertainty.assessment import Assessment
@@ -16,21 +13,10 @@ MAX_PAIRS = 5
 """Number of pairs that the summary lists at most."""
 
 
-def show(model: ModelFile, console: Console) -> None:
-    """Print the errors of the parameters of `model` in sentences and as tables."""
-    if model.assessment is None:
-        return
-    console.print("Assessment of the parameters:")
-    for line in summary_lines(model, model.assessment):
-        console.print(f"  {line}", highlight=False)
-    console.print(_parameter_table(model, model.assessment))
-    console.print(_correlation_table(model, model.assessment))
-
-
-def half_width(parameter: FittedParameter) -> str:
-    """Half the width of the 95 % interval for an exactly known gain, to two digits."""
+def half_width(parameter: FittedParameter) -> float | None:
+    """Half the width of the 95 % interval for an exactly known gain; None without an interval."""
     limits = parameter.shape_ci95 or parameter.ci95
-    return "" if limits is None else _two_digits((limits[1] - limits[0]) / 2)
+    return None if limits is None else (limits[1] - limits[0]) / 2
 
 
 def length_sensitivity(model: ModelFile) -> str:
@@ -83,13 +69,13 @@ def scale_line(scale_uncertainty: float, relative: bool) -> str:
 
 
 def _noise_line(model: ModelFile, assessment: Assessment) -> str:
-    signal = f"{', '.join(_two_digits(joint.volts) for joint in assessment.noise)} {assessment.noise[0].unit}"
+    signal = f"{', '.join(two_digits(joint.volts) for joint in assessment.noise)} {assessment.noise[0].unit}"
     source = f"Noise of the drive signal, from the {assessment.noise[0].source}: {signal}."
     test = model.residual_test
     if test is None or None in test.noise_rms:
         return f"{source} Noise floor: unknown." if assessment.floor is None else source
     floors, repetition, steps = (
-        ", ".join(_two_digits(value) for value in values if value is not None)
+        ", ".join(two_digits(value) for value in values if value is not None)
         for values in (test.noise_rms, test.repetition_rms, test.quantization_rms)
     )
     unit = model.effort_units[0]
@@ -159,45 +145,6 @@ def _cutoff_lines(model: ModelFile, assessment: Assessment) -> Iterator[str]:
             yield f"At a cut-off of {hz:.3g} Hz, {largest} changes most, by {changes[largest]:+.1f} standard errors."
 
 
-def _parameter_table(model: ModelFile, assessment: Assessment) -> Table:
-    table = Table(title="Parameters in detail", title_justify="left")
-    with_length = any(p.per_length_step is not None for p in model.parameters)
-    moves = [*(["L2"] if with_length else []), *(f"{hz:.3g} Hz" for hz in assessment.cutoffs)]
-    for heading in ("", "from", "to", "std. error", "dof", "known", *moves):
-        table.add_column(heading, justify="left" if heading in ("", "known") else "right")
-    labels = {"identifiable": "yes", "weak": "weakly", "not": "no", None: ""}
-    for p in model.all_parameters:
-        limits = p.shape_ci95 or p.ci95
-        ends = ("", "") if limits is None else (f"{limits[0]:.4g}", f"{limits[1]:.4g}")
-        changes = [
-            None if p.std is None or move is None else move / p.std
-            for move in (*([p.per_length_step] if with_length else []), *p.per_cutoff)
-        ]
-        cells = [_optional(p.std, ".2g"), _optional(p.degrees_of_freedom, ".0f"), labels[p.status]]
-        table.add_row(p.name, *ends, *cells, *(_optional(change, "+.1f") for change in changes))
-    changes_of = ["with L2 10 mm longer"] if with_length else []
-    changes_of += ["with other cut-offs"] if assessment.cutoffs else []
-    table.caption = (
-        "95 % interval; standard error and its degrees of freedom (dof); whether the parameter is identifiable"
-        f"{'; its change, in standard errors, ' if changes_of else ''}{' and '.join(changes_of)}."
-    )
-    return table
-
-
-def _correlation_table(model: ModelFile, assessment: Assessment) -> Table:
-    table = Table(title="Correlation of the errors, in percent", title_justify="left")
-    table.add_column("")
-    for parameter in model.parameters:
-        table.add_column(parameter.name, justify="right")
-    for parameter, row in zip(model.parameters, assessment.correlation, strict=True):
-        table.add_row(parameter.name, *("" if rho is None else f"{100 * rho:.0f}" for rho in row))
-    return table
-
-
-def _optional(value: float | None, form: str) -> str:
-    return "" if value is None else format(value, form)
-
-
-def _two_digits(value: float) -> str:
+def two_digits(value: float) -> str:
     """Format `value` with two significant digits, or as a whole number from 100 on."""
     return f"{value:.2g}" if value < 100 else f"{value:.0f}"
