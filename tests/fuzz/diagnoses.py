@@ -24,7 +24,7 @@ from ident.output.console import diagnosis as diagnosis_table
 from ident.output.console import fit as fit_table
 from ident.output.console import residuals as residual_table
 from ident.output.report import contents, page
-from ident.workbench.engine import Engine
+from ident.workbench.worker.engine import Engine
 from recordings.errors import BadInput
 from tests.fuzz import recordings
 

@@ -71,8 +71,13 @@ def test_mission_with_the_mouse(workbench: RunningWorkbench, browser: Browser, i
     browser.screenshot("robot")
     browser.check_accessibility()
     browser.click("tab-use")
+    assert "add up to the torque" in browser.text("causes-0")
     browser.click("use-export")
-    browser.at("use-carried").wait_for()
+    browser.at("use-carried").filter(has_text="stribeck").wait_for()
+    (exported,) = workbench.folder.glob("*_c")
+    assert (exported / "delta_model.c").exists()
+    browser.click("use-compare")
+    browser.wait_for_text("use-result", "of that without feed-forward")
     browser.check_accessibility()
     browser.screenshot("use")
     browser.click("tab-record")
@@ -214,6 +219,6 @@ def test_dropped_files_become_recordings(tmp_path: Path, serve: Serve, browser: 
     browser.page.get_by_label("Import joint_states_0.mcap").click()
     browser.page.get_by_label("joint names in order").fill("left,right,rear")
     browser.click("import")
-    assert browser.text("imported") == "joint_states_0-imported.mcap is imported"
+    assert browser.text("imported") == "joint_states_0-2.mcap is imported"
     browser.click("import-done")
-    browser.page.get_by_label("Train: joint_states_0-imported.mcap").wait_for()
+    browser.page.get_by_label("Train: joint_states_0-2.mcap").wait_for()

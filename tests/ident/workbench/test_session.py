@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 
 from ident.workbench.folder import Folder
-from ident.workbench.model_export import ModelExport
-from ident.workbench.session import WorkbenchSession
-from ident.workbench.worker import TaskEnd
+from ident.workbench.state.branches import Branches
+from ident.workbench.state.model_export import ModelExport
+from ident.workbench.state.session import WorkbenchSession
+from ident.workbench.worker.process import TaskEnd
 from recordings.errors import BadInput
 from tests.ident.commands.test_axes import write
 
@@ -23,7 +24,7 @@ def session() -> Iterator[WorkbenchSession]:
     session = WorkbenchSession(Folder.at(SAMPLES))
     session.choose("fig5a.mcap", "fig5b.mcap")
     session.selection.fit()
-    wait(lambda: session.selection.residuals is not None and session.jobs.current is None)
+    wait(lambda: session.selection.analysis.residuals is not None and session.jobs.current is None)
     yield session
     session.close()
 
@@ -55,7 +56,7 @@ def cpu_time(session: WorkbenchSession) -> float:
 @pytest.mark.slow
 def test_paused_job_uses_no_processor_time_and_resumes(session: WorkbenchSession) -> None:
     jobs, selection = session.jobs, session.selection
-    selection.diagnose()
+    selection.extend("diagnose")
     wait(lambda: jobs.current is not None)
     jobs.pause()
     wait(lambda: suspended(session))
@@ -104,12 +105,12 @@ def test_recording_of_another_machine_is_not_accepted_for_validation(tmp_path: P
 def test_cancelled_job_leaves_the_state_unchanged(session: WorkbenchSession) -> None:
     jobs, selection, swarm = session.jobs, session.selection, session.swarm
     step_list = selection.step_list
-    selection.add("torque_offset")
+    selection.extend("add", "torque_offset")
     wait(lambda: selection.step_list is not step_list and jobs.current is None)
-    selection.undo()
+    selection.change(Branches.undone)
     assert selection.step_list is step_list
     assert jobs.current is None, "what is known of the model is kept"
-    for start_job in (selection.diagnose, lambda: swarm.start(0, selection.step_list)):
+    for start_job in (lambda: selection.extend("diagnose"), lambda: swarm.start(0, selection.step_list)):
         before = selection.branches
         start_job()
         jobs.pause()
@@ -118,34 +119,15 @@ def test_cancelled_job_leaves_the_state_unchanged(session: WorkbenchSession) -> 
         assert swarm.progress is None
         assert selection.branches is before
     assert selection.branches
-    assert len(selection.branches.current.undone) == 1
-    selection.redo()
+    assert selection.branches.current.undone == 1
+    selection.change(Branches.redone)
     assert selection.step_list
     assert selection.step_list.steps[-1].label == "+ torque_offset"
-    assert selection.residuals
+    assert selection.analysis.residuals
     assert jobs.current is None
-    selection.remove(0)
+    selection.extend("remove", 0)
     wait(lambda: jobs.current is None)
     assert selection.step_list.steps[-1].label == "− rod_inertia", "a new process continues from there"
-
-
-@pytest.mark.slow
-def test_interrupted_analysis_is_resumed_afterwards(session: WorkbenchSession) -> None:
-    jobs, selection, swarm = session.jobs, session.selection, session.swarm
-    selection.add("torque_offset")
-    wait(lambda: selection.candidates is None)
-    wait(
-        lambda: bool(
-            selection.step_list and len(selection.step_list.steps) == 3 and jobs.current and not jobs.blocked
-        )
-    )
-    swarm.start(0, selection.step_list)
-    wait(lambda: swarm.result is not None and selection.residuals is not None)
-    assert swarm.result
-    assert swarm.result.model.effects == ("rod_inertia", "torque_offset")
-    assert selection.candidates
-    assert selection.step_list
-    assert len(selection.step_list.steps) == 3
 
 
 def test_new_choice_of_recordings_discards_the_results(tmp_path: Path) -> None:

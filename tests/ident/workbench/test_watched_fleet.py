@@ -7,8 +7,7 @@ import pytest
 
 from ident.fleet import alarms
 from ident.fleet.store import Store
-from ident.workbench.pages.shell import shown_tabs
-from ident.workbench.session import WorkbenchSession, open_session
+from ident.workbench.state.session import WorkbenchSession, open_session
 from recordings.errors import BadInput
 from tests.chromium import PATIENCE
 from tests.ident.workbench.conftest import Browser, Serve
@@ -24,26 +23,15 @@ def session(store: Path, tmp_path: Path) -> Iterator[WorkbenchSession]:
 def test_alarm_is_acknowledged_and_the_tab_drawn_again(session: WorkbenchSession, store: Path) -> None:
     assert session.fleet is not None
     assert session.display.tab == "fleet"
-    assert shown_tabs(session)[-1][0] == "fleet"
-    (alarm,) = session.fleet.alarms()
-    assert "stribeck on joint 1 has been there since 2026-01-17" in session.fleet.sentence(alarm)
+    assert "1 alarm is open" in session.fleet.page()
+    ((alarm, sentence),) = session.fleet.alarms()
+    assert "stribeck on joint 1 has been there since 2026-01-17" in sentence
     session.fleet.acknowledge(alarm.id, "gear replaced")
     assert session.changes.count(("fleet",)) == 1
     (acknowledged,) = alarms.load(Store(store)).alarms
     assert (acknowledged.acknowledged, acknowledged.note) == (True, "gear replaced")
     with pytest.raises(BadInput, match="an alarm of this store expected"):
         session.fleet.acknowledge("r99-20260101", "")
-
-
-def test_page_of_the_fleet_is_the_report(session: WorkbenchSession) -> None:
-    assert session.fleet is not None
-    assert "1 alarm is open" in session.fleet.page()
-
-
-def test_without_a_store_there_is_no_tab(tmp_path: Path) -> None:
-    opened = open_session([tmp_path])
-    assert "fleet" not in [key for key, *_ in shown_tabs(opened)]
-    opened.close()
 
 
 def test_folder_that_is_no_store_is_named(tmp_path: Path) -> None:
