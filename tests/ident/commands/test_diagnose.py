@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from ident.cli import program
-from recordings.errors import BadInput
 from tests.foreign.pairs import TRAIN, VALIDATE, Setting, make
 from tests.running import invoke
 
@@ -50,12 +49,15 @@ def new_effects(document: dict[str, Any]) -> list[str]:
 
 
 @pytest.mark.parametrize("robot", ["default", "light", "heavy"])
-def test_model_without_hidden_effect_is_adequate(hide: Hide, robot: str) -> None:
-    document = diagnose(hide([], robot=robot))
+def test_model_without_hidden_effect_is_adequate(hide: Hide, robot: str, tmp_path: Path) -> None:
+    curve = tmp_path / "curve.py"
+    document = diagnose(hide([], robot=robot), "--learn", curve)
     assert document["verdict"] == "adequate"
     assert new_effects(document) == []
     last = document["steps"][-1]
     assert (np.array(last["held_out_rms"]) < 1.15 * np.array(document["noise_rms"])).all()
+    assert not document["learned_curve"], "no curve is learned from noise"
+    assert not curve.exists()
 
 
 @pytest.mark.parametrize(
@@ -121,28 +123,12 @@ def test_learned_curve_replaces_an_unknown_effect(hide: Hide, tmp_path: Path) ->
     assert {"unexplained-curves", "learned"} <= figures(tmp_path / "page.html")
     assert "unexplained-spectrum" not in figures(tmp_path / "page.html")
     assert learned_curve["gain_ci95"][0] > 0.5
-    curve_options = (
-        "--with",
-        "rod_inertia",
-        "--with",
-        f"curve:{','.join(map(str, joints))}",
-        "--effect-file",
-        curve,
-        "--method",
-        "ls",
-    )
+    effects = ("--with", "rod_inertia", "--with", f"curve:{','.join(map(str, joints))}", "--effect-file", curve)
     model = tmp_path / "m.json"
-    fitted = run("fit", folder / TRAIN, "--validate", folder / VALIDATE, *curve_options, "-o", model)
+    fitted = run("fit", folder / TRAIN, "--validate", folder / VALIDATE, *effects, "--method", "ls", "-o", model)
     assert fitted.exit_code == 0, fitted.output
     scales = [entry for entry in json.loads(model.read_text())["parameters"] if entry["name"].startswith("curve.a")]
     assert [scale["value"] for scale in scales] == pytest.approx([1.0] * len(joints), abs=0.1)
-
-
-def test_no_curve_is_learned_from_noise(hide: Hide, tmp_path: Path) -> None:
-    curve = tmp_path / "curve.py"
-    document = diagnose(hide([]), "--learn", curve)
-    assert document["learned_curve"] is None
-    assert not curve.exists()
 
 
 def test_document_has_the_specified_fields(hide: Hide) -> None:
@@ -227,17 +213,3 @@ def test_tables_and_page_are_written(hide: Hide, tmp_path: Path) -> None:
     assert figures(page) >= {"steps", "finding-1", "finding-2", "unexplained"}
     command = f"ident diagnose {TRAIN} --validate {VALIDATE} --only cogging --json"
     assert command in page.read_text(encoding="utf-8"), "how to reproduce it"
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (["--out", "m.json"], "--apply expected"),
-        (["--model", "none.json"], "does not exist"),
-        (["--effect-file", "none.py"], "Python file"),
-    ],
-)
-def test_bad_input_is_refused(hide: Hide, options: list[str], message: str) -> None:
-    result = run("diagnose", hide(["cogging"]) / TRAIN, "--force", *options)
-    assert isinstance(result.exception, BadInput)
-    assert message in str(result.exception)
