@@ -147,10 +147,8 @@ def test_interrupted_analysis_is_resumed_afterwards(bench: Bench) -> None:
     bench.selection.extend("add", "cogging")
     bench.send(steps_view("interrupted"), SERIES)
     bench.jobs.submit("swarm", lambda view: None, "swarm")
-    bench.send(CANDIDATES, TaskEnd())
-    assert bench.worker.tasks[-1] == "swarm"
-    bench.send(TaskEnd())
-    assert bench.worker.tasks[-1] == "show"
+    bench.send(CANDIDATES, TaskEnd(), TaskEnd())
+    assert bench.worker.tasks[-2:] == ["swarm", "show"]
     assert not bench.jobs.blocked
     bench.complete("again")
     assert bench.jobs.current is None
@@ -214,17 +212,14 @@ def test_lost_worker_is_reported_and_the_analysis_can_be_resumed(bench: Bench) -
 
 def test_only_changes_by_the_user_are_worth_a_question() -> None:
     bench = Bench()
-    assert not bench.selection.has_changes
     bench.selection.fit()
     bench.complete("base")
     assert not bench.selection.has_changes
-    bench.selection.change(Branches.forked)
-    assert bench.selection.has_changes
-    bench.selection.change(lambda branches: branches.dropped(0))
+    for change in (Branches.forked, lambda branches: branches.dropped(0)):
+        bench.selection.change(change)
     assert not bench.selection.has_changes
     bench.selection.extend("add", "stribeck")
     bench.complete("added")
-    assert bench.selection.has_changes
     bench.selection.change(Branches.undone)
     assert bench.selection.has_changes, "redo would be lost"
 

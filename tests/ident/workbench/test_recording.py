@@ -63,8 +63,7 @@ def test_stop_in_mid_motion_disables_the_drives_and_completes_the_file(
 ) -> None:
     workbench = serve(tmp_path)
     browser.open(workbench.address)
-    browser.click("tab-record")
-    browser.click("preflight")
+    browser.click("tab-record", "preflight")
     assert "✓" in browser.at("preflight-check").first.inner_text()
     assert "✓" in browser.at("preflight-dry-run").first.inner_text()
     start_recording(browser, workbench.address)
@@ -119,5 +118,4 @@ def test_a_held_button_moves_the_joint(tmp_path: Path, serve: Serve, browser: Br
     state.filter(has_text=re.compile(r"stream|stop|disable|of \+0\.5")).wait_for()
     browser.page.mouse.up()
     state.filter(has_text=re.compile(r"released after .* of \+0\.5 rad")).wait_for()
-    browser.check_accessibility()
-    browser.screenshot("commissioning")
+    browser.check("commissioning")

@@ -44,14 +44,13 @@ def test_alarm_is_acknowledged_with_the_keyboard(store: Path, tmp_path: Path, se
     (alarm,) = alarms.load(Store(store)).alarms
     browser.open(serve(tmp_path, ".", "--store", str(store)).address, width=700)
     browser.press("tab-fleet")
-    browser.check_accessibility()
-    browser.screenshot("fleet")
+    browser.check("fleet")
     with browser.page.context.expect_page(timeout=1e3 * PATIENCE) as opened:
         browser.press("open-fleet")
     fleet = opened.value
     fleet.get_by_text("1 alarm is open").first.wait_for()
     fleet.close()
-    browser.press(f"note-{alarm.id}", "g")
+    browser.press(f"note-{alarm.id}", key="g")
     browser.page.keyboard.type("ear replaced")
     browser.press(f"ack-{alarm.id}")
     browser.page.get_by_text("Acknowledged. gear replaced").wait_for()

@@ -70,8 +70,7 @@ def test_selected_time_span_is_explained_and_its_effect_added(fitted: Browser) -
     assert int(fitted.text("explains-stribeck").split()[1]) > 60
     assert "N m RMS" in fitted.text("selection")
     fitted.screenshot("selection")
-    fitted.click("add-stribeck")
-    fitted.click("tab-missing")
+    fitted.click("add-stribeck", "tab-missing")
     assert "stribeck" in fitted.text("step-2")
     fitted.click("undo")
     fitted.at("step-2").wait_for(state="detached")
@@ -81,8 +80,7 @@ def test_two_branches(fitted: Browser) -> None:
     fitted.click("add-stribeck")
     fitted.at("step-2").wait_for()
     error = rms(fitted, "held", 2, 2)
-    fitted.click("fork")
-    fitted.click("undo")
+    fitted.click("fork", "undo")
     fitted.at("step-2").wait_for(state="detached")
     fitted.wait_for_text("preview", "stribeck: part of the residual that it would explain")  # cards of this model
     fitted.at("card-stribeck").wait_for()
