@@ -1,9 +1,10 @@
-"""Sentences on the assessment of a fit."""
+"""Sentences on the data and the assessment of a fit, on console and page."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
-from ident.identification.model_file import FittedParameter, ModelFile
+from ident.identification.model_file import FittedParameter, ModelFile, RecordingSource
 from ident.uncertainty.assessment import Assessment
+from recordings.recording import Recording
 
 NOTABLE_CORRELATION = 0.7
 """Absolute correlation from which the summary lists a pair of parameters."""
@@ -148,3 +149,13 @@ def _cutoff_lines(model: ModelFile, assessment: Assessment) -> Iterator[str]:
 def two_digits(value: float) -> str:
     """Format `value` with two significant digits, or as a whole number from 100 on."""
     return f"{value:.2g}" if value < 100 else f"{value:.0f}"
+
+
+def data_warnings(sources: Iterable[RecordingSource], recordings: Iterable[Recording]) -> Iterator[str]:
+    """Yield which recordings are simulated or incomplete."""
+    simulated = [source.name for source in sources if source.simulated]
+    if simulated:
+        yield f"SIMULATED data: {', '.join(simulated)}."
+    incomplete = [recording.path.name for recording in recordings if not recording.complete]
+    if incomplete:
+        yield f"Interrupted recording, used up to its end: {', '.join(incomplete)}."

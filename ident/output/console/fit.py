@@ -95,24 +95,16 @@ def sentences(model: ModelFile, result: Identification) -> list[str]:
 def warnings(result: Identification) -> list[str]:
     """List what limits the meaning of the numbers: simulated or incomplete data, relative torque, bounds."""
     model = result.model
-    agreements = [model.train, *([model.validate_] if model.validate_ else [])]
-    simulated = [source.name for agreement in agreements for source in agreement.recordings if source.simulated]
+    sources = [*model.train.recordings, *(model.validate_.recordings if model.validate_ else ())]
     regressions = [*result.train, *([result.validation] if result.validation else [])]
-    recordings = [regression.prepared.recording for regression in regressions]
-    incomplete = [recording.path.name for recording in recordings if not recording.complete]
-    at_bound = [parameter.name for parameter in model.parameters if parameter.at_bound]
-    lines = []
-    if simulated:
-        lines.append(f"SIMULATED data: {', '.join(simulated)}.")
-    if incomplete:
-        lines.append(f"Interrupted recording, used up to its end: {', '.join(incomplete)}.")
+    lines = list(assessment.data_warnings(sources, (each.prepared.recording for each in regressions)))
     if model.relative:
         lines.append(f"{_RELATIVE}: the parameters are RELATIVE, known up to a common factor.")
     if model.geometry and model.geometry.L2_source == "assumed":
-        lines.append(
-            f"The forearm length L2 = {model.geometry.L2:g} m is assumed{assessment.length_sensitivity(model)}."
-        )
+        sensitivity = assessment.length_sensitivity(model)
+        lines.append(f"The forearm length L2 = {model.geometry.L2:g} m is assumed{sensitivity}.")
     lines += _out_of_range(result)
+    at_bound = [parameter.name for parameter in model.parameters if parameter.at_bound]
     if at_bound:
         lines.append(f"At a bound of the search range, so not determined by the data: {', '.join(at_bound)}.")
     return lines

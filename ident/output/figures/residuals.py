@@ -1,6 +1,6 @@
 """Draw where a model fails: residual by phase of the motion and over each quantity, with the noise floor."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 import plotly.graph_objects as go
@@ -65,21 +65,10 @@ def phases(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
 
 def curves(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
     """Draw the mean residual over each quantity, one row per joint; the first model with 95 % band and RMS."""
-    first, *_ = analyses.values()
-    return curve_grid(
-        {name: [joint.curves for joint in analysis.joints] for name, analysis in analyses.items()},
-        [joint.unit for joint in first.joints],
-        [joint.noise_rms for joint in first.joints],
-    )
-
-
-def curve_grid(
-    curves_by_model: Mapping[str, Sequence[Sequence[BinnedCurve]]],
-    units: Sequence[str],
-    floor: Sequence[float | None],
-) -> go.Figure:
-    """Draw curves by model and joint; `units` of the efforts and noise `floor` per joint."""
+    curves_by_model = {name: [joint.curves for joint in analysis.joints] for name, analysis in analyses.items()}
     first, *_ = curves_by_model.values()
+    joints = next(iter(analyses.values())).joints
+    floor = [joint.noise_rms for joint in joints]
     rows, columns = len(first), max(map(len, first))
     figure = theme.subplots(
         rows,
@@ -114,7 +103,7 @@ def curve_grid(
         )
         figure.update_yaxes(range=[-limit, limit], nticks=5, row=joint + 1)
         figure.update_yaxes(
-            title_text=f"{theme.joint_title(joint)}<br>residual [{units[joint]}]", row=joint + 1, col=1
+            title_text=f"{theme.joint_title(joint)}<br>residual [{joints[joint].unit}]", row=joint + 1, col=1
         )
     return figure
 

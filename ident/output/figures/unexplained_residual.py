@@ -10,7 +10,6 @@ from ident.diagnosis.unknown.residual_test import residual_test
 from ident.identification.prediction import Prediction
 from ident.output.digits import with_equal_decimals
 from ident.output.figures import theme
-from ident.output.figures.residuals import curve_grid
 from ident.residuals.analysis import ResidualAnalysis, analyse
 from recordings.recording import Floats
 
@@ -46,12 +45,3 @@ def last_residual(diagnosis: Diagnosis) -> ResidualAnalysis:
     split, model = diagnosis.split, diagnosis.model
     predictions = list(map(Prediction, split.recordings, model.computed, split.scored))
     return analyse(None, predictions, residual_test(model, diagnosis.unexplained, diagnosed=True))
-
-
-def residual_curves(diagnosis: Diagnosis, analysis: ResidualAnalysis) -> go.Figure:
-    """Draw the residual of the last model over each quantity, with the noise floor of the diagnosis."""
-    return curve_grid(
-        {"last model": [joint.curves for joint in analysis.joints]},
-        [joint.unit for joint in analysis.joints],
-        tuple(diagnosis.model.noise_floor.rms.tolist()),
-    )

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import plotly.graph_objects as go
 
@@ -13,7 +12,6 @@ from ident.output.tables import ResultTable
 class Text:
     """Paragraphs."""
 
-    kind: ClassVar[str] = "text"
     lines: tuple[str, ...]
 
 
@@ -21,7 +19,6 @@ class Text:
 class Notes:
     """A list of sentences."""
 
-    kind: ClassVar[str] = "notes"
     lines: tuple[str, ...]
 
 
@@ -29,7 +26,6 @@ class Notes:
 class Code:
     """Commands to type."""
 
-    kind: ClassVar[str] = "code"
     lines: tuple[str, ...]
 
 
@@ -37,7 +33,6 @@ class Code:
 class Plot:
     """A figure with its caption."""
 
-    kind: ClassVar[str] = "plot"
     id: str
     figure: go.Figure
     caption: str
@@ -47,7 +42,6 @@ class Plot:
 class Fold:
     """Blocks that can be folded away."""
 
-    kind: ClassVar[str] = "fold"
     title: str
     blocks: tuple["ReportBlock", ...]
     open: bool = False
@@ -57,7 +51,6 @@ class Fold:
 class Card:
     """One finding, in a frame."""
 
-    kind: ClassVar[str] = "card"
     title: str
     tags: tuple[str, ...]
     blocks: tuple["ReportBlock", ...]

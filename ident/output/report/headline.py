@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ident.diagnosis.document.document import Document
+from ident.output.assessment import data_warnings
 from ident.output.digits import number, percent
 from ident.output.report.contents import ReportContents
 
@@ -105,12 +106,7 @@ def _comparison_sentences(contents: ReportContents) -> Iterator[str]:
 
 
 def _warnings(contents: ReportContents) -> Iterator[str]:
-    simulated = [source.name for source in contents.sources if source.simulated]
-    if simulated:
-        yield f"SIMULATED data: {', '.join(simulated)}."
-    interrupted = [recording.path.name for recording in contents.recordings if not recording.complete]
-    if interrupted:
-        yield f"Interrupted recording, used up to its end: {', '.join(interrupted)}."
+    yield from data_warnings(contents.sources, contents.recordings)
     if any(model.relative for model in contents.models.values()):
         yield "The torque gain is assumed, not calibrated: torques and parameters are RELATIVE, up to one factor."
     share = contents.diagnosis.diagnosis.excerpt_share if contents.diagnosis else None

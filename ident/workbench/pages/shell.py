@@ -66,9 +66,7 @@ def build(session: WorkbenchSession) -> None:
                 else:
                     draw(page)
     page.drawn_tab = None
-    page.call_on_change(
-        lambda page: notify(session.jobs.message, "info") if session.jobs.message else None, "message"
-    )
+    page.call_on_change(_show_message, "message")
     client = ui.context.client
 
     def poll() -> None:

@@ -137,7 +137,7 @@ def test_names_and_metadata_of_a_hostile_recording_are_shown_as_text(
     page, names = browser.page, Folder.at(tmp_path).names(SUFFIX)
     page.get_by_text(f"{IMAGE}.mcap").wait_for()
     browser.click(f"train-{names.index('evil.mcap')}")
-    assert browser.text("quality-rig") == IMAGE
+    assert IMAGE in browser.text("quality-rig")
     assert SCRIPT in browser.text("quality-motion")
     browser.click(f"train-{names.index(f'{IMAGE}.mcap')}")
     page.get_by_text("a plain file name").wait_for()

@@ -8,7 +8,7 @@ from ident.diagnosis.ripple.ripple import EFFECT
 from ident.diagnosis.search.selection import Finding
 from ident.output.console.diagnosis import is_parameter_of
 from ident.output.digits import percent
-from ident.output.figures import spectrum, steps, torque, unexplained_residual
+from ident.output.figures import residuals, spectrum, steps, torque, unexplained_residual
 from ident.output.figures.finding import before_after
 from ident.output.figures.learned_curves import learned_curves
 from ident.output.report.blocks import Card, Code, Fold, Notes, Plot, ReportBlock, ReportSection, Text
@@ -113,7 +113,7 @@ def remaining(result: DiagnosisResult) -> ReportSection:
         ),
         Plot(
             "unexplained-curves",
-            unexplained_residual.residual_curves(diagnosis, analysis),
+            residuals.curves({"last model": analysis}),
             "Residual of the last model over the quantities that it may depend on.",
         ),
     ]
