@@ -10,6 +10,12 @@ NOTABLE_CORRELATION = 0.7
 """Absolute correlation from which the summary lists a pair of parameters."""
 NORMAL_95 = 1.96
 """Half the width of a 95 % interval, in standard errors."""
+_SOURCES = {
+    "stationary": "noise assumed stationary in volts",
+    "hac": "Newey-West",
+    "cycles": "differences between repetitions",
+}
+"""Where the covariance comes from."""
 MAX_PAIRS = 5
 """Number of pairs that the summary lists at most."""
 
@@ -32,7 +38,11 @@ def length_sensitivity(model: ModelFile) -> str:
 
 def summary_lines(model: ModelFile, assessment: Assessment) -> Iterator[str]:
     """Yield the sentences of the summary."""
-    yield _interval_line(assessment)
+    yield (
+        f"± is half the 95 % interval of a fit by least {assessment.loss} ({_SOURCES[assessment.source]}; "
+        f"autocorrelation of the residuals is counted), given model, geometry and gain. "
+        f"{scale_line(assessment.scale_uncertainty, not assessment.absolute)}"
+    )
     yield _noise_line(model, assessment)
     yield from _trend_lines(model, assessment)
     yield _identifiability_line(model, assessment)
@@ -44,19 +54,6 @@ def summary_lines(model: ModelFile, assessment: Assessment) -> Iterator[str]:
         share = f"{100 * assessment.coupling.share:.0f} % of the total"
         yield f"Inertia coupling between the joints: the off-diagonal part of D(θ), Eq. (27), is {share}{warning}."
     yield from _cutoff_lines(model, assessment)
-
-
-def _interval_line(assessment: Assessment) -> str:
-    sources = {
-        "stationary": "noise assumed stationary in volts",
-        "hac": "Newey-West",
-        "cycles": "differences between repetitions",
-    }
-    return (
-        f"± is half the 95 % interval of a fit by least {assessment.loss} ({sources[assessment.source]}; "
-        f"autocorrelation of the residuals is counted), given model, geometry and gain. "
-        f"{scale_line(assessment.scale_uncertainty, not assessment.absolute)}"
-    )
 
 
 def scale_line(scale_uncertainty: float, relative: bool) -> str:

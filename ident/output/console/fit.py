@@ -1,7 +1,7 @@
 """Print a fit: parameters, agreement per joint, and where the model fails."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from math import isinf
+from math import isfinite
 
 from rich.console import Console
 
@@ -115,16 +115,12 @@ def _out_of_range(result: Identification) -> Iterator[str]:
     entries = [entry for entry in result.structure.parameters if entry.linear]
     for entry, value in zip(entries, result.fit.parameters, strict=True):
         if entry.term >= 0 and not entry.lower <= value <= entry.upper:
+            limits = [f"at least {entry.lower:g}"] if isfinite(entry.lower) else []
+            limits += [f"at most {entry.upper:g}"] if isfinite(entry.upper) else []
             yield (
                 f"{entry.name} = {value:.4g} {entry.unit} is outside of its physical range "
-                f"({_range(entry.lower, entry.upper)}): evidence against {entry.name.partition('.')[0]}."
+                f"({' and '.join(limits)}): evidence against {entry.name.partition('.')[0]}."
             )
-
-
-def _range(lower: float, upper: float) -> str:
-    if isinf(upper):
-        return f"at least {lower:g}"
-    return f"at most {upper:g}" if isinf(lower) else f"{lower:g} to {upper:g}"
 
 
 def shape_parameter_lines(structure: ModelStructure, x: Floats) -> Iterator[str]:

@@ -34,7 +34,7 @@ def residual_view(model: FittedModel, unexplained: UnexplainedResidual | None = 
     if analysed.windows:
         figures["Worst intervals in detail"] = torque.worst_windows(analysed)
     effects = {term.name: term.effect for term in model.solution.structure.terms}
-    by_cause = causes.torque_by_cause(Model(file, effects), predictions[0].prepared)
+    text, plot, table = causes.torque_by_cause(Model(file, effects), predictions[0].prepared)
     return ResidualView(
         model=file,
         recordings=tuple(dict.fromkeys(item.prepared.recording.path.name for item in analysed.predictions)),
@@ -42,7 +42,7 @@ def residual_view(model: FittedModel, unexplained: UnexplainedResidual | None = 
         windows=analysed.windows,
         window_table=tables.windows(analysed),
         figures={title: to_dict(figure) for title, figure in figures.items()},
-        causes=replace(by_cause.table, caption=f"{by_cause.caption} {by_cause.table.caption}"),
-        causes_sentences=by_cause.sentences,
-        causes_figure=to_dict(by_cause.figure),
+        causes=replace(table, caption=f"{plot.caption} {table.caption}"),
+        causes_sentences=text.lines,
+        causes_figure=to_dict(plot.figure),
     )

@@ -1,9 +1,6 @@
 """Section about where the torque goes: its causes, and what would be missing without the coupling of the joints."""
 
-from dataclasses import dataclass
-
 import numpy as np
-import plotly.graph_objects as go
 
 from ident.data.prepared_recording import PreparedRecording
 from ident.dynamics.effects.library import library
@@ -17,26 +14,15 @@ from ident.output.report.contents import ReportContents
 from ident.output.tables import ResultTable, per_joint
 
 
-@dataclass(frozen=True, eq=False)
-class TorqueByCause:
-    """The torque of a model in a motion, by its causes."""
-
-    sentences: tuple[str, ...]
-    figure: go.Figure
-    caption: str
-    table: ResultTable
-
-
 def section(contents: ReportContents) -> ReportSection:
     """Return the torque of the last model by its causes, in the first recording that judges it."""
     name, analysis = list(contents.primary_analyses.items())[-1]
     model = Model(contents.models[name], library(contents.request.effect_files))
-    by_cause = torque_by_cause(model, analysis.predictions[0].prepared)
-    blocks = (Text(by_cause.sentences), Plot("causes", by_cause.figure, by_cause.caption), by_cause.table)
+    blocks = torque_by_cause(model, analysis.predictions[0].prepared)
     return ReportSection("causes", f"Where the torque goes: {name}", blocks)
 
 
-def torque_by_cause(model: Model, prepared: PreparedRecording) -> TorqueByCause:
+def torque_by_cause(model: Model, prepared: PreparedRecording) -> tuple[Text, Plot, ResultTable]:
     """Compute the torque of `model` in a recording by its causes, and draw its first repetition."""
     chunk = next(RecordedPath(prepared).chunks())
     torque, terms = evaluate(model, chunk)
@@ -47,7 +33,7 @@ def torque_by_cause(model: Model, prepared: PreparedRecording) -> TorqueByCause:
     shown = {cause: values[cycle] for cause, values in terms.items()}
     figure = causes.stacked(chunk.time[chunk.used][cycle], torque[cycle], shown, summary.rms, model.file.effort_units)
     caption = f"The first repetition in {prepared.recording.path.name}, and the RMS of each cause in the recording."
-    return TorqueByCause(_sentences(summary), figure, caption, _table(summary))
+    return Text(_sentences(summary)), Plot("causes", figure, caption), _table(summary)
 
 
 def _sentences(summary: TorqueSummary) -> tuple[str, ...]:
