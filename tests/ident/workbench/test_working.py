@@ -133,6 +133,8 @@ def test_names_and_metadata_of_a_hostile_recording_are_shown_as_text(
     run = recording.run.model_copy(update={"trajectory": SCRIPT, "software": IMAGE})
     write(replace(recording, rig=rig, run=run))
     (tmp_path / f"{IMAGE}.mcap").write_bytes((tmp_path / "evil.mcap").read_bytes())
+    with (tmp_path / "huge.mcap").open("wb") as file:  # two recordings alone would be chosen at once
+        file.truncate(2**30)
     browser.open(serve(tmp_path).address)
     page, names = browser.page, Folder.at(tmp_path).names(SUFFIX)
     page.get_by_text(f"{IMAGE}.mcap").wait_for()
@@ -141,6 +143,8 @@ def test_names_and_metadata_of_a_hostile_recording_are_shown_as_text(
     assert SCRIPT in browser.text("quality-motion")
     browser.click(f"train-{names.index(f'{IMAGE}.mcap')}")
     page.get_by_text("a plain file name").wait_for()
+    browser.click(f"train-{names.index('huge.mcap')}")
+    page.get_by_text("is not an MCAP file").wait_for()
     browser.screenshot("hostile")
     assert page.evaluate("window.hacked") is None
     assert not page.locator("img[src=x]").count()
