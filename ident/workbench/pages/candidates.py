@@ -55,7 +55,7 @@ def draw(page: Page) -> None:
     page.draw_on_change(_head, "candidates")
     page.draw_on_change(panel.draw, "candidates", "previews", "residuals").classes("preview")
     page.draw_on_change(cards.draw, "candidates")
-    page.call_on_change(cards.fold, "residuals")
+    page.watch(cards.fold, "residuals", now=False)
 
 
 def _head(page: Page) -> None:

@@ -72,7 +72,7 @@ def draw(page: Page, options: Callable[[], Mapping[str, str]]) -> None:
     def update(page: Page) -> None:
         state.text = _state(page.session.recorder.run)
 
-    page.call_now_and_on_change(update, "run")
+    page.watch(update, "run")
 
 
 def _draw_hold_button(page: Page, options: Callable[[], Mapping[str, str]]) -> None:

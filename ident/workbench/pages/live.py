@@ -39,7 +39,7 @@ def draw(page: Page) -> None:
             for line in list(run.messages)[-6:]:
                 ui.label(line)
 
-    page.call_now_and_on_change(update, "run", min_interval=0.5)
+    page.watch(update, "run", min_interval=0.5)
 
 
 def has_plots(run: RunStatus) -> bool:

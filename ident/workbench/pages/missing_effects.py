@@ -41,7 +41,7 @@ def _buttons(page: Page) -> None:
         redo.enabled = branch is not None and bool(branch.undone)
         fork.enabled = full.enabled = branch is not None
 
-    page.call_now_and_on_change(update_enabled, "job", "step_list")
+    page.watch(update_enabled, "job", "step_list")
 
 
 def _draw_steps(page: Page) -> None:

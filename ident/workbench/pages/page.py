@@ -61,21 +61,16 @@ class Page:
             with container:
                 draw(page)
 
-        self.call_now_and_on_change(redraw, *topics)
+        self.watch(redraw, *topics)
         return container
 
-    def call_now_and_on_change(
-        self, callback: Callable[["Page"], None], *topics: Topic, min_interval: float = 0.0
+    def watch(
+        self, callback: Callable[["Page"], None], *topics: Topic, now: bool = True, min_interval: float = 0.0
     ) -> None:
-        """Call `callback` as soon as its tab is visible, and again as `call_on_change` does."""
-        watch = _Watch(callback, topics, min_interval, self.drawn_tab)
-        self._watches.append(watch)
-        self._call_if_changed(watch)
-
-    def call_on_change(self, callback: Callable[["Page"], None], *topics: Topic) -> None:
-        """Call `callback` whenever one of `topics` changes."""
-        watch = _Watch(callback, topics, 0.0, self.drawn_tab, self.session.changes.count(topics))
-        self._watches.append(watch)
+        """Call `callback` whenever one of `topics` changes, and `now`: as soon as its tab is visible."""
+        count = None if now else self.session.changes.count(topics)
+        self._watches.append(_Watch(callback, topics, min_interval, self.drawn_tab, count))
+        self._call_if_changed(self._watches[-1])
 
     def poll(self) -> None:
         """Redraw what has changed since the last call."""

@@ -69,7 +69,7 @@ def draw(page: Page) -> None:
         if name in session.folder.names(SUFFIX):
             out.value = session.folder.free_name(stem, SUFFIX)
 
-    page.call_on_change(move_on, "folder")
+    page.watch(move_on, "folder", now=False)
     commission.draw(page, arguments)
     live.draw(page)
     page.draw_on_change(truth.draw, "folder")

@@ -66,7 +66,7 @@ def build(session: WorkbenchSession) -> None:
                 else:
                     draw(page)
     page.drawn_tab = None
-    page.call_on_change(_show_message, "message")
+    page.watch(_show_message, "message", now=False)
     client = ui.context.client
 
     def poll() -> None:
@@ -104,7 +104,7 @@ def _tabs(page: Page, shown: Sequence[Tab]) -> ui.tabs:
             tab.classes("step" + (" last-step" if step.tab == "export" else ""))
             tab.classes(**{"add" if step.tab == upcoming else "remove": "next-step"})
 
-    page.call_now_and_on_change(mark_steps, "folder", "step_list", "residuals", "saved", "tab")
+    page.watch(mark_steps, "folder", "step_list", "residuals", "saved", "tab")
     return tabs
 
 

@@ -29,7 +29,7 @@ def draw(page: Page) -> None:
     def update_enabled(page: Page) -> None:
         start.enabled = session.recordings.train is not None and not session.jobs.blocked
 
-    page.call_now_and_on_change(update_enabled, "job", "folder")
+    page.watch(update_enabled, "job", "folder")
     page.draw_on_change(_draw_progress, "swarm_progress")
     page.draw_on_change(_draw_result, "swarm_result")
 

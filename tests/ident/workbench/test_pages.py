@@ -42,7 +42,7 @@ def test_change_during_the_first_drawing_is_not_lost(page: Page) -> None:
             state["cards"] = 5
             page.session.changes.mark("candidates")
 
-    page.call_now_and_on_change(draw, "candidates")
+    page.watch(draw, "candidates")
     page.poll()
     page.poll()
     assert seen == [0, 5]
@@ -51,7 +51,7 @@ def test_change_during_the_first_drawing_is_not_lost(page: Page) -> None:
 def test_hidden_tab_is_drawn_when_it_is_shown(page: Page) -> None:
     calls, draw = counter()
     page.drawn_tab = "robot"
-    page.call_now_and_on_change(draw, "series")
+    page.watch(draw, "series")
     page.session.changes.mark("series")
     page.poll()
     assert not calls
@@ -69,8 +69,8 @@ def test_hidden_tab_is_drawn_when_it_is_shown(page: Page) -> None:
 def test_changes_are_drawn_at_intervals_and_messages_once(page: Page) -> None:
     page.session.changes.mark("message")
     (drawn, draw), (shown, show) = counter(), counter()
-    page.call_now_and_on_change(draw, "run", min_interval=60.0)
-    page.call_on_change(show, "message")
+    page.watch(draw, "run", min_interval=60.0)
+    page.watch(show, "message", now=False)
     page.session.changes.mark("run")
     page.poll()
     assert (len(drawn), len(shown)) == (1, 0), "the message was shown before"

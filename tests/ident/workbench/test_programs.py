@@ -1,6 +1,7 @@
 """Programs that the page runs, with a made-up `daq`: drives, imports, sealed truth, comparisons."""
 
 import json
+import signal
 import sys
 import time
 from collections.abc import Callable
@@ -12,7 +13,7 @@ import pytest
 from ident.workbench.folder import SUFFIX, Folder
 from ident.workbench.pages.commission import _state
 from ident.workbench.pages.live import has_plots, live_figures, run_summary
-from ident.workbench.programs import feedforward_comparison, file_import
+from ident.workbench.programs import feedforward_comparison, file_import, recording_process
 from ident.workbench.programs.feedforward_comparison import FeedforwardComparison
 from ident.workbench.programs.file_import import DELTA, EXTRA, PRISMATIC, REVOLUTE
 from ident.workbench.programs.recording_process import RecordingProcess, RunStatus
@@ -96,6 +97,15 @@ def test_what_is_wrong_is_told_without_raw_usage(daq: Daq, tmp_path: Path) -> No
         with pytest.raises(BadInput, match=f"1 to 3 expected, {joint} found"):
             process.commission("jog", {**JOG, "--joint": joint})
     assert process.run is None, "nothing has started"
+
+
+def test_drives_are_stopped_when_no_browser_shows_the_page(
+    daq: Daq, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recording_process, "_UNATTENDED_TIMEOUT", 0.3)
+    run = recorded(daq("import time; time.sleep(600)"), tmp_path)
+    assert run.exit_code == -signal.SIGTERM
+    assert list(run.messages) == ["no browser shows the page any more: stopping"]
 
 
 def test_a_jog_gets_keep_alives_until_it_is_released(daq: Daq) -> None:
