@@ -2,7 +2,6 @@
 
 import json
 import re
-import shutil
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -10,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from ident.cli import program
-from recordings.errors import BadInput
 from recordings.recording import Recording
 from tests.running import invoke
 
@@ -69,17 +67,6 @@ def test_json_is_one_document_with_the_documented_keys(folder: Path) -> None:
     assert {"joint", "start", "end", "rms", "phase", "cycle"} <= set(document["windows"][0])
     assert set(joint["influence"]) == {"variable", "joint", "reverses", "periods", "explained"}
     assert document["where"]
-
-
-def test_a_page_is_kept_unless_forced(folder: Path, tmp_path: Path) -> None:
-    shutil.copy(folder / "a.mcap", tmp_path)
-    arguments = ("compare", folder / "a.model.json", tmp_path / "a.mcap")
-    assert run(*arguments).exit_code == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.a.compare.html", "a.mcap"]
-    refused = run(*arguments)
-    assert isinstance(refused.exception, BadInput)
-    assert "--force" in str(refused.exception)
-    assert run(*arguments, "--force").exit_code == 0
 
 
 def test_an_interruption_leaves_no_partial_page(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

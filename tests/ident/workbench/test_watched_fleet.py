@@ -34,11 +34,6 @@ def test_alarm_is_acknowledged_and_the_tab_drawn_again(session: WorkbenchSession
         session.fleet.acknowledge("r99-20260101", "")
 
 
-def test_folder_that_is_no_store_is_named(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match="a store of `ident fleet` expected"):
-        open_session([tmp_path], store=tmp_path)
-
-
 @pytest.mark.slow
 def test_alarm_is_acknowledged_with_the_keyboard(store: Path, tmp_path: Path, serve: Serve, browser: Browser) -> None:
     (alarm,) = alarms.load(Store(store)).alarms
