@@ -76,11 +76,12 @@ def recorded(process: RecordingProcess, folder: Path, **options: str) -> RunStat
 
 def test_status_lines_and_text_for_people_are_told_apart(daq: Daq, tmp_path: Path) -> None:
     (tmp_path / "slide.toml").write_text(SLIDE)
-    lines = ('{"rows": [{"time": 1.0}]}', "no JSON", '{"rows": [{"time": 2.0}], "lateness": 0.5, "done": 3}')
+    told = '{"rows": [{"time": 2.0}], "lateness": 0.5, "done": 3}'
+    lines = ('{"rows": [{"time": 1.0}]}', "no JSON", "17", told)
     run = recorded(daq(f"print(*{lines!r}, sep=chr(10))"), tmp_path, rig="slide.toml")
     assert [row["time"] for row in run.rows] == [1.0, 2.0]
     assert list(run.lateness) == [(2.0, 0.5)]
-    assert (run.status["done"], list(run.messages)) == (3, ["no JSON"])
+    assert (run.status["done"], list(run.messages)) == (3, ["no JSON", "17"])
     assert (run.exit_code, run.position_unit) == (0, "m"), "the unit is that of the rig file"
 
 
