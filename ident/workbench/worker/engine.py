@@ -37,7 +37,7 @@ from ident.workbench.worker.views import ModelSpec, StepsSpec, View
 from recordings.errors import BadInput
 
 
-class Engine:
+class SelectionEngine:
     """Executes the tasks of one session."""
 
     def __init__(

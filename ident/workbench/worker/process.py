@@ -117,11 +117,11 @@ class Worker:
 def _run_tasks(connection: Connection, effect_files: Sequence[Path]) -> None:
     """Execute tasks in the worker process until the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the server, which ends this process
-    from ident.workbench.worker.engine import Engine
+    from ident.workbench.worker.engine import SelectionEngine
     from recordings.errors import BadInput
 
     try:
-        engine = Engine(lambda text: connection.send(StatusText(text)), effect_files, connection.send)
+        engine = SelectionEngine(lambda text: connection.send(StatusText(text)), effect_files, connection.send)
         while True:
             task, arguments = connection.recv()
             try:

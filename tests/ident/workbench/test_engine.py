@@ -13,7 +13,7 @@ from ident.identification.identify import FitOptions, identify
 from ident.workbench.state.cli_equivalent import shell_script, swarm_command
 from ident.workbench.worker import views
 from ident.workbench.worker.effect_contribution import EffectContribution
-from ident.workbench.worker.engine import Engine
+from ident.workbench.worker.engine import SelectionEngine
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from tests.ident import building
@@ -24,8 +24,8 @@ TRAIN, VALIDATE = SAMPLES / "fig5a.mcap", SAMPLES / "fig5b.mcap"
 
 
 @pytest.fixture
-def engine() -> Engine:
-    return Engine(lambda text: None)
+def engine() -> SelectionEngine:
+    return SelectionEngine(lambda text: None)
 
 
 def steps_of(task: object) -> views.StepsView:
@@ -34,7 +34,7 @@ def steps_of(task: object) -> views.StepsView:
     return view
 
 
-def test_view_of_a_recording_and_of_one_that_cannot_validate_it(engine: Engine, tmp_path: Path) -> None:
+def test_view_of_a_recording_and_of_one_that_cannot_validate_it(engine: SelectionEngine, tmp_path: Path) -> None:
     (view,) = engine.view_recording(TRAIN, VALIDATE)
     assert isinstance(view, views.RecordingView)
     assert view.quality["Drives"].startswith("simulated")
@@ -50,7 +50,7 @@ def spec_of(step_list: views.StepsView, validate: Path | None = VALIDATE) -> vie
     return views.StepsSpec(TRAIN, validate, tuple(step.spec for step in step_list.steps))
 
 
-def test_fit_add_remove_and_return(engine: Engine) -> None:
+def test_fit_add_remove_and_return(engine: SelectionEngine) -> None:
     step_list, series, candidates, _, residuals = engine.fit(TRAIN, VALIDATE)
     assert isinstance(step_list, views.StepsView)
     assert isinstance(series, tuple)
@@ -88,7 +88,7 @@ def test_fit_add_remove_and_return(engine: Engine) -> None:
 
 
 @pytest.mark.slow
-def test_contribution_of_a_candidate_agrees_with_its_improvement(engine: Engine) -> None:
+def test_contribution_of_a_candidate_agrees_with_its_improvement(engine: SelectionEngine) -> None:
     """Checked on the training rows; on the other rows the effect has the same coefficient."""
     step_list, series, candidates, previews, _ = engine.fit(TRAIN, VALIDATE)
     assert isinstance(step_list, views.StepsView)
@@ -106,9 +106,9 @@ def test_contribution_of_a_candidate_agrees_with_its_improvement(engine: Engine)
         )
 
 
-def test_new_process_rebuilds_the_same_steps(engine: Engine) -> None:
+def test_new_process_rebuilds_the_same_steps(engine: SelectionEngine) -> None:
     step_list = steps_of(engine.fit(TRAIN, None))
-    rebuilt = steps_of(Engine(lambda text: None).show(spec_of(step_list, None)))
+    rebuilt = steps_of(SelectionEngine(lambda text: None).show(spec_of(step_list, None)))
     for before, after in zip(step_list.steps, rebuilt.steps, strict=True):
         assert after.label == before.label
         np.testing.assert_allclose(after.entry.train_rms, before.entry.train_rms, rtol=1e-6)
@@ -118,7 +118,7 @@ def test_new_process_rebuilds_the_same_steps(engine: Engine) -> None:
 @pytest.mark.slow
 def test_swarm_reports_progress_and_agrees_with_ident_fit() -> None:
     reports: list[views.SwarmProgress] = []
-    engine = Engine(lambda text: None, (), reports.append)
+    engine = SelectionEngine(lambda text: None, (), reports.append)
     request = views.SwarmRequest(("stribeck:2",), 30.0, 3)
     (result,) = engine.swarm(TRAIN, VALIDATE, request)
     assert isinstance(result, views.SwarmResult)
@@ -134,7 +134,7 @@ def test_swarm_reports_progress_and_agrees_with_ident_fit() -> None:
 
 
 @pytest.mark.slow
-def test_long_recording_is_analysed_in_excerpts(engine: Engine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_recording_is_analysed_in_excerpts(engine: SelectionEngine, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ident.data.excerpts.MAX_DURATION", 8.0)
     monkeypatch.setattr("ident.data.excerpts.COUNT", 2)
     step_list, series, *_, residuals = engine.fit(TRAIN, VALIDATE)
