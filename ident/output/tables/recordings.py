@@ -44,7 +44,7 @@ def _geometry(recording: Recording) -> str:
 def _gain(recording: Recording) -> str:
     torque = recording.rig.torque
     if holds_torque(recording):
-        return "torque was measured"
+        return f"torque was measured ({torque.gain_source})"
     relative = "assumed: torques are relative" if torque.gain_source == "assumed" else torque.gain_source
     law = "v |v|" if torque.map == "square" else "v"
     return f"{', '.join(f'{gain:g}' for gain in torque.gain)} times {law}, {relative}"
