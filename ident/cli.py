@@ -45,7 +45,7 @@ def _program(**options: Any) -> None:
 
 def _how_to_import(path: Path) -> str | None:
     """The `daq import` command that reads `path`, or why none does, as `daq` says; None where it says neither."""
-    from ident.workbench.recording_process import daq_command
+    from ident.workbench.programs.running import daq_command
 
     try:
         arguments = [*daq_command(), "import", str(path), "--guess", "--json"]

@@ -34,7 +34,7 @@ def command(
     """
     from ident.fleet.walk import is_store
     from ident.workbench.app import serve
-    from ident.workbench.session import open_session
+    from ident.workbench.state.session import open_session
 
     if places and is_store(places[0]):
         raise BadInput(

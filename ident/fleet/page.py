@@ -11,10 +11,11 @@ from ident.fleet.alarms import Alarm, FleetFile
 from ident.fleet.recording_rows import Row
 from ident.fleet.series import Nights, Series, nights_and_series
 from ident.fleet.store import Store
-from ident.output.figures.theme import number, percent
-from ident.output.report.blocks import Card, Code, Fold, Notes, Plot, ReportBlock, ReportSection, ReportTable, Text
+from ident.output.digits import number, percent
+from ident.output.report.blocks import Card, Code, Fold, Notes, Plot, ReportBlock, ReportSection, Text
 from ident.output.report.headline import Headline, Tile
 from ident.output.report.page import assembled, write_page
+from ident.output.tables import ResultTable
 
 _MAX_SHOWN = 4
 """Quantities that are drawn below an alarm."""
@@ -150,7 +151,7 @@ def _robots(
 def _failed(failed: Sequence[Row]) -> ReportSection:
     rows = tuple((row["path"], row["reason"]) for row in sorted(failed, key=lambda row: str(row["path"])))
     return ReportSection(
-        "failed", "Recordings that cannot be used", (ReportTable(("file", "reason"), rows, words=(0, 1)),)
+        "failed", "Recordings that cannot be used", (ResultTable(("file", "reason"), rows, words=(0, 1)),)
     )
 
 

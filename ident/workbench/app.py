@@ -9,7 +9,7 @@ from fastapi.responses import FileResponse, HTMLResponse
 from nicegui import ui
 
 from ident.workbench.pages.shell import build
-from ident.workbench.session import WorkbenchSession
+from ident.workbench.state.session import WorkbenchSession
 from recordings.errors import BadInput
 from web import local
 from web.security import Guard

@@ -24,7 +24,7 @@ from ident.output.console import diagnosis as diagnosis_table
 from ident.output.console import fit as fit_table
 from ident.output.console import residuals as residual_table
 from ident.output.report import contents, page
-from ident.workbench.engine import Engine
+from ident.workbench.worker.engine import SelectionEngine
 from recordings.errors import BadInput
 from tests.fuzz import recordings
 
@@ -99,7 +99,7 @@ def _diagnose(rng: Generator, folder: Path, rows: int) -> None:
         request = contents.ReportRequest((), tuple(files), tuple(validate), (), diagnose=True)
         _check_page(page.render(contents.assemble(request, diagnosis=result)))
     if 0.3 < share[3] < 0.45:
-        engine = Engine(lambda text: None)
+        engine = SelectionEngine(lambda text: None)
         for view in (engine.view_recording(files[0]), engine.fit(files[0], validate[0] if validate else None)):
             list(view)
     if 0.1 < share[3] < 0.25:

@@ -19,7 +19,7 @@ from ident.output.console import diagnosis as console_diagnosis
 from ident.output.console import residuals as console_residuals
 from ident.output.report import contents, page
 from ident.residuals.analysis import ResidualAnalysis
-from ident.workbench.residual_task import residual_view
+from ident.workbench.worker.residual_task import residual_view
 from recordings.recording import Floats, Recording
 from tests.ident import building
 

@@ -4,84 +4,68 @@ from typing import Any
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
 from ident.design.designs import DesignResult
 from ident.design.quality import Quality
+from ident.output.console.printing import print_table
+from ident.output.tables import ResultTable
 
 SCHEMA = 1
 
 
 def show(outcome: DesignResult, console: Console) -> None:
     """Print condition number, expected standard errors and use of the limits."""
-    if outcome.after.discriminability:
-        console.print(_discriminability(outcome))
-    else:
-        console.print(_standard_errors(outcome))
-    console.print(_limits(outcome))
+    before = {outcome.against or "": outcome.before} if outcome.before else {}
+    motions = {**before, outcome.name: outcome.after}
+    table = _discriminability if outcome.after.discriminability else _standard_errors
+    print_table(console, table(outcome, motions))
+    print_table(console, _limits(outcome, motions))
 
 
-def _discriminability(outcome: DesignResult) -> Table:
-    table = Table(title="Torque of each effect that no other effect can imitate", title_justify="left")
-    table.add_column("")
-    motions = _motions(outcome)
-    for name, _ in motions:
-        table.add_column(name, justify="right")
+def _discriminability(outcome: DesignResult, motions: dict[str, Quality]) -> ResultTable:
+    rows = []
     for effect in outcome.after.discriminability or ():
-        shares = [quality.discriminability[effect] for _, quality in motions if quality.discriminability]
-        table.add_row(effect, *map(_percent, shares))
-    table.caption = (
+        shares = [quality.discriminability[effect] for quality in motions.values() if quality.discriminability]
+        # Two significant digits and no exponent: a share may be far above one.
+        rows.append((effect, *(f"{100 * x:.2g} %" if x < 0.99 else f"{100 * x:,.0f} %" for x in shares)))
+    return ResultTable(
+        ("", *motions),
+        rows,
         f"Relative to what the model alone does not absorb on {outcome.against}; the smallest value of all joints. "
-        "The new motion is evaluated together with the recorded ones."
+        "The new motion is evaluated together with the recorded ones.",
+        title="Torque of each effect that no other effect can imitate",
     )
-    return table
 
 
-def _percent(share: float) -> str:
-    """Format `share` in percent with two significant digits and no exponent."""
-    return f"{100 * share:.2g} %" if share < 0.99 else f"{100 * share:,.0f} %"
-
-
-def _standard_errors(outcome: DesignResult) -> Table:
-    table = Table(title=f"Expected standard errors, {outcome.criterion.upper()}-optimal", title_justify="left")
-    table.add_column("")
-    table.add_column("unit")
-    motions = _motions(outcome)
-    for name, _ in motions:
-        table.add_column(name, justify="right")
-    table.add_row("condition number", "", *(f"{quality.condition:.3g}" for _, quality in motions))
-    table.add_section()
+def _standard_errors(outcome: DesignResult, motions: dict[str, Quality]) -> ResultTable:
+    rows = [("condition number", "", *(f"{quality.condition:.3g}" for quality in motions.values()))]
     for i, parameter in enumerate(outcome.parameters):
-        table.add_row(parameter.name, parameter.unit, *(_format_error(quality.std[i]) for _, quality in motions))
-    table.caption = (
+        errors = [quality.std[i] for quality in motions.values()]
+        cells = [f"{std:.2g}" if np.isfinite(std) else "not excited" for std in errors]
+        rows.append((parameter.name, parameter.unit, *cells))
+    return ResultTable(
+        ("", "unit", *motions),
+        rows,
         f"For {outcome.seconds:.3g} s with torque noise of {outcome.noise:g} RMS; proportional to the noise and to "
-        "1 / √time."
+        "1 / √time.",
+        words=(0, 1),
+        title=f"Expected standard errors, {outcome.criterion.upper()}-optimal",
+        sections=(0,),
     )
-    return table
 
 
-def _format_error(std: float) -> str:
-    return f"{std:.2g}" if np.isfinite(std) else "not excited"
-
-
-def _limits(outcome: DesignResult) -> Table:
-    table = Table(title="Used share of each limit", title_justify="left")
-    table.add_column("")
-    motions = _motions(outcome)
-    for name, _ in motions:
-        table.add_column(name, justify="right")
-    for limit in outcome.after.usage:
-        table.add_row(limit, *(_used_share(quality, limit) for _, quality in motions))
-    return table
-
-
-def _used_share(quality: Quality, limit: str) -> str:
-    return f"{100 * quality.usage[limit]:.0f} %" if limit in quality.usage else ""
-
-
-def _motions(outcome: DesignResult) -> list[tuple[str, Quality]]:
-    before = [(outcome.against or "", outcome.before)] if outcome.before else []
-    return [*before, (outcome.name, outcome.after)]
+def _limits(outcome: DesignResult, motions: dict[str, Quality]) -> ResultTable:
+    rows = [
+        (
+            limit,
+            *(
+                f"{100 * quality.usage[limit]:.0f} %" if limit in quality.usage else ""
+                for quality in motions.values()
+            ),
+        )
+        for limit in outcome.after.usage
+    ]
+    return ResultTable(("", *motions), rows, title="Used share of each limit")
 
 
 def as_json(outcome: DesignResult) -> dict[str, Any]:

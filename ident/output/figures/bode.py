@@ -3,10 +3,9 @@
 import numpy as np
 import plotly.graph_objects as go
 
-from ident.data.frequency_response import Complex, FrequencyResponse
+from ident.data.frequency_response import FrequencyResponse
 from ident.estimation.axis_model import AxisModel
 from ident.output.figures import theme
-from recordings.recording import Floats
 
 _POINTS = 400
 
@@ -24,25 +23,23 @@ def bode(measured: FrequencyResponse, model: AxisModel) -> go.Figure:
     )
     frequency = measured.frequency
     fine = np.geomspace(frequency[0], frequency[-1], _POINTS)
+    acceleration, fitted = (
+        -((2 * np.pi * f) ** 2) * x for f, x in ((frequency, measured.motion), (fine, model.response(fine)))
+    )
     curves = {
         1: (measured.loop, measured.loop_coherence, None),
-        2: (
-            _acceleration(frequency, measured.motion),
-            measured.motion_coherence,
-            _acceleration(fine, model.response(fine)),
-        ),
+        2: (acceleration, measured.motion_coherence, fitted),
     }
-    for column, (response, coherence, fitted) in curves.items():
+    for column, (response, coherence, modelled) in curves.items():
         markers = {"mode": "markers", "marker": {"color": theme.MEASURED, "size": 5}, "name": "measured"}
-        first = column == 1
         for row, values in enumerate((np.abs(response), np.degrees(np.angle(response)), coherence), start=1):
-            trace = go.Scatter(x=frequency, y=values, showlegend=first and row == 1, **markers)
-            figure.add_trace(trace, row=row, col=column)
-        if fitted is None:
+            legend = column == row == 1
+            figure.add_scatter(x=frequency, y=values, showlegend=legend, **markers, row=row, col=column)
+        if modelled is None:
             continue
         line = {"mode": "lines", "line": {"color": theme.joint_colour(measured.joint - 1)}, "name": "model"}
-        for row, values in enumerate((np.abs(fitted), np.degrees(np.angle(fitted))), start=1):
-            figure.add_trace(go.Scatter(x=fine, y=values, showlegend=row == 1, **line), row=row, col=column)
+        for row, values in enumerate((np.abs(modelled), np.degrees(np.angle(modelled))), start=1):
+            figure.add_scatter(x=fine, y=values, showlegend=row == 1, **line, row=row, col=column)
     # Ticks at powers of ten only: labels at 2 and 5 would overlap.
     figure.update_xaxes(type="log", dtick=1)
     figure.update_xaxes(title_text="frequency [Hz]", row=3)
@@ -52,8 +49,3 @@ def bode(measured: FrequencyResponse, model: AxisModel) -> go.Figure:
         figure.update_yaxes(title_text=title, row=row, col=1)
     figure.update_yaxes(title_text="[1/(kg m²)]", row=1, col=2)
     return figure
-
-
-def _acceleration(frequency: Floats, motion: Complex) -> Complex:
-    response: Complex = -((2 * np.pi * frequency) ** 2) * motion
-    return response

@@ -28,9 +28,8 @@ def before_after(diagnosis: Diagnosis, finding: Finding) -> go.Figure:
     """
     predictions, joints, axis = diagnosis.model.predictions, finding.term.joints, finding.term.effect.axis
     rig = predictions[0].prepared.recording.rig
-    titles = [theme.joint_title(joint) for joint in joints]
-    figure = theme.subplots(1, len(joints), 340, shared_yaxes="all", subplot_titles=titles, horizontal_spacing=0.04)
-    floor = tuple(diagnosis.model.noise_floor.rms.tolist())
+    figure = theme.beside_each_other(joints, 340)
+    floor = diagnosis.model.noise_floor.rms.tolist()
     theme.noise_bands(figure, {(1, column): floor[joint] for column, joint in enumerate(joints, start=1)})
     for column, joint in enumerate(joints, start=1):
         x = axis_values(axis, predictions, joint)
@@ -63,9 +62,7 @@ def effect_contribution(
     contribution: (m, dof) that part in each recording [N m]; noise: (dof,) noise floor [N m]; None: unknown.
     """
     predictions, axis, rig = model.predictions, term.effect.axis, model.split.recordings[0].recording.rig
-    figure = theme.subplots(
-        1, rig.dof, 250, shared_yaxes="all", subplot_titles=theme.joint_titles(rig.dof), horizontal_spacing=0.03
-    )
+    figure = theme.beside_each_other(range(rig.dof), 250, horizontal_spacing=0.03)
     theme.noise_bands(figure, {(1, joint + 1): noise[joint] for joint in range(rig.dof)})
     for joint in range(rig.dof):
         x = axis_values(axis, predictions, joint)
@@ -90,19 +87,19 @@ def effect_contribution(
 def _samples(figure: go.Figure, x: Floats, y: Floats, colour: str, column: int) -> None:
     known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     rows = known[:: max(1, len(known) // MAX_SAMPLES)]
-    dots = go.Scatter(
+    figure.add_scatter(
         x=x[rows].astype(np.float32),
         y=y[rows].astype(np.float32),
         mode="markers",
         marker={"color": colour, "size": 3, "opacity": 0.4},
         hoverinfo="skip",
         showlegend=False,
+        row=1,
+        col=column,
     )
-    figure.add_trace(dots, row=1, col=column)
 
 
 def _line(figure: go.Figure, means: Floats, name: str, line: dict[str, str], column: int) -> None:
     """Draw the means (6, b) of `binned_means`."""
-    style = line | {"width": _WIDTH}
-    trace = go.Scatter(x=means[0], y=means[1], mode="lines", name=name, line=style, showlegend=False)
-    figure.add_trace(trace, row=1, col=column)
+    style = {"mode": "lines", "line": line | {"width": _WIDTH}, "showlegend": False}
+    figure.add_scatter(x=means[0], y=means[1], name=name, **style, row=1, col=column)

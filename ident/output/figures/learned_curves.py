@@ -1,6 +1,7 @@
 """Draw the curves learned from the unexplained residual."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -25,7 +26,7 @@ def learned_curves(diagnosis: Diagnosis, fit: NonparametricFit) -> go.Figure:
     rows = [[curve for curve in fit.curves if curve.joint == joint] for joint in joints]
     height = theme.LEGEND + theme.FOOTER + 230 * len(rows)
     figure = theme.subplots(len(rows), max(map(len, rows)), height, vertical_spacing=0.24 / len(rows))
-    floor, bands = tuple(diagnosis.model.noise_floor.rms.tolist()), {}
+    floor, bands = diagnosis.model.noise_floor.rms.tolist(), {}
     for row, joint_curves in enumerate(rows, start=1):
         for column, curve in enumerate(joint_curves, start=1):
             _draw_curve(figure, diagnosis, fit, curve, row, column)
@@ -61,24 +62,20 @@ def _draw_curve(
         np.concatenate([array[:, joint] for array in model.residuals]) for model in (diagnosis.model, fit.model)
     )
     colour = theme.joint_colour(joint)
+    place = {"row": row, "col": column}
+    style: dict[str, Any] = {"mode": "lines", "showlegend": False, **place}
     for residual, line_colour in ((before - sibling_torque, theme.MEASURED), (after, colour)):
         centre, mean, _, half_width, _, _ = binned_means("velocity", x, residual / divisor, predictions)
         interval_band(figure, centre, mean, half_width, line_colour, row, column)
-        _line(figure, centre, mean, {"color": line_colour, "width": 1.6}, row, column)
-    _line(figure, curve.knots, curve.values, {"color": colour, "width": 1.6, "dash": "dash"}, row, column)
+        figure.add_scatter(x=centre, y=mean, line={"color": line_colour, "width": 1.6}, **style)
+    figure.add_scatter(x=curve.knots, y=curve.values, line={"color": colour, "width": 1.6, "dash": "dash"}, **style)
     rig = predictions[0].prepared.recording.rig
     label = theme.axis_label(curve.variable, axis_unit(curve.variable, rig, curve.variable_joint - 1))
     unit = rig.effort_units[joint] + (f" s/{rig.position_units[joint]}" if curve.multiplier == "velocity" else "")
     title = label if curve.variable == "time" else f"{label} of joint {curve.variable_joint}"
-    figure.update_xaxes(title_text=title, row=row, col=column)
+    figure.update_xaxes(title_text=title, **place)
     name = f"{theme.joint_title(joint)}<br>{_QUANTITIES[curve.multiplier]} [{unit}]"
-    figure.update_yaxes(title_text=name, row=row, col=column)
-
-
-def _line(
-    figure: go.Figure, x: Floats | Sequence[float], y: Floats | Sequence[float], line: object, row: int, column: int
-) -> None:
-    figure.add_trace(go.Scatter(x=x, y=y, mode="lines", line=line, showlegend=False), row=row, col=column)
+    figure.update_yaxes(title_text=name, **place)
 
 
 def _factor(predictions: Sequence[Prediction], curve: LearnedCurve) -> Floats:

@@ -6,6 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from ident.identification.model_file import FittedParameter, ModelFile
+from ident.output.assessment import half_width
 from ident.output.figures import theme
 
 _IDENTIFIABLE = {"identifiable": "identifiable", "weak": "weakly identifiable", "not": "not identifiable"}
@@ -26,7 +27,7 @@ def precision(models: Mapping[str, ModelFile]) -> go.Figure:
             ]
             if not parameters:
                 continue
-            dots = go.Scatter(
+            figure.add_scatter(
                 x=[relative_half_width(entry) for entry in parameters],
                 y=[theme.escaped(entry.name) for entry in parameters],
                 mode="markers",
@@ -34,7 +35,6 @@ def precision(models: Mapping[str, ModelFile]) -> go.Figure:
                 marker={"color": _COLOURS[status], "size": 10, "symbol": theme.SYMBOLS[number % len(theme.SYMBOLS)]},
                 hovertemplate="%{y}: ± %{x:.2g} %",
             )
-            figure.add_trace(dots)
     figure.update_yaxes(categoryorder="array", categoryarray=[theme.escaped(name) for name in names[::-1]])
     figure.update_xaxes(type="log", title_text="half width of the 95 % interval [% of the value]", tickvals=_TICKS)
     figure.update_xaxes(ticktext=[f"{tick:g}" for tick in _TICKS])
@@ -45,10 +45,8 @@ def precision(models: Mapping[str, ModelFile]) -> go.Figure:
 
 def relative_half_width(parameter: FittedParameter) -> float | None:
     """Return half the width of the 95 % interval in percent of the value; None without an interval."""
-    limits = parameter.shape_ci95 or parameter.ci95
-    if limits is None or not parameter.value:
-        return None
-    return 50 * (limits[1] - limits[0]) / abs(parameter.value)
+    half = half_width(parameter)
+    return 100 * half / abs(parameter.value) if half is not None and parameter.value else None
 
 
 def correlation(model: ModelFile) -> go.Figure:
@@ -58,17 +56,15 @@ def correlation(model: ModelFile) -> go.Figure:
     values = np.array([[np.nan if rho is None else rho for rho in row] for row in rows])
     figure = theme.subplots(1, 1, max(22 * len(names), 88) + 56)
     positive, negative = theme.CATEGORIES[:2]
-    figure.add_trace(
-        go.Heatmap(
-            z=np.round(values, 3),
-            x=names,
-            y=names,
-            zmin=-1,
-            zmax=1,
-            colorscale=[[0, negative], [0.5, theme.with_opacity(theme.MEASURED, 0.08)], [1, positive]],
-            colorbar={"thickness": 12, "tickvals": [-1, 0, 1]},
-            hovertemplate="%{y} and %{x}: %{z:.2f}<extra></extra>",
-        )
+    figure.add_heatmap(
+        z=np.round(values, 3),
+        x=names,
+        y=names,
+        zmin=-1,
+        zmax=1,
+        colorscale=[[0, negative], [0.5, theme.with_opacity(theme.MEASURED, 0.08)], [1, positive]],
+        colorbar={"thickness": 12, "tickvals": [-1, 0, 1]},
+        hovertemplate="%{y} and %{x}: %{z:.2f}<extra></extra>",
     )
     figure.update_yaxes(autorange="reversed")
     figure.update_layout(margin_t=16)

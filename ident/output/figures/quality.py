@@ -17,32 +17,29 @@ def motion(recording: Recording) -> go.Figure:
     rig = recording.rig
     drive = theme.effort_label(rig.effort_units[0]) if holds_torque(recording) else "voltage [V]"
     rows = [(f"position<br>[{rig.position_units[0]}]", recording.position)]
-    error = recording.following_error
-    if np.isfinite(error).any():
-        rows.append((f"following error<br>[m{rig.position_units[0]}]", 1e3 * error))
+    if np.isfinite(recording.following_error).any():
+        rows.append((f"following error<br>[m{rig.position_units[0]}]", 1e3 * recording.following_error))
     rows.append((drive, drive_signal(recording)))
     height = theme.LEGEND + theme.FOOTER + 130 * len(rows)
     figure = theme.subplots(len(rows), 1, height, shared_xaxes=True, vertical_spacing=0.06)
     for row, (label, values) in enumerate(rows, start=1):
         for joint in range(rig.dof):
-            _trace(figure, recording.time, values[:, joint], joint, row)
+            x, y = theme.thinned(recording.time, values[:, joint], theme.MAX_POINTS // 2)
+            name = f"joint {joint + 1}"
+            figure.add_scatter(
+                x=x.astype(np.float32),
+                y=y.astype(np.float32),
+                mode="lines",
+                name=name,
+                legendgroup=name,
+                showlegend=row == 1,
+                line={"color": theme.joint_colour(joint), "width": 1.2},
+                row=row,
+                col=1,
+            )
         figure.update_yaxes(title_text=label, nticks=5, row=row, col=1)
     figure.update_xaxes(title_text="time [s]", row=len(rows), col=1)
     return figure
-
-
-def _trace(figure: go.Figure, time: Floats, values: Floats, joint: int, row: int) -> None:
-    x, y = theme.thinned(time, values, theme.MAX_POINTS // 2)
-    trace = go.Scatter(
-        x=x.astype(np.float32),
-        y=y.astype(np.float32),
-        mode="lines",
-        name=f"joint {joint + 1}",
-        legendgroup=f"joint {joint + 1}",
-        showlegend=row == 1,
-        line={"color": theme.joint_colour(joint), "width": 1.2},
-    )
-    figure.add_trace(trace, row=row, col=1)
 
 
 def has_timing(recording: Recording) -> bool:
@@ -57,16 +54,14 @@ def timing(recording: Recording) -> go.Figure:
     )
     x, late = theme.thinned(recording.time, 1e3 * recording.lateness)
     line = {"color": theme.MEASURED, "width": 1}
-    figure.add_trace(go.Scatter(x=x, y=late, mode="lines", line=line, showlegend=False), row=1, col=1)
-    for joint in range(recording.rig.dof):
-        lost = recording.time[np.isnan(recording.position[:, joint])]
-        style = {"color": theme.joint_colour(joint), "symbol": "line-ns-open", "size": 12}
-        marks = go.Scatter(
-            x=lost, y=[f"joint {joint + 1}"] * len(lost), mode="markers", marker=style, showlegend=False
-        )
-        figure.add_trace(marks, row=2, col=1)
-    figure.update_yaxes(title_text="late by [ms]", rangemode="tozero", row=1, col=1)
+    figure.add_scatter(x=x, y=late, mode="lines", line=line, showlegend=False, row=1, col=1)
     names = [f"joint {joint + 1}" for joint in range(recording.rig.dof)]
+    for joint, name in enumerate(names):
+        lost = recording.time[np.isnan(recording.position[:, joint])]
+        marker = {"color": theme.joint_colour(joint), "symbol": "line-ns-open", "size": 12}
+        marks = {"mode": "markers", "marker": marker, "showlegend": False}
+        figure.add_scatter(x=lost, y=[name] * len(lost), **marks, row=2, col=1)
+    figure.update_yaxes(title_text="late by [ms]", rangemode="tozero", row=1, col=1)
     figure.update_yaxes(
         title_text="lost",
         type="category",
@@ -76,8 +71,7 @@ def timing(recording: Recording) -> go.Figure:
         row=2,
         col=1,
     )
-    ends = [float(recording.time[0]), float(recording.time[-1])]
-    figure.update_xaxes(range=ends)
+    figure.update_xaxes(range=[float(recording.time[0]), float(recording.time[-1])])
     figure.update_xaxes(title_text="time [s]", row=2, col=1)
     figure.update_layout(margin_t=20)
     return figure
@@ -96,8 +90,14 @@ def mean_square_shares(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
     figure = theme.subplots(1, 1, theme.LEGEND + theme.FOOTER + 34 * len(labels))
     for column, (label, colour) in enumerate(components):
         if shares[:, column].max() > 0.5:
-            bars = go.Bar(x=shares[:, column], y=labels, orientation="h", name=label, marker_color=colour)
-            figure.add_trace(bars.update(hovertemplate=f"%{{y}}: %{{x:.2g}} % {label}<extra></extra>"))
+            figure.add_bar(
+                x=shares[:, column],
+                y=labels,
+                orientation="h",
+                name=label,
+                marker_color=colour,
+                hovertemplate=f"%{{y}}: %{{x:.2g}} % {label}<extra></extra>",
+            )
     figure.update_layout(barmode="stack", bargap=0.35, legend_traceorder="normal", showlegend=True)
     figure.update_yaxes(autorange="reversed", ticksuffix=" ")
     figure.update_xaxes(title_text="share of the residual's mean square [%]", range=[0, 100])

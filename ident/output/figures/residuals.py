@@ -1,10 +1,11 @@
 """Draw where a model fails: residual by phase of the motion and over each quantity, with the noise floor."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 import plotly.graph_objects as go
 
+from ident.output.digits import percent
 from ident.output.figures import theme
 from ident.residuals.analysis import ResidualAnalysis
 from ident.residuals.curves import BinnedCurve
@@ -20,21 +21,16 @@ AXIS_RANGE = 1.3
 def phases(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
     """Draw the RMS residual of each joint in each phase with the noise floor; above each bar its share."""
     first, *_ = analyses.values()
-    dof = len(first.joints)
-    figure = theme.subplots(
-        1, dof, 320, shared_yaxes="all", subplot_titles=theme.joint_titles(dof), horizontal_spacing=0.04
-    )
+    figure = theme.beside_each_other(range(len(first.joints)), 320)
     for number, (name, analysis) in enumerate(analyses.items()):
         for joint, joint_residual in enumerate(analysis.joints):
             names = [phase for phase in PHASES if phase in joint_residual.summary.phases]
             phase_residuals = [joint_residual.summary.phases[phase] for phase in names]
-            colour = theme.joint_colour(joint)
-            bars = go.Bar(
+            shares = [f"{percent(phase.error_share)}<br>of error" for phase in phase_residuals]
+            figure.add_bar(
                 x=names,
                 y=[phase.rms for phase in phase_residuals],
-                text=[f"{theme.percent(phase.error_share)}<br>of error" for phase in phase_residuals]
-                if number == 0
-                else None,
+                text=shares if number == 0 else None,
                 textposition="outside",
                 cliponaxis=False,
                 name=theme.escaped(name),
@@ -43,16 +39,19 @@ def phases(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
                 textangle=0,
                 textfont_size=11,
                 constraintext="none",
-                marker={"color": colour, "pattern": theme.bar_pattern(number)},
+                marker={"color": theme.joint_colour(joint), "pattern": theme.bar_pattern(number)},
                 hovertemplate="%{x}: RMS %{y:.3g} " + joint_residual.unit,
+                row=1,
+                col=joint + 1,
             )
-            figure.add_trace(bars, row=1, col=joint + 1)
     for joint, joint_residual in enumerate(first.joints):
         if joint_residual.noise_rms is not None:
             figure.add_hline(y=joint_residual.noise_rms, line=theme.NOISE_LINE, row=1, col=joint + 1)
     if any(joint_residual.noise_rms is not None for joint_residual in first.joints):
         theme.legend_entry(figure, "noise floor", line=theme.NOISE_LINE)
-    _model_legend(figure, analyses)
+    for number, name in enumerate(analyses if len(analyses) > 1 else ()):
+        style = {"color": theme.MEASURED, "pattern": theme.bar_pattern(number)}
+        figure.add_bar(x=[None], y=[None], name=theme.escaped(name), offsetgroup=name, marker=style, row=1, col=1)
     largest = max(
         phase.rms
         for analysis in analyses.values()
@@ -64,33 +63,12 @@ def phases(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
     return figure
 
 
-def _model_legend(figure: go.Figure, analyses: Mapping[str, ResidualAnalysis]) -> None:
-    """Add a legend of the models' patterns, if there are several models."""
-    if len(analyses) == 1:
-        return
-    for number, name in enumerate(analyses):
-        style = {"color": theme.MEASURED, "pattern": theme.bar_pattern(number)}
-        key = go.Bar(x=[None], y=[None], name=theme.escaped(name), offsetgroup=name, marker=style)
-        figure.add_trace(key, row=1, col=1)
-
-
 def curves(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
     """Draw the mean residual over each quantity, one row per joint; the first model with 95 % band and RMS."""
-    first, *_ = analyses.values()
-    return curve_grid(
-        {name: [joint.curves for joint in analysis.joints] for name, analysis in analyses.items()},
-        [joint.unit for joint in first.joints],
-        [joint.noise_rms for joint in first.joints],
-    )
-
-
-def curve_grid(
-    curves_by_model: Mapping[str, Sequence[Sequence[BinnedCurve]]],
-    units: Sequence[str],
-    floor: Sequence[float | None],
-) -> go.Figure:
-    """Draw curves by model and joint; `units` of the efforts and noise `floor` per joint."""
+    curves_by_model = {name: [joint.curves for joint in analysis.joints] for name, analysis in analyses.items()}
     first, *_ = curves_by_model.values()
+    joints = next(iter(analyses.values())).joints
+    floor = [joint.noise_rms for joint in joints]
     rows, columns = len(first), max(map(len, first))
     figure = theme.subplots(
         rows,
@@ -99,7 +77,7 @@ def curve_grid(
         title_size=11.5,
         shared_yaxes=True,
         shared_xaxes="columns",
-        subplot_titles=[f"explains {theme.percent(curve.explained)}" for row in first for curve in row],
+        subplot_titles=[f"explains {percent(curve.explained)}" for row in first for curve in row],
         horizontal_spacing=0.018,
         vertical_spacing=0.21 / rows,
     )
@@ -125,7 +103,7 @@ def curve_grid(
         )
         figure.update_yaxes(range=[-limit, limit], nticks=5, row=joint + 1)
         figure.update_yaxes(
-            title_text=f"{theme.joint_title(joint)}<br>residual [{units[joint]}]", row=joint + 1, col=1
+            title_text=f"{theme.joint_title(joint)}<br>residual [{joints[joint].unit}]", row=joint + 1, col=1
         )
     return figure
 
@@ -136,7 +114,7 @@ def interval_band(
     """Draw a band of `half_width` (b,) on both sides of `mean` (b,) over `centre` (b,), where it is known."""
     finite = np.isfinite(half_width)
     low, high = ((mean + side * half_width)[finite] for side in (-1, 1))
-    band = go.Scatter(
+    figure.add_scatter(
         x=np.concatenate([centre[finite], centre[finite][::-1]]),
         y=np.concatenate([high, low[::-1]]),
         fill="toself",
@@ -145,8 +123,9 @@ def interval_band(
         line_width=0,
         hoverinfo="skip",
         showlegend=False,
+        row=row,
+        col=column,
     )
-    figure.add_trace(band, row=row, col=column)
 
 
 def _mean_trace(
@@ -154,37 +133,28 @@ def _mean_trace(
 ) -> None:
     colour, dash = theme.joint_colour(joint), theme.DASHES[number % len(theme.DASHES)]
     place = {"row": joint + 1, "col": column}
-    figure.add_trace(
-        go.Scatter(
-            x=curve.centre,
-            y=curve.mean,
-            mode="lines+markers",
-            name=label,
-            legendgroup=label,
-            showlegend=legend,
-            line={"color": colour, "width": 1.6, "dash": dash},
-            marker={"size": 4, "symbol": theme.SYMBOLS[number % len(theme.SYMBOLS)]},
-            customdata=np.stack([curve.half_width, curve.rms], axis=1),
-            hovertemplate="%{x:.3g}: %{y:.3g} ± %{customdata[0]:.2g}, RMS %{customdata[1]:.3g}<extra></extra>",
-        ),
+    figure.add_scatter(
+        x=curve.centre,
+        y=curve.mean,
+        mode="lines+markers",
+        name=label,
+        legendgroup=label,
+        showlegend=legend,
+        line={"color": colour, "width": 1.6, "dash": dash},
+        marker={"size": 4, "symbol": theme.SYMBOLS[number % len(theme.SYMBOLS)]},
+        customdata=np.stack([curve.half_width, curve.rms], axis=1),
+        hovertemplate="%{x:.3g}: %{y:.3g} ± %{customdata[0]:.2g}, RMS %{customdata[1]:.3g}<extra></extra>",
         **place,
     )
-    if number == 0:
-        _rms_traces(figure, curve.centre, curve.rms, place, legend)
-
-
-def _rms_traces(figure: go.Figure, centre: Floats, rms: Floats, place: Mapping[str, int], legend: bool) -> None:
-    for side in (1, -1):
-        figure.add_trace(
-            go.Scatter(
-                x=centre,
-                y=side * rms,
-                mode="lines",
-                name="± RMS",
-                legendgroup="rms",
-                showlegend=legend and side == 1,
-                line={"color": theme.MEASURED, "width": 1, "dash": "dot"},
-                hoverinfo="skip",
-            ),
+    for side in (1, -1) if number == 0 else ():
+        figure.add_scatter(
+            x=curve.centre,
+            y=side * curve.rms,
+            mode="lines",
+            name="± RMS",
+            legendgroup="rms",
+            showlegend=legend and side == 1,
+            line={"color": theme.MEASURED, "width": 1, "dash": "dot"},
+            hoverinfo="skip",
             **place,
         )

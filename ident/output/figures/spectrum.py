@@ -1,9 +1,10 @@
-"""Draw the residual by frequency."""
+"""Draw the residual by frequency, and above the low-pass by periods per turn."""
 
 from collections.abc import Mapping
 
 import plotly.graph_objects as go
 
+from ident.diagnosis.ripple.ripple import Ripple
 from ident.output.figures import theme
 from ident.residuals.analysis import ResidualAnalysis
 
@@ -11,26 +12,42 @@ from ident.residuals.analysis import ResidualAnalysis
 def densities(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
     """Draw power spectral densities per joint: measured torque, residual, and what differs between repetitions."""
     first, *_ = analyses.values()
-    dof = len(first.joints)
-    figure = theme.subplots(
-        1, dof, 340, shared_yaxes="all", subplot_titles=theme.joint_titles(dof), horizontal_spacing=0.04
-    )
+    figure = theme.beside_each_other(range(len(first.joints)), 340)
     for joint, joint_residual in enumerate(first.joints):
-        frequency = joint_residual.spectrum.frequency[1:]
-        lines = [("measured torque", joint_residual.spectrum.torque, {"color": theme.MEASURED, "width": 2.5})]
-        if joint_residual.spectrum.noise is not None:
-            lines.append(("between repetitions", joint_residual.spectrum.noise, theme.NOISE_LINE))
+        found = joint_residual.spectrum
+        lines = [("measured torque", found.torque, {"color": theme.MEASURED, "width": 2.5})]
+        if found.noise is not None:
+            lines.append(("between repetitions", found.noise, theme.NOISE_LINE))
         for number, (name, analysis) in enumerate(analyses.items()):
             label = theme.escaped(name) if len(analyses) > 1 else "residual"
             style = {"color": theme.joint_colour(joint), "width": 1.8, "dash": theme.DASHES[number % 4]}
             lines.append((label, analysis.joints[joint].spectrum.residual, style))
         for label, density, style in lines:
-            trace = go.Scatter(
-                x=frequency, y=density[1:], name=label, line=style, legendgroup=label, showlegend=joint == 0
-            )
-            figure.add_trace(trace, row=1, col=joint + 1)
+            legend = {"name": label, "legendgroup": label, "showlegend": joint == 0}
+            figure.add_scatter(x=found.frequency[1:], y=density[1:], line=style, **legend, row=1, col=joint + 1)
     # Ticks at powers of ten only: labels at 2 and 5 would overlap.
     figure.update_yaxes(type="log", dtick=1, exponentformat="power")
     figure.update_yaxes(title_text=f"density [({first.joints[0].unit})²/Hz]", row=1, col=1)
     figure.update_xaxes(title_text="frequency [Hz]")
+    return figure
+
+
+def orders(ripple: Ripple) -> go.Figure:
+    """Draw the amplitude by order for each joint that ripples, with its ripple and without; its orders are marked."""
+    joints = sorted({line.joint for line in ripple.lines})
+    figure = theme.beside_each_other(joints, 320)
+    for column, joint in enumerate(joints, start=1):
+        place = {"row": 1, "col": column}
+        styles = {False: ("without it", theme.MEASURED), True: ("with it", theme.joint_colour(joint))}
+        for with_lines, (name, colour) in styles.items():
+            x, y = theme.thinned(*ripple.order_spectrum(joint, with_lines))
+            legend = {"name": name, "legendgroup": name, "showlegend": column == 1}
+            figure.add_scatter(x=x, y=y, line={"color": colour, "width": 1.5}, **legend, **place)
+        for line in ripple.lines:
+            if line.joint == joint:
+                label = {"text": f"{line.order:.5g}", "showarrow": False, "yshift": 10}
+                figure.add_annotation(x=line.order, y=line.amplitude, **label, **place)
+        figure.update_xaxes(title_text="periods per turn", **place)
+    unit = ripple.model.split.recordings[0].recording.rig.effort_units[joints[0]]
+    figure.update_yaxes(title_text=f"amplitude [{unit}]", row=1, col=1)
     return figure

@@ -6,6 +6,7 @@ import plotly.graph_objects as go
 
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.document import Document, StepEntry
+from ident.output.digits import number
 from ident.output.figures import theme
 
 MAX_CANDIDATES = 14
@@ -22,45 +23,35 @@ def rms_bars(
     names: Sequence[str], steps: Sequence[StepEntry], noise: Sequence[float | None], units: Sequence[str]
 ) -> go.Figure:
     """Draw training and held-out RMS of models `steps` called `names`; `noise` (None: unknown), `units` per joint."""
-    dof = len(units)
-    figure = theme.subplots(
-        1,
-        dof,
-        theme.HEADER + theme.FOOTER + 20 + 58 * len(names),
-        shared_yaxes=True,
-        subplot_titles=theme.joint_titles(dof),
-        horizontal_spacing=0.03,
-    )
-    for joint in range(dof):
-        colour = theme.joint_colour(joint)
-        unit = units[joint]
+    height = theme.HEADER + theme.FOOTER + 20 + 58 * len(names)
+    figure = theme.beside_each_other(range(len(units)), height, shared_yaxes=True, horizontal_spacing=0.03)
+    for joint, unit in enumerate(units):
+        colour, place = theme.joint_colour(joint), {"row": 1, "col": joint + 1}
         series = [
             ("training", [step.train_rms[joint] for step in steps], theme.with_opacity(colour, theme.FAINT_OPACITY)),
             ("held out", [step.held_out_rms[joint] for step in steps], colour),
         ]
         for label, values, fill in series:
-            bar = go.Bar(
+            figure.add_bar(
                 x=values,
                 y=list(range(len(names))),
                 orientation="h",
                 name=label,
-                text=[theme.number(value, 2) for value in values],
+                text=[number(value, 2) for value in values],
                 textposition="outside",
                 cliponaxis=False,
                 marker_color=fill,
                 showlegend=False,
                 hovertemplate=f"{label}: %{{x:.3g}} {unit}<extra></extra>",
+                **place,
             )
-            figure.add_trace(bar, row=1, col=joint + 1)
         largest = max(max(step.train_rms[joint], step.held_out_rms[joint]) for step in steps)
         if noise[joint] is not None:
-            figure.add_vline(x=noise[joint], line=theme.NOISE_LINE, row=1, col=joint + 1)
-        figure.update_xaxes(title_text=f"RMS error [{unit}]", range=[0, 1.22 * largest], row=1, col=joint + 1)
-    square = {"symbol": "square", "size": 11}
-    theme.legend_entry(
-        figure, "training", marker=square | {"color": theme.with_opacity(theme.MEASURED, theme.FAINT_OPACITY)}
-    )
-    theme.legend_entry(figure, "held out", marker=square | {"color": theme.MEASURED})
+            figure.add_vline(x=noise[joint], line=theme.NOISE_LINE, **place)
+        figure.update_xaxes(title_text=f"RMS error [{unit}]", range=[0, 1.22 * largest], **place)
+    fills = {"training": theme.with_opacity(theme.MEASURED, theme.FAINT_OPACITY), "held out": theme.MEASURED}
+    for label, fill in fills.items():
+        theme.legend_entry(figure, label, marker={"symbol": "square", "size": 11, "color": fill})
     if any(value is not None for value in noise):
         theme.legend_entry(figure, "noise floor", line=theme.NOISE_LINE)
     figure.update_yaxes(autorange="reversed", tickvals=list(range(len(names))), ticktext=names, ticksuffix=" ")
@@ -80,7 +71,7 @@ def candidates(diagnosis: Diagnosis) -> go.Figure:
     ]
     for label, reductions, colour in series:
         shares = [100 * max(reductions.get(name, 0.0), 0.0) for name in names]
-        dots = go.Scatter(
+        figure.add_scatter(
             x=shares,
             y=labels,
             mode="markers",
@@ -88,7 +79,6 @@ def candidates(diagnosis: Diagnosis) -> go.Figure:
             marker={"color": colour, "size": 9},
             hovertemplate=f"%{{y}}, {label}: %{{x:.2g}} %<extra></extra>",
         )
-        figure.add_trace(dots)
     figure.update_yaxes(autorange="reversed")
     figure.update_xaxes(title_text="share of the error that it would explain [%]", range=[-2, 104])
     return figure

@@ -1,6 +1,7 @@
-"""Common style of all figures: colours, templates, digits, and decimation of long traces."""
+"""Common style of all figures: colours, templates, and decimation of long traces."""
 
 import html
+import importlib.resources
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -85,6 +86,18 @@ def subplots(rows: int, columns: int, height: int, title_size: float = 13, **arg
     return figure
 
 
+def beside_each_other(joints: Sequence[int], height: int, **arguments: Any) -> go.Figure:
+    """Return `subplots` with one plot for each of `joints` (from 0) under its title, on a common scale."""
+    titles = [joint_title(joint) for joint in joints]
+    options = {"shared_yaxes": "all", "horizontal_spacing": 0.04, **arguments}
+    return subplots(1, len(joints), height, subplot_titles=titles, **options)
+
+
+def narrow_javascript() -> str:
+    """Return JavaScript that defines `figuresOnNarrowPages`, which stacks the plots of a page with Plotly."""
+    return (importlib.resources.files("ident.output.figures") / "narrow.js").read_text(encoding="utf-8")
+
+
 def bar_pattern(number: int) -> dict[str, str]:
     """Return the fill pattern for the bars of model `number` (from 0)."""
     return {"shape": _PATTERNS[number % len(_PATTERNS)], "fillmode": "overlay", "fgcolor": "#ffffff"}
@@ -99,44 +112,6 @@ def with_opacity(colour: str, opacity: float) -> str:
     """Return `colour` with an opacity as CSS."""
     red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
     return f"rgba({red},{green},{blue},{opacity:g})"
-
-
-def number(value: float | None, digits: int = 3) -> str:
-    """Format `value` with that many significant digits, with an exponent only below 1e-5 and from 1e7 on."""
-    if value is None or not math.isfinite(value):
-        return "–"
-    if value == 0:
-        return "0"
-    magnitude = math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}"))))
-    if not -5 <= magnitude < 7:
-        return f"{value:.{digits - 1}e}"
-    return f"{value:.{max(0, digits - 1 - magnitude)}f}"
-
-
-def percent(share: float | None) -> str:
-    """Format a share from 0 to 1 in percent, with one decimal near 0 and 1."""
-    if share is None or not math.isfinite(share):
-        return "–"
-    if 0.9995 <= share < 1:
-        return "> 99.9\u00a0%"
-    one_decimal = abs(share) < 0.0995 or 0.99 < share < 1
-    return f"{100 * share:.{1 if one_decimal and share else 0}f}\u00a0%"
-
-
-def with_equal_decimals(values: Sequence[float]) -> list[str]:
-    """Format numbers with the same decimals, such that the largest has two significant digits."""
-    largest = max(map(abs, values), default=0.0)
-    decimals = max(0, 1 - math.floor(math.log10(largest))) if largest else 0
-    return [f"{value:.{decimals}f}" for value in values]
-
-
-def interval(low: float, high: float) -> str:
-    """Format an interval with two significant digits of its half width."""
-    half = (high - low) / 2
-    if not (math.isfinite(half) and half > 0):
-        return f"{number(low)} to {number(high)}"
-    decimals = max(0, 1 - math.floor(math.log10(half)))
-    return f"{low:.{decimals}f} to {high:.{decimals}f}" if decimals < 9 else f"{low:.3g} to {high:.3g}"
 
 
 def escaped(text: str) -> str:
@@ -201,12 +176,7 @@ def noise_legend(figure: go.Figure) -> None:
 def legend_entry(figure: go.Figure, name: str, **style: Any) -> None:
     """Add a legend entry for something that is not a trace."""
     mode = "markers" if "marker" in style else "lines"
-    figure.add_trace(go.Scatter(x=[None], y=[None], name=name, mode=mode, hoverinfo="skip", **style), row=1, col=1)
-
-
-def joint_titles(joints: int) -> Sequence[str]:
-    """Return the titles of one plot per joint, each with the joint's colour."""
-    return [joint_title(joint) for joint in range(joints)]
+    figure.add_scatter(x=[None], y=[None], name=name, mode=mode, hoverinfo="skip", **style, row=1, col=1)
 
 
 def joint_title(joint: int) -> str:

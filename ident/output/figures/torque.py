@@ -1,7 +1,6 @@
 """Draw measured and computed torque and the residual over time."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import plotly.graph_objects as go
@@ -20,17 +19,8 @@ ROW_GAP = 84
 """Height between rows of plots, for the axis labels of one and the titles of the next [px]."""
 
 
-@dataclass(frozen=True, eq=False)
-class Overlay:
-    """The torque of a model, drawn over the measured one."""
-
-    name: str
-    computed: Floats
-    """(m, dof) [N m]"""
-    residual: Floats
-    """(m, dof) [N m]"""
-    line: Mapping[str, object]
-    """Style of its lines, in addition to the colour of the joint."""
+Overlay = tuple[Floats, Floats, Mapping[str, object]]
+"""Torque of a model and its residual (m, dof) [N m], and the style of their lines beside the colour of the joint."""
 
 
 def over_time(analyses: Mapping[str, ResidualAnalysis], index: int, points: int = theme.MAX_POINTS) -> go.Figure:
@@ -40,30 +30,29 @@ def over_time(analyses: Mapping[str, ResidualAnalysis], index: int, points: int 
     of the first repetition and `points` of the whole recording.
     """
     first, *_ = analyses.values()
-    overlays = []
+    overlays = {}
     for number, (name, analysis) in enumerate(analyses.items()):
         prediction = analysis.predictions[index]
-        label = theme.escaped(name) if len(analyses) > 1 else "model"
         dash = {"dash": theme.DASHES[number % len(theme.DASHES)]}
-        overlays.append(Overlay(label, prediction.computed, prediction.residual, dash))
-    return _over_time(
-        first.predictions[index].prepared, overlays, [joint.noise_rms for joint in first.joints], points
-    )
+        label = theme.escaped(name) if len(analyses) > 1 else "model"
+        overlays[label] = prediction.computed, prediction.residual, dash
+    noise = [joint.noise_rms for joint in first.joints]
+    return _over_time(first.predictions[index].prepared, overlays, noise, points)
 
 
 def before_and_after(diagnosis: Diagnosis, index: int, points: int = theme.MAX_POINTS) -> go.Figure:
     """Draw torque and residual of the first and the last model of a `diagnosis` in its recording `index`."""
     steps, prepared = diagnosis.selection.steps, diagnosis.split.recordings[index]
-    faint = {"color": theme.CATEGORIES[1]}
-    overlays = [
-        Overlay(name, model.computed[index], model.residuals[index], style)
-        for name, model, style in (("before", steps[0].model, faint), ("after", diagnosis.model, {}))
-    ]
-    return _over_time(prepared, overlays, tuple(diagnosis.model.noise_floor.rms.tolist()), points)
+    before, after = steps[0].model, diagnosis.model
+    overlays: dict[str, Overlay] = {
+        "before": (before.computed[index], before.residuals[index], {"color": theme.CATEGORIES[1]}),
+        "after": (after.computed[index], after.residuals[index], {}),
+    }
+    return _over_time(prepared, overlays, after.noise_floor.rms.tolist(), points)
 
 
 def _over_time(
-    prepared: PreparedRecording, overlays: Sequence[Overlay], noise: Sequence[float | None], points: int
+    prepared: PreparedRecording, overlays: Mapping[str, Overlay], noise: Sequence[float | None], points: int
 ) -> go.Figure:
     rig, kept = prepared.recording.rig, prepared.first_cycle
     dof = rig.dof
@@ -79,13 +68,13 @@ def _over_time(
         row, measured = 2 * joint + 1, prepared.torque[:, joint]
         thick = {"color": theme.MEASURED, "width": 3.5}
         _line(figure, *theme.thinned(prepared.time, measured, points, kept), row, "measured", joint == 0, thick)
-        for overlay in overlays:
-            line = {"color": theme.joint_colour(joint), "width": 1.5, **overlay.line}
-            computed = np.where(np.isfinite(measured), overlay.computed[:, joint], np.nan)
-            x, y = theme.thinned(prepared.time, computed, points, kept)
-            _line(figure, x, y, row, overlay.name, joint == 0, line)
-            x, y = theme.thinned(prepared.time, overlay.residual[:, joint], points, kept)
-            _line(figure, x, y, row + 1, f"{overlay.name}: residual", False, line | {"width": 1.1})
+        for name, (computed, residual, style) in overlays.items():
+            line = {"color": theme.joint_colour(joint), "width": 1.5, **style}
+            known = np.where(np.isfinite(measured), computed[:, joint], np.nan)
+            x, y = theme.thinned(prepared.time, known, points, kept)
+            _line(figure, x, y, row, name, joint == 0, line)
+            x, y = theme.thinned(prepared.time, residual[:, joint], points, kept)
+            _line(figure, x, y, row + 1, f"{name}: residual", False, line | {"width": 1.1})
         label = f"{theme.joint_title(joint)}<br>{theme.effort_label(unit)}"
         figure.update_yaxes(title_text=label, row=row, col=1)
         figure.update_yaxes(title_text=f"residual<br>[{unit}]", nticks=4, row=row + 1, col=1)
@@ -102,9 +91,8 @@ def _over_time(
 def _line(
     figure: go.Figure, x: Floats, y: Floats, row: int, name: str, legend: bool, line: Mapping[str, object]
 ) -> None:
-    x, y = np.asarray(x, np.float32), np.asarray(y, np.float32)
-    trace = go.Scatter(x=x, y=y, name=name, mode="lines", line=line, legendgroup=name, showlegend=legend)
-    figure.add_trace(trace, row=row, col=1)
+    style = {"mode": "lines", "line": line, "legendgroup": name, "showlegend": legend}
+    figure.add_scatter(x=np.asarray(x, np.float32), y=np.asarray(y, np.float32), name=name, **style, row=row, col=1)
 
 
 def worst_windows(analysis: ResidualAnalysis) -> go.Figure:
@@ -147,19 +135,12 @@ def _draw_window(
     rows = (prepared.time > window.start - WINDOW_MARGIN) & (prepared.time < window.end + WINDOW_MARGIN)
     time, measured = prepared.time[rows], prepared.torque[rows, joint]
     computed = np.where(np.isfinite(measured), prediction.computed[rows, joint], np.nan)
-    traces = [
-        ("measured", measured, {"color": theme.MEASURED, "width": 3.5}),
-        ("computed", computed, {"color": theme.joint_colour(joint), "width": 1.6}),
-    ]
-    for name, values, line in traces:
-        in_legend = legend and name == "measured"
-        figure.add_trace(
-            go.Scatter(x=time, y=values, name=name, mode="lines", line=line, showlegend=in_legend),
-            row=row,
-            col=column,
-        )
-    figure.add_vrect(
-        x0=window.start, x1=window.end, fillcolor=theme.MEASURED, opacity=0.18, line_width=0, row=row, col=column
-    )
-    figure.update_xaxes(title_text="time [s]", row=row, col=column)
-    figure.update_yaxes(title_text=theme.effort_label(analysis.joints[joint].unit), row=row, col=column)
+    place = {"row": row, "col": column}
+    thick = {"color": theme.MEASURED, "width": 3.5}
+    thin = {"color": theme.joint_colour(joint), "width": 1.6}
+    figure.add_scatter(x=time, y=measured, name="measured", mode="lines", line=thick, showlegend=legend, **place)
+    figure.add_scatter(x=time, y=computed, name="computed", mode="lines", line=thin, showlegend=False, **place)
+    style = {"fillcolor": theme.MEASURED, "opacity": 0.18, "line_width": 0}
+    figure.add_vrect(x0=window.start, x1=window.end, **style, **place)
+    figure.update_xaxes(title_text="time [s]", **place)
+    figure.update_yaxes(title_text=theme.effort_label(analysis.joints[joint].unit), **place)

@@ -2,16 +2,16 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import plotly.graph_objects as go
+
+from ident.output.tables import ResultTable
 
 
 @dataclass(frozen=True)
 class Text:
     """Paragraphs."""
 
-    kind: ClassVar[str] = "text"
     lines: tuple[str, ...]
 
 
@@ -19,7 +19,6 @@ class Text:
 class Notes:
     """A list of sentences."""
 
-    kind: ClassVar[str] = "notes"
     lines: tuple[str, ...]
 
 
@@ -27,27 +26,13 @@ class Notes:
 class Code:
     """Commands to type."""
 
-    kind: ClassVar[str] = "code"
     lines: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class ReportTable:
-    """A table of formatted cells."""
-
-    kind: ClassVar[str] = "table"
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    caption: str = ""
-    words: tuple[int, ...] = (0,)
-    """Columns of text; the others hold numbers and are aligned to the right."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plot:
     """A figure with its caption."""
 
-    kind: ClassVar[str] = "plot"
     id: str
     figure: go.Figure
     caption: str
@@ -57,7 +42,6 @@ class Plot:
 class Fold:
     """Blocks that can be folded away."""
 
-    kind: ClassVar[str] = "fold"
     title: str
     blocks: tuple["ReportBlock", ...]
     open: bool = False
@@ -67,13 +51,12 @@ class Fold:
 class Card:
     """One finding, in a frame."""
 
-    kind: ClassVar[str] = "card"
     title: str
     tags: tuple[str, ...]
     blocks: tuple["ReportBlock", ...]
 
 
-ReportBlock = Text | Notes | Code | ReportTable | Plot | Fold | Card
+ReportBlock = Text | Notes | Code | ResultTable | Plot | Fold | Card
 
 
 @dataclass(frozen=True, eq=False)

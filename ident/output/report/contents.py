@@ -95,7 +95,10 @@ def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportCon
     """
     effects = library(request.effect_files)
     responses = tuple(map(axis_response, request.responses))
-    models = dict(zip(_display_names(request.models), map(model_file.load, request.models), strict=True))
+    names = [path.name for path in request.models]
+    models = {  # models of equal names are called by their paths
+        path.name if names.count(path.name) == 1 else str(path): model_file.load(path) for path in request.models
+    }
 
     def compare_all(files: Sequence[Path]) -> dict[str, ResidualAnalysis]:
         results = {}
@@ -138,9 +141,3 @@ def assemble(
         diagnosis=diagnosis,
         responses=responses,
     )
-
-
-def _display_names(paths: Sequence[Path]) -> list[str]:
-    """Return the names of the files, with their folders where names are equal."""
-    names = [path.name for path in paths]
-    return [str(path) if names.count(path.name) > 1 else path.name for path in paths]

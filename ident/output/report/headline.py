@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ident.diagnosis.document.document import Document
-from ident.output.figures.theme import number, percent
+from ident.output.assessment import data_warnings
+from ident.output.digits import number, percent
 from ident.output.report.contents import ReportContents
 
 VERDICTS = {
@@ -40,12 +41,13 @@ class Headline:
 def headline(contents: ReportContents) -> Headline:
     """Return title, sentences, key numbers and warnings."""
     warnings = tuple(_warnings(contents))
-    if contents.diagnosis:
-        document = contents.diagnosis.document
-        title, sentence = nothing_more_is_missing(contents) or (VERDICTS[document.verdict], document.sentence)
-        sentences = (sentence, *_error_reduction(document), *_next_motion(document))
-        return Headline(document.verdict, title, sentences, tuple(_tiles(contents, document)), warnings)
-    return Headline("none", "Models against measurement", tuple(_comparison_sentences(contents)), (), warnings)
+    if not contents.diagnosis:
+        return Headline("none", "Models against measurement", tuple(_comparison_sentences(contents)), (), warnings)
+    document = contents.diagnosis.document
+    title, sentence = nothing_more_is_missing(contents) or (VERDICTS[document.verdict], document.sentence)
+    motion = (document.next_motion.why,) if document.next_motion else ()
+    sentences = (sentence, *_error_reduction(document), *motion)
+    return Headline(document.verdict, title, sentences, tuple(_tiles(document)), warnings)
 
 
 def nothing_more_is_missing(contents: ReportContents) -> tuple[str, str] | None:
@@ -58,12 +60,11 @@ def nothing_more_is_missing(contents: ReportContents) -> tuple[str, str] | None:
     if not complete:
         return None
     effects = [name for name in missing if name not in library or not library[name].mandatory]
-    remains = "no structured residual is left above the noise floor"
-    models = " and ".join(complete)
     have = "has" if len(complete) == 1 else "have"
     return (
         "Nothing more is missing",
-        f"{models} {have} what the base model lacks, {', '.join(effects)}; with it, {remains}.",
+        f"{' and '.join(complete)} {have} what the base model lacks, {', '.join(effects)}; with it, no structured "
+        "residual is left above the noise floor.",
     )
 
 
@@ -86,12 +87,7 @@ def _floor(document: Document, joint: int) -> str:
     return f"{number(document.noise_rms[joint], 2)}\u00a0{document.effort_units[joint]}"
 
 
-def _next_motion(document: Document) -> Iterator[str]:
-    if document.next_motion:
-        yield document.next_motion.why
-
-
-def _tiles(contents: ReportContents, document: Document) -> Iterator[Tile]:
+def _tiles(document: Document) -> Iterator[Tile]:
     base, top = document.steps[0], document.steps[-1]
     for joint, unit in enumerate(document.effort_units):
         before, after = base.held_out_rms[joint], top.held_out_rms[joint]
@@ -110,14 +106,8 @@ def _comparison_sentences(contents: ReportContents) -> Iterator[str]:
 
 
 def _warnings(contents: ReportContents) -> Iterator[str]:
-    simulated = [source.name for source in contents.sources if source.simulated]
-    if simulated:
-        yield f"SIMULATED data: {', '.join(simulated)}."
-    interrupted = [recording.path.name for recording in contents.recordings if not recording.complete]
-    if interrupted:
-        yield f"Interrupted recording, used up to its end: {', '.join(interrupted)}."
-    relative = [name for name, model in contents.models.items() if model.relative]
-    if relative:
+    yield from data_warnings(contents.sources, contents.recordings)
+    if any(model.relative for model in contents.models.values()):
         yield "The torque gain is assumed, not calibrated: torques and parameters are RELATIVE, up to one factor."
     share = contents.diagnosis.diagnosis.excerpt_share if contents.diagnosis else None
     if share is not None:

@@ -12,23 +12,19 @@ import jinja2
 import plotly.offline
 from markupsafe import Markup
 
-from ident.output.figures import narrow, theme
+from ident.output.figures import theme
 from ident.output.report import blocks
 from ident.output.report.blocks import ReportSection
 from ident.output.report.contents import ReportContents
 from ident.output.report.headline import Headline, headline
 from ident.output.report.sections import (
     causes,
-    findings,
+    comparison,
+    diagnosis,
     parameters,
-    quality,
+    recordings,
     reproduce,
-    residuals,
     response,
-    rig,
-    selection,
-    torque,
-    unexplained_residual,
 )
 from recordings.errors import BadInput
 from recordings.files import replacement
@@ -67,7 +63,13 @@ def assembled(
 ) -> str:
     """Return a page with this headline and these sections; `data` is embedded as JSON."""
     folder = importlib.resources.files("ident.output.report") / "assets"
-    scripts = [plotly.offline.get_plotlyjs(), narrow.javascript(), (folder / "page.js").read_text(encoding="utf-8")]
+    scripts = [
+        plotly.offline.get_plotlyjs(),
+        theme.narrow_javascript(),
+        (folder / "page.js").read_text(encoding="utf-8"),
+    ]
+    hashes = [base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts]
+    templates = {"light": theme.LIGHT.to_plotly_json(), "dark": theme.DARK.to_plotly_json()}
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
     template = environment.from_string((folder / "page.html").read_text(encoding="utf-8"))
     return template.render(
@@ -80,47 +82,38 @@ def assembled(
             for section in sections
             for plot in blocks.plots(section.blocks)
         ],
-        templates=_script_json(_templates()),
+        templates=_script_json(json.dumps(templates)),
         data=_script_json(json.dumps(data, allow_nan=False)),
         style=Markup((folder / "page.css").read_text(encoding="utf-8")),
         # Own scripts; the page's policy lists their hashes, so that no other script runs.
         scripts=[Markup(script) for script in scripts],
-        hashes=[_hash(script) for script in scripts],
+        hashes=hashes,
     )
 
 
 def _sections(contents: ReportContents) -> Iterator[ReportSection]:
     """The order of the story: how far the error falls, what explains it, before and after; then all the rest."""
     if contents.diagnosis:
-        yield selection.error(contents.diagnosis)
-        yield findings.section(contents.diagnosis)
-        yield torque.before_and_after(contents.diagnosis)
-        yield unexplained_residual.remaining(contents.diagnosis)
-        yield unexplained_residual.next_recording(contents.diagnosis)
+        yield diagnosis.error(contents.diagnosis)
+        yield diagnosis.findings(contents.diagnosis)
+        yield diagnosis.before_and_after(contents.diagnosis)
+        yield diagnosis.remaining(contents.diagnosis)
+        yield diagnosis.next_recording(contents.diagnosis)
     if contents.models:
-        yield torque.section(contents)
-        yield residuals.section(contents)
+        yield comparison.over_time(contents)
+        yield comparison.failures(contents)
     if contents.responses:
         yield response.section(contents.responses)
     if contents.diagnosis:
-        yield selection.candidates(contents.diagnosis)
+        yield diagnosis.candidates(contents.diagnosis)
     if contents.models:
         yield parameters.section(contents)
-        yield quality.section(contents)
+        yield recordings.data_quality(contents)
         yield causes.section(contents)
-        yield rig.section(contents)
+        yield recordings.rig_and_runs(contents)
     yield reproduce.section(contents)
-
-
-def _templates() -> str:
-    templates: dict[str, Any] = {"light": theme.LIGHT.to_plotly_json(), "dark": theme.DARK.to_plotly_json()}
-    return json.dumps(templates)
 
 
 def _script_json(text: str) -> Markup:
     """Return JSON `text` escaped for a script element."""
     return Markup(text.translate(_SCRIPT_ESCAPES))
-
-
-def _hash(script: str) -> str:
-    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 
 from nicegui import ui
 
-from ident.workbench.pages.page import Page, heading, set_test_id
-from ident.workbench.views import CandidateCard
+from ident.workbench.pages.page import Page, heading, quiet, set_test_id
+from ident.workbench.worker.views import CandidateCard
 
 MIN_NOTABLE = 0.05
 """Improvement below which a card is folded away."""
@@ -24,7 +24,8 @@ class PreviewPanel:
 
     def draw(self, page: Page) -> None:
         """Draw the preview of the best candidate."""
-        candidates, previews = page.session.selection.candidates, page.session.selection.previews
+        analysis = page.session.selection.analysis
+        candidates, previews = analysis.candidates, analysis.previews
         self.show = lambda effect: None
         if candidates is None or not candidates.cards or page.session.selection.within_noise:
             return
@@ -54,17 +55,17 @@ def draw(page: Page) -> None:
     page.draw_on_change(_head, "candidates")
     page.draw_on_change(panel.draw, "candidates", "previews", "residuals").classes("preview")
     page.draw_on_change(cards.draw, "candidates")
-    page.call_on_change(cards.fold, "residuals")
+    page.watch(cards.fold, "residuals", now=False)
 
 
 def _head(page: Page) -> None:
-    if page.session.selection.candidates is None:
+    if page.session.selection.analysis.candidates is None:
         return
     heading("Candidate effects", "q-mt-sm")
-    ui.label(
+    quiet(
         "Percentage: estimated reduction of the squared error after adding the effect and refitting. Point at a "
         "card, or move to it with Tab, to see its preview."
-    ).classes("quiet")
+    )
 
 
 class Cards:
@@ -77,10 +78,11 @@ class Cards:
     def draw(self, page: Page) -> None:
         """Draw all cards, and the names of the effects that have none."""
         self._notable = None
-        candidates = page.session.selection.candidates
+        candidates = page.session.selection.analysis.candidates
         if candidates is None:
             return
-        notable, minor = split_cards(candidates.cards)
+        count = sum(card.improvement >= MIN_NOTABLE for card in candidates.cards)  # they come in descending order
+        notable, minor = candidates.cards[:count], candidates.cards[count:]
         if notable:
             title = f"{len(notable)} effects that explain {MIN_NOTABLE:.0%} or more"
             self._notable = self._draw_grid(page, notable, title, "notable-cards")
@@ -90,9 +92,9 @@ class Cards:
             self._draw_grid(page, minor, title, "minor-cards").value = False
         if candidates.not_excited:
             names = ", ".join(candidates.not_excited)
-            ui.label(f"Not excited by this motion, or only with an inadmissible sign: {names}.").classes("quiet")
+            quiet(f"Not excited by this motion, or only with an inadmissible sign: {names}.")
         for effect, why in candidates.unobservable.items():
-            ui.label(f"{effect}: {why}").classes("quiet")
+            quiet(f"{effect}: {why}")
 
     def fold(self, page: Page) -> None:
         """Fold all cards away if only noise is left. They are not drawn again, so that no click on them is lost."""
@@ -105,12 +107,6 @@ class Cards:
             for candidate in cards:
                 _card(page, candidate, self._panel)
         return expansion
-
-
-def split_cards(cards: Sequence[CandidateCard]) -> tuple[Sequence[CandidateCard], Sequence[CandidateCard]]:
-    """Split `cards`, in descending order, into those that may matter and those that do not."""
-    count = sum(card.improvement >= MIN_NOTABLE for card in cards)
-    return cards[:count], cards[count:]
 
 
 def _card(page: Page, candidate: CandidateCard, panel: PreviewPanel) -> None:
@@ -128,7 +124,7 @@ def _card(page: Page, candidate: CandidateCard, panel: PreviewPanel) -> None:
         ui.linear_progress(candidate.improvement, show_value=False, size="6px").props("aria-hidden=true")
         ui.label(effect.sentence).classes("text-sm")
         with ui.row().classes("w-full items-center no-wrap"):
-            ui.label(joints).classes("quiet")
+            quiet(joints)
             ui.space()
             props = f'flat dense aria-label="About {name}"'
             page.button("About", f"about-{name}", _show_about, page, name, props=props)
@@ -145,7 +141,7 @@ def _show_about(page: Page, name: str) -> None:
             ("Usual causes", effect.causes),
             ("Remedy", effect.remedy),
         ):
-            ui.label(label).classes("quiet")
+            quiet(label)
             ui.label(text).classes("q-mb-xs")
         ui.button("Close", on_click=dialog.close).props("outline autofocus")
     dialog.open()
@@ -154,4 +150,4 @@ def _show_about(page: Page, name: str) -> None:
 def add_button(page: Page, effect: str) -> None:
     """Draw a button that adds `effect` to the model."""
     props = f'dense unelevated aria-label="Add {effect}"'
-    page.button("Add", f"add-{effect}", page.session.selection.add, effect, props=props)
+    page.button("Add", f"add-{effect}", page.session.selection.extend, "add", effect, props=props)

@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping
 from nicegui import ui
 
 from ident.workbench.pages.live import run_summary
-from ident.workbench.pages.page import Page, set_test_id
-from ident.workbench.recording_process import RunStatus
+from ident.workbench.pages.page import Page, name_fields, set_test_id
+from ident.workbench.programs.recording_process import RunStatus
 
 _OPTIONS = ("--rig", "--sim", "--pace")
 """Options of a recording that the commands for one joint have, too."""
@@ -59,8 +59,7 @@ def draw(page: Page, options: Callable[[], Mapping[str, str]]) -> None:
         with ui.row().classes("items-end gap-3"):
             joint = ui.number("joint", value=1, min=1, step=1, format="%d").classes("w-20")
             by = ui.number("by [rad, or m]", value=0.05, min=-0.5, max=0.5, step=0.01).classes("w-28")
-            for test_id, element in (("jog-joint", joint), ("jog-by", by)):
-                set_test_id(element, test_id).props("dense outlined")
+            name_fields("jog", joint=joint, by=by)
 
             def chosen() -> dict[str, str]:
                 return {**{k: v for k, v in options().items() if k in _OPTIONS}, "--joint": f"{joint.value or 0:.0f}"}
@@ -73,7 +72,7 @@ def draw(page: Page, options: Callable[[], Mapping[str, str]]) -> None:
     def update(page: Page) -> None:
         state.text = _state(page.session.recorder.run)
 
-    page.call_now_and_on_change(update, "run")
+    page.watch(update, "run")
 
 
 def _draw_hold_button(page: Page, options: Callable[[], Mapping[str, str]]) -> None:

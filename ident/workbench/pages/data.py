@@ -2,9 +2,8 @@
 
 from nicegui import ui
 
-from ident.workbench import plots
-from ident.workbench.pages.page import Page, heading, set_test_id
-from ident.workbench.pages.zoom import ZoomablePlot
+from ident.workbench.pages import plots
+from ident.workbench.pages.page import Page, ZoomablePlot, heading, quiet, set_test_id
 
 
 def draw(page: Page) -> None:
@@ -12,9 +11,7 @@ def draw(page: Page) -> None:
     recordings = page.session.recordings
     view = recordings.shown
     if view is None:
-        ui.label("Choose a recording with Train in the list to see its quality, or drop a file there.").classes(
-            "quiet"
-        )
+        quiet("Choose a recording with Train in the list to see its quality, or drop a file there.")
         return
     with ui.row().classes("items-center gap-3"):
         heading(view.name)
@@ -27,7 +24,7 @@ def draw(page: Page) -> None:
             ui.label(warning)
     with ui.element("div").classes("quality"):
         for label, value in view.quality.items():
-            ui.label(label).classes("quiet")
+            quiet(label)
             set_test_id(ui.label(value), f"quality-{label.lower().replace(' ', '-')}")
     signal = ui.toggle(list(view.signals), value="position").props("dense").classes("q-mt-sm")
     plot = ZoomablePlot(

@@ -2,16 +2,17 @@
 
 from nicegui import ui
 
-from ident.workbench import plots
-from ident.workbench.pages.page import Page, set_test_id
-from ident.workbench.recording_process import RunStatus
+from ident.workbench.figure import Figure
+from ident.workbench.pages import plots
+from ident.workbench.pages.page import Page, quiet, set_test_id
+from ident.workbench.programs.recording_process import RunStatus
 
 
 def draw(page: Page) -> None:
     """Draw the live view; updates of a run change it in place, so that the layout stays still."""
     state = set_test_id(ui.label().classes("font-medium q-mt-sm"), "run-state")
     bar = ui.linear_progress(0.0, show_value=False).props("aria-hidden=true")
-    counts = ui.label().classes("quiet")
+    counts = quiet("")
     grid = ui.element("div").classes("w-full grid grid-cols-1 md:grid-cols-2 gap-2")
     plots_by_kind: dict[str, ui.plotly] = {}
     messages = set_test_id(ui.column().classes("gap-0 font-mono text-sm whitespace-pre-wrap"), "run-messages")
@@ -38,7 +39,7 @@ def draw(page: Page) -> None:
             for line in list(run.messages)[-6:]:
                 ui.label(line)
 
-    page.call_now_and_on_change(update, "run", min_interval=0.5)
+    page.watch(update, "run", min_interval=0.5)
 
 
 def has_plots(run: RunStatus) -> bool:
@@ -92,7 +93,7 @@ def _counts(run: RunStatus) -> str:
     )
 
 
-def live_figures(run: RunStatus) -> dict[str, plots.Figure]:
+def live_figures(run: RunStatus) -> dict[str, Figure]:
     """Return the live plots by quantity."""
     rows, lateness, angle = list(run.rows), list(run.lateness), run.position_unit
     units = {"position": angle, "following error": f"m{angle}", "voltage": "V", "lateness": "ms"}

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 from nicegui import events, ui
 
-from ident.workbench import plots
+from ident.workbench.figure import Figure
+from ident.workbench.pages import plots
 from ident.workbench.pages.candidates import add_button
-from ident.workbench.pages.page import Page, set_test_id
-from ident.workbench.pages.zoom import ZoomablePlot
-from ident.workbench.plots import Span
-from ident.workbench.time_span import MIN_SHARE, describe_span, explain_gaps, rank_effects, summary
-from ident.workbench.views import TorqueSeries
+from ident.workbench.pages.page import Page, ZoomablePlot, quiet, set_test_id
+from ident.workbench.pages.plots import Span
+from ident.workbench.pages.time_span import MIN_SHARE, describe_span, explain_gaps, rank_effects, summary
+from ident.workbench.worker.views import StepsView, TorqueSeries
 
 _MAX_EFFECTS = 4
 """Effects listed for a time span, at most."""
@@ -21,84 +21,86 @@ _SELECTED_RANGE_JS = "(event) => emit(event && event.range ? {range: {x: event.r
 
 def draw(page: Page) -> None:
     """Draw the current model on all recordings."""
-    display, all_series, step_list = (
-        page.session.display,
-        page.session.selection.series,
-        page.session.selection.step_list,
-    )
-    if not all_series or step_list is None:
-        ui.label("Press Fit to see the torque of the base model.").classes("quiet")
-        return
-    requested_span, display.requested_span = display.requested_span, None
-    with ui.row().classes("items-center gap-4"):
-        recording = (
-            ui.select(
-                {number: _label(item, all_series) for number, item in enumerate(all_series)},
-                value=_initial_series(all_series, requested_span),
-            )
-            .props("dense outlined")
-            .classes("min-w-64")
-        )
-        joint = ui.toggle({i: f"joint {i + 1}" for i in range(len(step_list.units))}, value=display.joint).props(
-            "dense"
-        )
-        select = set_test_id(ui.switch("select a time span"), "mark")
+    all_series, step_list = page.session.selection.analysis.series, page.session.selection.step_list
+    if all_series and step_list is not None:
+        _TorquePlot(page, all_series, step_list)
+    else:
+        quiet("Press Fit to see the torque of the base model.")
 
-    def series() -> TorqueSeries:
-        return all_series[int(recording.value or 0)]
 
-    def full_span() -> Span:
-        return float(series().time[0]), float(series().time[-1])
+class _TorquePlot:
+    """The plot of one joint in one recording, which the user chooses, and what is said about a selected span."""
 
-    plot = ZoomablePlot(
-        page,
-        lambda span: plots.torque_comparison(
-            series(), joint.value, step_list.units[joint.value], step_list.noise_rms[joint.value], span, select.value
-        ),
-        full_span,
-        "torque measured and computed, and residual, over time",
-    )
-    gaps = set_test_id(ui.label(explain_gaps(series(), display.joint)).classes("quiet"), "gaps")
-    description = set_test_id(ui.column().classes("gap-1"), "selection")
-    with description:
-        ui.label(_HINT)
+    def __init__(self, page: Page, all_series: Sequence[TorqueSeries], step_list: StepsView) -> None:
+        self._page, self._all, self._steps, self._display = page, all_series, step_list, page.session.display
+        requested_span, self._display.requested_span = self._display.requested_span, None
+        with ui.row().classes("items-center gap-4"):
+            names = {number: _label(item, all_series) for number, item in enumerate(all_series)}
+            self._recording = ui.select(names, value=_initial_series(all_series, requested_span))
+            self._recording.props("dense outlined").classes("min-w-64")
+            joints = {i: f"joint {i + 1}" for i in range(len(step_list.units))}
+            self._joint = ui.toggle(joints, value=self._display.joint).props("dense")
+            self._select = set_test_id(ui.switch("select a time span"), "mark")
+        label = "torque measured and computed, and residual, over time"
+        self._plot = ZoomablePlot(page, self._figure, self._full_span, label)
+        self._gaps = set_test_id(quiet(""), "gaps")
+        self._explain_gaps()
+        self._description = set_test_id(ui.column().classes("gap-1"), "selection")
+        with self._description:
+            ui.label(_HINT)
+        self._joint.on_value_change(self._on_joint)
+        self._recording.on_value_change(self._on_recording)
+        self._select.on_value_change(lambda: self._plot.show())
+        self._plot.plot.on("plotly_selected", self._on_select, js_handler=_SELECTED_RANGE_JS)
+        if requested_span:
+            self._plot.show(requested_span[1:])
 
-    def on_joint() -> None:
-        display.joint = joint.value
-        description.clear()
-        gaps.text = explain_gaps(series(), display.joint)
-        plot.show()
+    @property
+    def _series(self) -> TorqueSeries:
+        return self._all[int(self._recording.value or 0)]
 
-    def on_recording() -> None:
-        gaps.text = explain_gaps(series(), display.joint)
-        plot.show(full_span())
+    def _full_span(self) -> Span:
+        return float(self._series.time[0]), float(self._series.time[-1])
 
-    def on_select(event: events.GenericEventArguments) -> None:
-        span = (event.args or {}).get("range", {}).get("x")
-        if span:
-            units = step_list.units[joint.value], step_list.position_units[joint.value]
-            description.clear()
-            with description:
-                for sentence in describe_span(series(), joint.value, min(span), max(span), *units):
-                    ui.label(sentence)
-                _show_ranking(page, int(recording.value or 0), joint.value, (min(span), max(span)))
+    def _figure(self, span: Span) -> Figure:
+        joint, steps = self._joint.value, self._steps
+        unit, noise = steps.units[joint], steps.noise_rms[joint]
+        return plots.torque_comparison(self._series, joint, unit, noise, span, self._select.value)
 
-    joint.on_value_change(on_joint)
-    recording.on_value_change(on_recording)
-    select.on_value_change(lambda: plot.show())
-    plot.plot.on("plotly_selected", on_select, js_handler=_SELECTED_RANGE_JS)
-    if requested_span:
-        plot.show(requested_span[1:])
+    def _explain_gaps(self) -> None:
+        self._gaps.text = explain_gaps(self._series, self._display.joint)
+
+    def _on_joint(self) -> None:
+        self._display.joint = self._joint.value
+        self._description.clear()
+        self._explain_gaps()
+        self._plot.show()
+
+    def _on_recording(self) -> None:
+        self._explain_gaps()
+        self._plot.show(self._full_span())
+
+    def _on_select(self, event: events.GenericEventArguments) -> None:
+        ends = (event.args or {}).get("range", {}).get("x")
+        if not ends:
+            return
+        span, joint = (min(ends), max(ends)), self._joint.value
+        units = self._steps.units[joint], self._steps.position_units[joint]
+        self._description.clear()
+        with self._description:
+            for sentence in describe_span(self._series, joint, *span, *units):
+                ui.label(sentence)
+            _show_ranking(self._page, int(self._recording.value or 0), joint, span)
 
 
 def _show_ranking(page: Page, number: int, joint: int, span: Span) -> None:
     """Show the effects that would explain the selected span of the series `number`."""
-    selection = page.session.selection
-    if selection.previews is None:
+    analysis = page.session.selection.analysis
+    if analysis.previews is None:
         ui.label("The effects are still being rated; select again in a moment to see which one explains it.")
         return
-    contributions = {effect: arrays[number] for effect, arrays in selection.previews.contributions.items()}
-    shares = rank_effects(selection.series[number], contributions, joint, *span)
+    contributions = {effect: arrays[number] for effect, arrays in analysis.previews.contributions.items()}
+    shares = rank_effects(analysis.series[number], contributions, joint, *span)
     set_test_id(ui.label(summary(shares)), "explained")
     for effect, share in list(shares.items())[:_MAX_EFFECTS]:
         if share >= MIN_SHARE:

@@ -1,20 +1,24 @@
-"""Shared by all parts of the page: redrawing after changes, buttons, tables, figures and notifications."""
+"""Shared by all parts of the page: redrawing after changes, buttons, forms, tables, figures and notifications."""
 
 import time
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from subprocess import TimeoutExpired
 from typing import Any, Literal, TypeVar
 
-from nicegui import ui
+from nicegui import events, ui
+from nicegui import run as background
 
 from ident.identification.model_file import ModelFile
-from ident.workbench import plots
-from ident.workbench.plots import Figure
-from ident.workbench.session import WorkbenchSession
+from ident.output.tables import ResultTable
+from ident.workbench.figure import Figure, with_theme
+from ident.workbench.pages.plots import Span
+from ident.workbench.state.session import WorkbenchSession
 from ident.workbench.topics import Topic
 from recordings.errors import BadInput
 
+Result = TypeVar("Result")
 Element = TypeVar("Element", bound=ui.element)
 Cell = str | Callable[[], object]
 """Cell of a table: its text, or a function that draws it."""
@@ -57,21 +61,16 @@ class Page:
             with container:
                 draw(page)
 
-        self.call_now_and_on_change(redraw, *topics)
+        self.watch(redraw, *topics)
         return container
 
-    def call_now_and_on_change(
-        self, callback: Callable[["Page"], None], *topics: Topic, min_interval: float = 0.0
+    def watch(
+        self, callback: Callable[["Page"], None], *topics: Topic, now: bool = True, min_interval: float = 0.0
     ) -> None:
-        """Call `callback` as soon as its tab is visible, and again as `call_on_change` does."""
-        watch = _Watch(callback, topics, min_interval, self.drawn_tab)
-        self._watches.append(watch)
-        self._call_if_changed(watch)
-
-    def call_on_change(self, callback: Callable[["Page"], None], *topics: Topic) -> None:
-        """Call `callback` whenever one of `topics` changes."""
-        watch = _Watch(callback, topics, 0.0, self.drawn_tab, self.session.changes.count(topics))
-        self._watches.append(watch)
+        """Call `callback` whenever one of `topics` changes, and `now`: as soon as its tab is visible."""
+        count = None if now else self.session.changes.count(topics)
+        self._watches.append(_Watch(callback, topics, min_interval, self.drawn_tab, count))
+        self._call_if_changed(self._watches[-1])
 
     def poll(self) -> None:
         """Redraw what has changed since the last call."""
@@ -137,8 +136,16 @@ class Page:
                 self.button(yes, "answer-yes", agree, props="color=negative unelevated")
         dialog.open()
 
-    def save_form(self, model: ModelFile, file_name: str, test_id: str) -> ui.input:
-        """Draw an input for the file name and a button that saves `model`; return the input."""
+    def discard(self, what: str, action: Callable[[], Any]) -> None:
+        """Call `action`, which discards the models; ask first if more would be lost than one fit."""
+        if self.session.selection.has_changes:
+            question = f"{what}: effects added, branches, undo."
+            self.ask(question, "Discard them", "Keep them", action)
+        else:
+            action()
+
+    def save_form(self, model: ModelFile, file_name: str, test_id: str) -> None:
+        """Draw an input for the file name and a button that saves `model`."""
         out = ui.input("file", value=file_name).props("dense outlined").classes("min-w-64")
 
         def save() -> None:
@@ -146,11 +153,10 @@ class Page:
             notify(f"Saved {out.value} next to the recording.", "positive")
 
         self.button("Save next to the recording", test_id, save, icon="save")
-        return out
 
     def draw_figure(self, figure: Figure, label: str) -> ui.plotly:
         """Draw a figure; `label` is its description for screen readers."""
-        plot = ui.plotly(plots.with_theme(figure, self.session.display.dark)).classes("w-full")
+        plot = ui.plotly(with_theme(figure, self.session.display.dark)).classes("w-full")
         # Plotly forgets a figure's own height when its tab is left and shown again.
         plot.style(f"height: {figure['layout']['height']}px")
         plot.props["role"], plot.props["aria-label"] = "figure", label
@@ -158,7 +164,50 @@ class Page:
 
     def update_figure(self, plot: ui.plotly, figure: Figure) -> None:
         """Show another figure in `plot`."""
-        plot.update_figure(plots.with_theme(figure, self.session.display.dark))
+        plot.update_figure(with_theme(figure, self.session.display.dark))
+
+
+class ZoomablePlot:
+    """Time plot of `make_figure(span)` that loads its points again at every zoom; `full_span` returns all of it."""
+
+    def __init__(
+        self, page: Page, make_figure: Callable[[Span], Figure], full_span: Callable[[], Span], label: str
+    ) -> None:
+        self._page, self._make_figure, self._full_span = page, make_figure, full_span
+        self.span = full_span()
+        self.plot = page.draw_figure(make_figure(self.span), label)
+        self.plot.on("plotly_relayout", self._on_relayout)
+
+    def show(self, span: Span | None = None) -> None:
+        """Draw this span, or draw the current span again."""
+        self.span = span or self.span
+        self._page.update_figure(self.plot, self._make_figure(self.span))
+
+    def _on_relayout(self, event: events.GenericEventArguments) -> None:
+        changes = event.args if isinstance(event.args, dict) else {}
+        for axis in ("xaxis", "xaxis2"):
+            if changes.get(f"{axis}.autorange"):
+                self.show(self._full_span())
+                return
+            ends = changes.get(f"{axis}.range[0]"), changes.get(f"{axis}.range[1]")
+            if isinstance(ends[0], int | float) and isinstance(ends[1], int | float) and ends[1] > ends[0]:
+                self.show((float(ends[0]), float(ends[1])))
+                return
+
+
+async def in_background(action: Callable[..., Result], *arguments: Any) -> Result | None:
+    """Call `action` while the page goes on; None where it fails, which is shown, or the page is being closed."""
+    try:
+        return await background.io_bound(action, *arguments)
+    except (BadInput, OSError, TimeoutExpired) as error:
+        notify(str(error), "warning")
+        return None
+
+
+def name_fields(form: str, **fields: ui.element) -> None:
+    """Give the fields of a form their look, and identifiers for tests."""
+    for name, field in fields.items():
+        set_test_id(field, f"{form}-{name}").props("dense outlined")
 
 
 def draw_code(text: str, test_id: str) -> None:
@@ -178,6 +227,18 @@ def draw_table(
                 for column, cell in enumerate(cells):
                     with ui.element(tag).classes("words" if column in words else ""):
                         (partial(ui.label, cell) if isinstance(cell, str) else cell)()
+
+
+def draw_result(table: ResultTable) -> None:
+    """Draw a table of results with its caption."""
+    draw_table(table.head, table.rows, table.words)
+    if table.caption:
+        quiet(table.caption)
+
+
+def quiet(text: str) -> ui.label:
+    """Draw a text that explains."""
+    return ui.label(text).classes("quiet")
 
 
 def heading(text: str, classes: str = "") -> ui.label:

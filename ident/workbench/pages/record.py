@@ -1,17 +1,16 @@
 """Form of a recording: choose motion and rig, check, start."""
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
-from subprocess import CompletedProcess, TimeoutExpired
+from subprocess import CompletedProcess
 
-from nicegui import run as background
 from nicegui import ui
 
 from ident.workbench.folder import SUFFIX
 from ident.workbench.pages import commission, live, truth
-from ident.workbench.pages.page import Page, notify, set_test_id
-from ident.workbench.recording_process import command_line, errors, run_daq
-from recordings.errors import BadInput
+from ident.workbench.pages.page import Page, in_background, name_fields, quiet, set_test_id
+from ident.workbench.programs.running import as_words, daq_command, errors, run
 from trajectories.library import names
 
 _SIMULATED, _NO_SIM_FILE = "simulated", "default machine"
@@ -38,17 +37,7 @@ def draw(page: Page) -> None:
         hidden.tooltip("Hides effects drawn from this seed in the simulated robot; Reveal opens them")
         out = ui.input("file", value=session.folder.free_name("fig5a", SUFFIX))
         motion.on_value_change(lambda: out.set_value(session.folder.free_name(Path(str(motion.value)).stem, SUFFIX)))
-        fields = {
-            "motion": motion,
-            "rig": rig,
-            "sim": sim,
-            "pace": pace,
-            "cycles": cycles,
-            "hidden": hidden,
-            "out": out,
-        }
-        for test_id, element in fields.items():
-            set_test_id(element, f"record-{test_id}").props("dense outlined")
+        name_fields("record", motion=motion, rig=rig, sim=sim, pace=pace, cycles=cycles, hidden=hidden, out=out)
 
     def arguments() -> dict[str, str]:
         values = {
@@ -71,7 +60,7 @@ def draw(page: Page) -> None:
             lambda: session.recorder.start(arguments(), session.folder.new_file(str(out.value), SUFFIX)),
             icon="fiber_manual_record",
         )
-        safety = set_test_id(ui.label(_SAFETY[True]).classes("quiet"), "safety")
+        safety = set_test_id(quiet(_SAFETY[True]), "safety")
         rig.on_value_change(lambda: safety.set_text(_SAFETY[rig.value == _SIMULATED]))
 
     def move_on(page: Page) -> None:
@@ -80,7 +69,7 @@ def draw(page: Page) -> None:
         if name in session.folder.names(SUFFIX):
             out.value = session.folder.free_name(stem, SUFFIX)
 
-    page.call_on_change(move_on, "folder")
+    page.watch(move_on, "folder", now=False)
     commission.draw(page, arguments)
     live.draw(page)
     page.draw_on_change(truth.draw, "folder")
@@ -90,25 +79,15 @@ async def _check(page: Page, options: dict[str, str], column: ui.column) -> None
     """Run `daq check` and a dry run without power, and show the results."""
     column.clear()
     with column:
-        pending = ui.label("checking …").classes("quiet")
+        pending = quiet("checking …")
+    rig = {option: value for option, value in options.items() if option == "--rig"}
+    dry_run = ("record", *as_words(options), "--dry-run", "--json", "--out", "preflight.mcap")
     for test_id, title, command in (
-        (
-            "preflight-check",
-            "drives and bus",
-            ("check", "--json", *command_line({k: v for k, v in options.items() if k == "--rig"})),
-        ),
-        (
-            "preflight-dry-run",
-            "dry run without power",
-            ("record", *command_line(options), "--dry-run", "--json", "--out", "preflight.mcap"),
-        ),
+        ("preflight-check", "drives and bus", ("check", "--json", *as_words(rig))),
+        ("preflight-dry-run", "dry run without power", dry_run),
     ):
-        try:
-            process = await background.io_bound(run_daq, page.session.folder.root, *command)
-        except (BadInput, OSError, TimeoutExpired) as error:
-            notify(str(error), "warning")
-            return
-        if process is None:  # the page is being closed
+        process = await in_background(_run_daq, page.session.folder.root, command)
+        if process is None:
             return
         with column:
             for line in _check_lines(process, title):
@@ -116,13 +95,14 @@ async def _check(page: Page, options: dict[str, str], column: ui.column) -> None
     pending.delete()
 
 
+def _run_daq(root: Path, words: Sequence[str]) -> "CompletedProcess[str]":
+    return run(root, daq_command(), words)
+
+
 def _check_lines(process: "CompletedProcess[str]", title: str) -> list[str]:
     document = json.loads(process.stdout or "{}")
-    problems = [
-        f"{finding['where']}: {finding['what']}"
-        for finding in document.get("findings", [])
-        if finding["verdict"] == "problem"
-    ]
     if process.returncode:
-        return [f"✗ {title}", *problems, *errors(process.stderr.splitlines())]
+        problems = [found for found in document.get("findings", []) if found["verdict"] == "problem"]
+        lines = [f"{found['where']}: {found['what']}" for found in problems]
+        return [f"✗ {title}", *lines, *errors(process.stderr.splitlines())]
     return [f"✓ {title}{': ' + document['bus'] if 'bus' in document else ''}"]

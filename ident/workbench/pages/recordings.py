@@ -8,7 +8,7 @@ from nicegui import events, ui
 from ident.workbench.folder import FOREIGN_SUFFIXES, SUFFIX
 from ident.workbench.pages import style
 from ident.workbench.pages.import_dialog import open_dialog
-from ident.workbench.pages.page import Page, heading, notify, set_test_id
+from ident.workbench.pages.page import Page, heading, notify, quiet, set_test_id
 from recordings.errors import BadInput
 from web.security import MAX_BODY_BYTES
 
@@ -17,11 +17,9 @@ def draw(page: Page) -> None:
     """Draw the list and the area for uploads."""
     root = page.session.folder.root
     heading("Recordings")
-    ui.label(f"in {root.name or root}").classes("quiet ellipsis w-full").tooltip(str(root))
+    quiet(f"in {root.name or root}").classes("ellipsis w-full").tooltip(str(root))
     page.draw_on_change(_draw_list, "folder")
-    ui.label(
-        "Train: fit the model to this recording. Validate: compare it with this recording of another motion."
-    ).classes("quiet")
+    quiet("Train: fit the model to this recording. Validate: compare it with this recording of another motion.")
 
     async def add(upload: events.UploadEventArguments) -> None:
         await _take_upload(page, upload)
@@ -32,13 +30,9 @@ def draw(page: Page) -> None:
     accepted = ",".join((SUFFIX, *FOREIGN_SUFFIXES))
     box.props(f'accept="{accepted}" flat bordered').classes("w-full q-mt-sm")
     box.add_slot("header", style.UPLOAD_HEADER)
-    set_test_id(box, "upload").on(
-        "rejected",
-        lambda: ui.notify(
-            f"Recordings and tables ({accepted}) of up to 256 MiB are accepted; copy larger ones into the folder."
-        ),
-    )
-    ui.label("Recordings, ROS bags, or tables of any make: CSV, Parquet, NPZ, MAT.").classes("quiet")
+    refusal = f"Recordings and tables ({accepted}) of up to 256 MiB are accepted; copy larger ones into the folder."
+    set_test_id(box, "upload").on("rejected", lambda: ui.notify(refusal))
+    quiet("Recordings, ROS bags, or tables of any make: CSV, Parquet, NPZ, MAT.")
 
 
 def _draw_foreign(page: Page) -> None:
@@ -62,7 +56,7 @@ def _draw_list(page: Page) -> None:
     names = folder.recordings()
     if not names:
         ways = "import a file below" if folder.foreign() else "drop a file below"
-        ui.label(f"No recordings here yet: record one, or {ways}.").classes("quiet")
+        quiet(f"No recordings here yet: record one, or {ways}.")
     for number, name in enumerate(names):
         with ui.row().classes("w-full items-center no-wrap gap-1 q-mb-xs"):
             ui.label(name).classes("ellipsis col").tooltip(name)
@@ -74,26 +68,16 @@ def _choice_buttons(page: Page, name: str, number: int) -> None:
     chosen = page.session.recordings
 
     def choose(train: str | None, validate: str | None) -> None:
-        if page.session.selection.has_changes:
-            page.ask(
-                "Another choice of recordings discards the models of this one: effects added, branches, undo.",
-                "Discard them",
-                "Keep them",
-                lambda: page.session.choose(train, validate),
-            )
-        else:
-            page.session.choose(train, validate)
+        what = "Another choice of recordings discards the models of this one"
+        page.discard(what, lambda: page.session.choose(train, validate))
 
-    for text, selected, action in (
-        ("Train", name == chosen.train, lambda: choose(name, chosen.validate if name != chosen.validate else None)),
-        (
-            "Validate",
-            name == chosen.validate,
-            lambda: choose(chosen.train, name if name != chosen.validate else None),
-        ),
+    is_train, is_validate = name == chosen.train, name == chosen.validate
+    for text, selected, pair in (
+        ("Train", is_train, (name, None if is_validate else chosen.validate)),
+        ("Validate", is_validate, (chosen.train, None if is_validate else name)),
     ):
         state = "unelevated aria-pressed=true" if selected else "outline aria-pressed=false"
-        button = page.button(text, f"{text.lower()}-{number}", action, props=f"dense {state}")
+        button = page.button(text, f"{text.lower()}-{number}", choose, *pair, props=f"dense {state}")
         button.props["aria-label"] = f"{text}: {name}"
 
 

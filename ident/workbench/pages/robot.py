@@ -3,9 +3,9 @@
 import numpy as np
 from nicegui import ui
 
-from ident.workbench.pages.page import Page, heading, set_test_id
-from ident.workbench.pose import STEP, PoseSequence, pose_sequence
-from ident.workbench.views import StepsView
+from ident.workbench.pages.page import Page, heading, quiet, set_test_id
+from ident.workbench.pages.pose import STEP, PoseSequence, pose_sequence
+from ident.workbench.worker.views import StepsView
 from recordings.rig import Geometry
 
 _LIFT = np.array([0.0, 0.0, 1.0])
@@ -21,9 +21,9 @@ def draw(page: Page) -> None:
     session, selection = page.session, page.session.selection
     view = session.recordings.shown
     if view is None or view.geometry is None:
-        ui.label("Choose a recording of a delta robot with Train in the list.").classes("quiet")
+        quiet("Choose a recording of a delta robot with Train in the list.")
         return
-    series = next((series for series in selection.series if series.name == view.name), None)
+    series = next((series for series in selection.analysis.series if series.name == view.name), None)
     step_list = selection.step_list if series else None
     poses = pose_sequence(view, view.geometry, series, step_list.noise_rms if step_list else (None, None, None))
     with ui.row().classes("w-full items-center no-wrap gap-4"):
@@ -89,10 +89,10 @@ def _show_residuals(column: ui.column, poses: PoseSequence, i: int, step_list: S
     column.clear()
     with column:
         if step_list is None:
-            ui.label("Fit a model to see the torque residual of each limb.").classes("quiet")
+            quiet("Fit a model to see the torque residual of each limb.")
             return
         heading("Residual of each limb")
         for joint, (residual, unit) in enumerate(zip(poses.residual[i], step_list.units, strict=True), start=1):
             value = f"{residual:+.3f} {unit}" if np.isfinite(residual) else "not scored here"
             ui.label(f"joint {joint}: {value}")
-        ui.label("Grey: as small as noise. Orange: large residual.").classes("quiet")
+        quiet("Grey: as small as noise. Orange: large residual.")

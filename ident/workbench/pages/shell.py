@@ -1,11 +1,10 @@
 """Frame of the page: header with the current job, list of recordings, steps and other tabs."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from nicegui import events, ui
 
-from ident.workbench.jobs import Job
 from ident.workbench.pages import (
     data,
     export,
@@ -19,11 +18,10 @@ from ident.workbench.pages import (
     style,
     swarm,
     use,
-    verdict,
 )
 from ident.workbench.pages.page import Page, notify, set_test_id
-from ident.workbench.session import WorkbenchSession
-from ident.workbench.steps import next_step, steps
+from ident.workbench.state.session import WorkbenchSession
+from ident.workbench.state.steps import steps
 from ident.workbench.topics import Topic
 
 Tab = tuple[str, str, str, Callable[[Page], None], tuple[Topic, ...]]
@@ -39,20 +37,14 @@ TABS: tuple[Tab, ...] = (
     ("robot", "Robot", "precision_manufacturing", robot.draw, ("series", "recording")),
 )
 """Key, label, icon, the function that draws the tab, and the topics whose changes redraw all of it, if any. The
-steps of `ident.workbench.steps` come first."""
+steps of `ident.workbench.state.steps` come first."""
 FLEET: Tab = ("fleet", "Fleet", "groups", fleet.draw, ("fleet",))
 """The tab of a fleet, where a store is open."""
 
 
 def build(session: WorkbenchSession) -> None:
     """Build the page for one browser tab."""
-    ui.colors(
-        primary="#0b5c8c",
-        secondary="#4a5560",
-        info="#4a5560",
-        positive="#00704f",
-        negative="#b3261e",
-    )
+    ui.colors(primary="#0b5c8c", secondary="#4a5560", info="#4a5560", positive="#00704f", negative="#b3261e")
     ui.add_css(style.CSS)
     ui.add_body_html(style.REPAIRS)
     page, display = Page(session, ui.element("div")), session.display
@@ -62,10 +54,11 @@ def build(session: WorkbenchSession) -> None:
     with drawer.props(props).classes("q-pa-sm gap-2"):
         recordings.draw(page)
     _header(page, ui.dark_mode(display.dark), drawer)
-    tabs = _tabs(page)
-    verdict.draw(page)
+    shown = (*TABS, FLEET) if session.fleet else TABS
+    tabs = _tabs(page, shown)
+    export.draw_verdict(page)
     with ui.tab_panels(tabs, value=display.tab, animated=False, keep_alive=False).classes("w-full"):
-        for key, _, _, draw, topics in shown_tabs(session):
+        for key, _, _, draw, topics in shown:
             with ui.tab_panel(key):
                 page.drawn_tab = key
                 if topics:
@@ -73,7 +66,7 @@ def build(session: WorkbenchSession) -> None:
                 else:
                     draw(page)
     page.drawn_tab = None
-    page.call_on_change(_show_message, "message")
+    page.watch(_show_message, "message", now=False)
     client = ui.context.client
 
     def poll() -> None:
@@ -84,12 +77,7 @@ def build(session: WorkbenchSession) -> None:
     ui.timer(0.2, poll)
 
 
-def shown_tabs(session: WorkbenchSession) -> tuple[Tab, ...]:
-    """The tabs of a session."""
-    return (*TABS, FLEET) if session.fleet else TABS
-
-
-def _tabs(page: Page) -> ui.tabs:
+def _tabs(page: Page, shown: Sequence[Tab]) -> ui.tabs:
     """Draw the tabs; those of the steps show what is done and what comes next."""
     display = page.session.display
 
@@ -101,16 +89,14 @@ def _tabs(page: Page) -> ui.tabs:
 
     tabs = ui.tabs(on_change=show)
     with tabs.props("dense inline-label align=left outside-arrows mobile-arrows no-caps").classes("w-full"):
-        elements = {
-            key: set_test_id(ui.tab(key, label, icon), f"tab-{key}")
-            for key, label, icon, *_ in shown_tabs(page.session)
-        }
+        elements = {key: set_test_id(ui.tab(key, label, icon), f"tab-{key}") for key, label, icon, *_ in shown}
     tabs.set_value(display.tab)
     page.show_tab = tabs.set_value
 
     def mark_steps(page: Page) -> None:
-        upcoming = next_step(page.session)
-        for number, step in enumerate(steps(page.session), start=1):
+        found = steps(page.session)
+        upcoming = next((step.tab for step in found if not step.done), None)
+        for number, step in enumerate(found, start=1):
             tab = elements[step.tab]
             tab.props["label"] = f"{number} {step.label}"
             tab.props["icon"] = "check_circle" if step.done else "radio_button_unchecked"
@@ -118,7 +104,7 @@ def _tabs(page: Page) -> ui.tabs:
             tab.classes("step" + (" last-step" if step.tab == "export" else ""))
             tab.classes(**{"add" if step.tab == upcoming else "remove": "next-step"})
 
-    page.call_now_and_on_change(mark_steps, "folder", "step_list", "residuals", "saved", "tab")
+    page.watch(mark_steps, "folder", "step_list", "residuals", "saved", "tab")
     return tabs
 
 
@@ -157,7 +143,7 @@ def _header(page: Page, dark: ui.dark_mode, drawer: ui.left_drawer) -> None:
     def update() -> None:
         job = jobs.current
         paused = job is not None and job.paused_at is not None
-        status.text = _job_text(job) if job else _status_text(session)
+        status.text = _status_text(session)
         spinner.visible = pause.visible = job is not None and not paused
         resume.visible, cancel.visible = paused, job is not None
         fit.enabled = session.recordings.train is not None and not jobs.blocked
@@ -182,25 +168,18 @@ def _fit(page: Page) -> None:
         if page.visible_tab == "data":
             page.show_tab("model")
 
-    if page.session.selection.has_changes:
-        page.ask(
-            "Another fit of the base model discards the models so far: effects added, branches, undo.",
-            "Discard them",
-            "Keep them",
-            fit,
-        )
-    else:
-        fit()
-
-
-def _job_text(job: Job) -> str:
-    return f"{job.text}: paused after {job.seconds:.0f} s" if job.paused_at else f"{job.text} … {job.seconds:.0f} s"
+    page.discard("Another fit of the base model discards the models so far", fit)
 
 
 def _status_text(session: WorkbenchSession) -> str:
-    train, validate, step_list = session.recordings.train, session.recordings.validate, session.selection.step_list
+    job, train, validate = session.jobs.current, session.recordings.train, session.recordings.validate
+    if job:
+        return (
+            f"{job.text}: paused after {job.seconds:.0f} s" if job.paused_at else f"{job.text} … {job.seconds:.0f} s"
+        )
     if train is None:
         return "choose a recording"
+    step_list = session.selection.step_list
     parts = (f"train {train}", validate and f"validate {validate}", step_list and step_list.simulated and "simulated")
     return " · ".join(part for part in parts if part)
 

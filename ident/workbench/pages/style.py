@@ -1,6 +1,6 @@
 """Look of the page: style sheet, and repairs of what its libraries do."""
 
-from ident.output.figures import narrow
+from ident.output.figures import theme
 
 CSS = """
 h1 { font-size: 1.125rem; font-weight: 500; line-height: 1.5; white-space: nowrap; }
@@ -67,7 +67,7 @@ UPLOAD_HEADER = """<div class="drop-area">Drop files here, or press to choose<q-
 """Head of the area for uploads: the input itself can be focused, as no other control lies around it."""
 
 REPAIRS = (
-    f"<script>{narrow.javascript()}</script>"
+    f"<script>{theme.narrow_javascript()}</script>"
     """<script type="module">
     document.documentElement.lang = "en";
 

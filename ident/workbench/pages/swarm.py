@@ -2,10 +2,9 @@
 
 from nicegui import ui
 
-from ident.identification.model_file import ModelFile
-from ident.output.figures.theme import interval, number
-from ident.workbench import plots
-from ident.workbench.pages.page import Page, draw_code, draw_table, heading, set_test_id
+from ident.output.tables.parameters import agreement, fitted
+from ident.workbench.pages import plots
+from ident.workbench.pages.page import Page, draw_code, draw_result, heading, quiet, set_test_id
 
 _ABOUT = (
     "Fits the parameters with 300 particles, which minimise the sum of absolute residuals, objective (33), until a "
@@ -25,12 +24,12 @@ def draw(page: Page) -> None:
             icon="bubble_chart",
         )
         seed = ui.number("seed", value=0, min=0, step=1, format="%d").props("dense outlined").classes("w-24")
-    ui.label(_ABOUT).classes("quiet")
+    quiet(_ABOUT)
 
     def update_enabled(page: Page) -> None:
         start.enabled = session.recordings.train is not None and not session.jobs.blocked
 
-    page.call_now_and_on_change(update_enabled, "job", "folder")
+    page.watch(update_enabled, "job", "folder")
     page.draw_on_change(_draw_progress, "swarm_progress")
     page.draw_on_change(_draw_result, "swarm_result")
 
@@ -48,48 +47,20 @@ def _draw_result(page: Page) -> None:
     if result is None:
         return
     model = result.model
-    certificate = model.method.certified
-    if certificate:
-        set_test_id(
-            ui.label(
-                f"Objective (33): {model.method.objective:.7g} {model.effort_units[0]}, at most "
-                f"{certificate.excess:.1e} (relative) above its certified minimum."
-            ),
-            "swarm-proof",
+    if certificate := model.method.certified:
+        sentence = (
+            f"Objective (33): {model.method.objective:.7g} {model.effort_units[0]}, at most {certificate.excess:.1e} "
+            "(relative) above its certified minimum."
         )
-    _errors(model)
-    _parameters(model)
+        set_test_id(ui.label(sentence), "swarm-proof")
+    for title, table in (
+        ("Error", agreement(model)),
+        (f"Parameters{', relative' if model.relative else ''}", fitted(model)),
+    ):
+        heading(title, "q-mt-md")
+        draw_result(table)
     heading("Equivalent command", "q-mt-md")
-    draw_code(result.command, "swarm-command")
+    draw_code(page.session.swarm.command, "swarm-command")
     with ui.row().classes("items-center gap-3 q-mt-sm"):
         stem = model.train.recordings[0].name.removesuffix(".mcap")
         page.save_form(model, f"{stem}.pso.model.json", "swarm-save")
-
-
-def _errors(model: ModelFile) -> None:
-    heading("Error", "q-mt-sm")
-    joints = [f"joint {j} [{unit} RMS]" for j, unit in enumerate(model.effort_units, start=1)]
-    agreements = {"training": model.train, "held out": model.validate_}
-    draw_table(
-        ["", *joints],
-        [
-            (label, *(f"{value:.4f}" for value in agreement.fitted.rms))
-            for label, agreement in agreements.items()
-            if agreement
-        ],
-    )
-
-
-def _parameters(model: ModelFile) -> None:
-    heading(f"Parameters{', relative' if model.relative else ''}", "q-mt-md")
-    rows = (
-        (
-            parameter.name,
-            number(parameter.value, 4),
-            interval(*parameter.shape_ci95) if parameter.shape_ci95 else "–",
-            parameter.unit,
-            "yes" if parameter.at_bound else "",
-        )
-        for parameter in model.all_parameters
-    )
-    draw_table(("parameter", "value", "95 % interval", "unit", "at bound"), rows, words=(0, 3))

@@ -1,14 +1,13 @@
 """Button that opens the sealed truth of a simulated recording, beside the current model."""
 
+from collections.abc import Mapping
 from typing import Any
 
-from nicegui import run as background
 from nicegui import ui
 
-from ident.output.figures.theme import number
-from ident.workbench.pages.page import Page, draw_table, notify, set_test_id
-from ident.workbench.reveal import is_sealed, reveal, sentences
-from recordings.errors import BadInput
+from ident.output.digits import number
+from ident.workbench.pages.page import Page, draw_table, in_background, quiet, set_test_id
+from ident.workbench.programs.reveal import is_sealed, reveal, sentences
 
 
 def draw(page: Page) -> None:
@@ -19,28 +18,22 @@ def draw(page: Page) -> None:
         return
 
     async def show() -> None:
-        residuals = session.selection.residuals
-        try:
-            document = await background.io_bound(
-                reveal, session.folder.root, train, residuals.model if residuals else None
-            )
-        except BadInput as error:
-            notify(str(error), "warning")
-            return
-        truth.clear()
-        with truth:
-            _draw_truth(document or {"hidden": []})
+        residuals = session.selection.analysis.residuals
+        model = residuals.model if residuals else None
+        document = await in_background(reveal, session.folder.root, train, model)
+        if document is not None:
+            truth.clear()
+            with truth:
+                _draw_truth(document)
 
     with ui.row().classes("items-center gap-3"):
         button = ui.button("Reveal", icon="visibility", on_click=show).props("outline")
         set_test_id(button, "reveal")
-        ui.label(f"Opens what is hidden in the simulated robot of {train}, beside the current model.").classes(
-            "quiet"
-        )
+        quiet(f"Opens what is hidden in the simulated robot of {train}, beside the current model.")
     truth = set_test_id(ui.column().classes("gap-1"), "truth")
 
 
-def _draw_truth(document: dict[str, Any]) -> None:
+def _draw_truth(document: Mapping[str, Any]) -> None:
     for sentence in sentences(document):
         ui.label(sentence)
     pairs = document.get("parameters", {})

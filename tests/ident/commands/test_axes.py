@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from ident.cli import program
-from recordings.errors import BadInput
 from recordings.imported import imported_rig, measured_torque
 from recordings.recording import Run
 from recordings.rig import Torque
@@ -60,17 +59,8 @@ run = partial(invoke, program)
 
 
 def test_fit_and_compare(folder: Path) -> None:
-    fitted = run(
-        "fit",
-        folder / "a.mcap",
-        "--validate",
-        folder / "b.mcap",
-        "--with",
-        "torque_offset",
-        "--method",
-        "ls",
-        "--details",
-    )
+    options = ("--with", "torque_offset", "--method", "ls", "--details")
+    fitted = run("fit", folder / "a.mcap", "--validate", folder / "b.mcap", *options)
     assert fitted.exit_code == 0, fitted.output
     for text in ("kg", "N s/m", "RMS [N]", "torque_offset.a1", "torque was measured"):
         assert text in fitted.stdout
@@ -85,21 +75,6 @@ def test_fit_and_compare(folder: Path) -> None:
     assert joint["unit"] == "N"
     assert joint["curves"]["velocity"]["unit"] == "m/s"
     assert joint["noise_rms"] < 0.05
-
-
-def test_without_the_offset_the_model_is_worse(folder: Path) -> None:
+    # Without the offset the model is worse.
     result = run("fit", folder / "a.mcap", "--method", "ls", "-o", folder / "base.json", "--json")
     assert json.loads(result.stdout)["train"]["fitted"]["rms"][0] > 0.3
-
-
-def test_voltage_and_effort_are_not_mixed(folder: Path, tmp_path: Path) -> None:
-    with_voltage = write(tmp_path / "volts.mcap", 2, voltage=True)
-    result = run("fit", folder / "a.mcap", with_voltage, "-o", tmp_path / "m.json")
-    assert isinstance(result.exception, BadInput)
-    assert "effort in a.mcap, voltage in volts.mcap" in str(result.exception)
-
-
-def test_methods_of_the_delta_robot_are_refused(folder: Path, tmp_path: Path) -> None:
-    result = run("fit", folder / "a.mcap", "--method", "rls", "-o", tmp_path / "m.json")
-    assert isinstance(result.exception, BadInput)
-    assert "delta" in str(result.exception)

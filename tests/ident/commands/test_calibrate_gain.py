@@ -1,5 +1,4 @@
 import json
-import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -72,16 +71,6 @@ def test_json_is_one_document(pair: tuple[Path, Path]) -> None:
         assert lowest < gain < highest
     assert document["explained"] > 0.9
     assert document["differ"] is True
-
-
-def test_an_existing_file_is_kept_unless_forced(pair: tuple[Path, Path], tmp_path: Path) -> None:
-    out = tmp_path / "torque.toml"
-    out.write_text("mine")
-    refused = calibrate(*pair, "--payload", 1.5, "-o", out)
-    assert isinstance(refused.exception, BadInput)
-    assert out.read_text() == "mine"
-    assert calibrate(*pair, "--payload", 1.5, "-o", out, "--force").exit_code == 0
-    assert tomllib.loads(out.read_text())["torque"]["map"] == "square"
 
 
 def test_bad_input_is_explained(pair: tuple[Path, Path]) -> None:

@@ -10,7 +10,6 @@ import pytest
 
 from ident.cli import program
 from ident.dynamics.effects import library
-from recordings.errors import BadInput
 from recordings.recording import Recording
 from tests.ident import building
 from tests.running import invoke
@@ -39,25 +38,9 @@ def test_tables_name_every_effect_and_end_with_the_next_command(file: Path) -> N
     for text in ("SIMULATED", "250 Hz", "encoder", "\nvisible\n", "\nnot visible\n", "stribeck", "temperature_1"):
         assert text in result.stdout
     assert result.stderr.splitlines()[-1] == f"next: ident diagnose {file}"
-
-
-def test_json_is_one_document(file: Path) -> None:
     result = run(file, "--json", "--share", 0.5)
     document = json.loads(result.stdout)
     assert document["share"] == 0.5
     assert {"effect", "status", "joints", "confusable_with", "smallest", "why", "record", "command"} == set(
         document["effects"][0]
     )
-
-
-@pytest.mark.parametrize(("arguments", "message"), [(("no.mcap",), "no.mcap does not exist")])
-def test_wrong_input(arguments: tuple[str, ...], message: str) -> None:
-    error = run(*arguments).exception
-    assert isinstance(error, BadInput)
-    assert message in str(error)
-
-
-def test_a_size_beyond_the_torque_is_refused(file: Path) -> None:
-    result = run(file, "--share", 3)
-    assert result.exit_code == 2
-    assert "--share" in result.output

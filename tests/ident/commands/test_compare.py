@@ -2,7 +2,6 @@
 
 import json
 import re
-import shutil
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -10,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from ident.cli import program
-from recordings.errors import BadInput
 from recordings.recording import Recording
 from tests.running import invoke
 
@@ -71,34 +69,6 @@ def test_json_is_one_document_with_the_documented_keys(folder: Path) -> None:
     assert document["where"]
 
 
-def test_a_page_is_kept_unless_forced(folder: Path, tmp_path: Path) -> None:
-    shutil.copy(folder / "a.mcap", tmp_path)
-    arguments = ("compare", folder / "a.model.json", tmp_path / "a.mcap")
-    assert run(*arguments).exit_code == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.a.compare.html", "a.mcap"]
-    refused = run(*arguments)
-    assert isinstance(refused.exception, BadInput)
-    assert "--force" in str(refused.exception)
-    assert run(*arguments, "--force").exit_code == 0
-
-
-@pytest.mark.parametrize(
-    ("model", "message"),
-    [
-        ('{"schema": 99}', "schema 2 expected, 99 found; update this software"),
-        ("[]", "is it a model"),
-        ("{", "JSON written by `ident fit` expected"),
-    ],
-)
-def test_invalid_model_files_are_explained(folder: Path, tmp_path: Path, model: str, message: str) -> None:
-    path = tmp_path / "odd.model.json"
-    path.write_text(model)
-    result = run("compare", path, folder / "a.mcap", "--report", tmp_path / "page.html")
-    assert isinstance(result.exception, BadInput)
-    assert message in str(result.exception)
-    assert not (tmp_path / "page.html").exists()
-
-
 def test_an_interruption_leaves_no_partial_page(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
@@ -108,18 +78,3 @@ def test_an_interruption_leaves_no_partial_page(folder: Path, monkeypatch: pytes
     result = run("compare", folder / "a.model.json", folder / "b.mcap", "--report", folder / "half.html")
     assert result.exit_code == 1
     assert sorted(folder.iterdir()) == before
-
-
-def test_effects_that_are_not_the_terms_are_refused(folder: Path, tmp_path: Path) -> None:
-    path = tmp_path / "odd.model.json"
-    content = json.loads((folder / "a.model.json").read_text())
-    path.write_text(json.dumps(content | {"effects": ["foo", "rod_inertia"]}))
-    result = run("compare", path, folder / "a.mcap", "--json")
-    assert isinstance(result.exception, BadInput)
-    assert "effects [rod_inertia] expected, those of its terms, [foo, rod_inertia] found" in str(result.exception)
-
-
-@pytest.mark.parametrize("replaced", ["a.model.json", "b.mcap"])
-def test_an_input_is_never_replaced(folder: Path, replaced: str) -> None:
-    arguments = ("compare", folder / "a.model.json", folder / "b.mcap", "--report", folder / replaced, "--force")
-    assert "one of the inputs" in str(run(*arguments).exception)

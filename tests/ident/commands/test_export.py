@@ -53,32 +53,6 @@ def test_the_table_is_the_torque_of_the_model(tmp_path: Path) -> None:
     np.testing.assert_allclose(torque, expected, atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("--to", "simulink", "-o", "a"), "one of c, csv, fmu, mjcf expected, 'simulink' found"),
-        (("--to", "c", "-o", "a", "--traj", "fig5a", "--on", "b.mcap"), "one of --traj, --csv and --on expected"),
-        (("--to", "c", "-o", "no/such/folder"), "folder no/such does not exist"),
-        (("--to", "c", "-o", "a", "--on", "gone.mcap"), "gone.mcap does not exist"),
-        (("--to", "fmu", "-o", "a.fmu", "--precision", "float"), "double precision"),
-    ],
-)
-def test_wrong_input_is_refused(
-    arguments: tuple[object, ...], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(BadInput, match=message):
-        run(MODEL, *arguments)
-    assert not list(tmp_path.iterdir())
-
-
-def test_an_existing_output_is_kept(tmp_path: Path) -> None:
-    (tmp_path / "robot.carried.json").write_text("mine")
-    with pytest.raises(BadInput, match=r"robot.carried.json should not exist yet"):
-        run(MODEL, "--to", "mjcf", "-o", tmp_path / "robot.xml")
-    assert (tmp_path / "robot.carried.json").read_text() == "mine"
-
-
 def test_a_model_of_temperature_needs_one(tmp_path: Path) -> None:
     model_with(["temperature_friction"]).save(tmp_path / "m.json")
     arguments = (tmp_path / "m.json", "--to", "c", "--traj", "fig5b", "-o", tmp_path / "warm")
@@ -89,9 +63,7 @@ def test_a_model_of_temperature_needs_one(tmp_path: Path) -> None:
     assert "delta_model_temperature(&state" in (tmp_path / "warm" / "example.c").read_text()
 
 
-def test_an_axis_needs_its_motion(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match="is not beside the model; give --on or --csv"):
-        run(MODELS / "slide.model.json", "--to", "c", "-o", tmp_path / "slide")
+def test_an_axis_is_exported_with_its_motion(tmp_path: Path) -> None:
     lines = [f"{k / 100},{0.01 * k * k}" for k in range(20)]
     (tmp_path / "path.csv").write_text("\n".join(["time,position_1", *lines]))
     run(MODELS / "slide.model.json", "--to", "c", "--csv", tmp_path / "path.csv", "-o", tmp_path / "slide")

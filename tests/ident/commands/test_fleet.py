@@ -11,7 +11,6 @@ import pytest
 
 from ident.cli import program
 from ident.fleet import alarms
-from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 from tests import running
 from tests.conftest import Runner
@@ -104,34 +103,3 @@ def test_first_argument_may_be_an_option_or_a_folder_named_like_a_command(tmp_pa
     done = invoke("--store", tmp_path / "store", tmp_path / "report")
     assert done.exit_code == 0, done.output
     assert "FOLDER..." in invoke("--help").output
-
-
-def test_store_in_place_of_recordings_is_refused_and_left_as_it_is(tmp_path: Path) -> None:
-    kept = tmp_path / "fleet" / "recordings" / "one-x.parquet"
-    kept.parent.mkdir(parents=True)
-    kept.write_bytes(b"")
-    done = invoke(tmp_path / "fleet", "--store", tmp_path / "fleet")
-    assert isinstance(done.exception, BadInput)
-    assert f"`ident fleet report --store {tmp_path / 'fleet'} -o fleet.html` shows it" in str(done.exception)
-    assert sorted(path.name for path in (tmp_path / "fleet").iterdir()) == ["recordings"]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("{}/none", "--store", "{}/store"), "a folder of recordings expected"),
-        (("{}", "--store", "{}/store", "--engine", "serial", "--scheduler", "tcp://x:1"), "--engine dask expected"),
-        (("{}", "--store", "{}/store", "--scheduler", "host"), "an address as tcp://host:8786 expected"),
-        (("{}", "--store", "{}/store", "--scheduler-file", "{}/none.json"), "a Dask scheduler wrote expected"),
-        (("report", "--store", "{}/none", "-o", "{}/x.html"), "a store of `ident fleet` expected"),
-        (("ack", "r1", "--store", "{}/none"), "a store of `ident fleet` expected"),
-        (("{}",), "--store DIR expected, the folder of the results, none found; say, ident fleet recordings --store"),
-        (("report", "{}"), "none found; say, ident fleet report --store fleet -o fleet.html"),
-        (("ack", "r1"), "none found; say, ident fleet ack r07-20260314 --store fleet"),
-    ],
-)
-def test_wrong_input_is_explained(tmp_path: Path, arguments: tuple[str, ...], message: str) -> None:
-    done = invoke(*(argument.format(tmp_path) for argument in arguments))
-    assert isinstance(done.exception, BadInput)
-    assert message in str(done.exception)
-    assert not (tmp_path / "store").exists() or "--engine" in arguments

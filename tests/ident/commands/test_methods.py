@@ -35,9 +35,3 @@ def test_what_is_shown_of_a_method_can_be_set(name: str) -> None:
 def test_the_example_after_a_method_names_one_of_its_settings() -> None:
     assert "next: ident fit FILE --method svd --set threshold=0.05" in methods("svd").stderr
     assert methods("lad").stderr == "next: ident fit FILE --method lad\n"
-
-
-def test_a_mistyped_method_is_answered_with_the_one_that_is_meant() -> None:
-    refused = methods("psoo")
-    assert refused.exit_code == 2
-    assert "did you mean pso?" in refused.stderr

@@ -1,13 +1,9 @@
 import json
-import re
 from functools import partial
 from pathlib import Path
 
-import pytest
-
 from ident.cli import program
 from ident.paper.methods import PAPER
-from recordings.errors import BadInput
 from tests.running import invoke
 
 table2 = partial(invoke, program, "table2")
@@ -46,33 +42,3 @@ def test_a_study_compares_swarms_of_several_sizes_and_seeds(tmp_path: Path) -> N
     assert groups["pso", 30]["excess"]["median"] < groups["pso", 12]["excess"]["median"]
     names = {path.name for path in (tmp_path / "plots").iterdir()}
     assert {"study.png", "study.csv", "convergence.csv"} < names
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--sizes", "many"], "numbers of particles such as 50,100,300 expected, 'many' found"),
-        (["--sizes", "100,2"], "each of 3 or more, expected, '100,2' found"),
-        (["--set", "threshold=0.3"], "METHOD.NAME=VALUE .* 'threshold' found"),
-        (["--set", "svt.threshold=0.3"], "did you mean svd"),
-        (["--set", "svd.treshold=0.3"], "did you mean threshold"),
-    ],
-)
-def test_bad_input_is_explained(arguments: list[str], message: str, tmp_path: Path) -> None:
-    refused = table2(*arguments, "--plots", tmp_path / "plots")
-    assert isinstance(refused.exception, BadInput)
-    assert re.search(message, str(refused.exception))
-    assert not (tmp_path / "plots").exists()
-
-
-def test_existing_pictures_are_kept_unless_forced(tmp_path: Path) -> None:
-    refused = table2("--plots", tmp_path)
-    assert isinstance(refused.exception, BadInput)
-    assert "--force" in str(refused.exception)
-
-
-@pytest.mark.parametrize("files", [["a.mcap"], ["a.mcap", "b.mcap", "c.mcap"]])
-def test_two_recordings_are_needed(files: list[str]) -> None:
-    refused = table2(*files)
-    assert isinstance(refused.exception, BadInput)
-    assert f"{len(files)} found" in str(refused.exception)

@@ -152,11 +152,17 @@ class Browser:
         """Return the element with this test identifier."""
         return self.page.locator(f'[data-test="{name}"]')
 
-    def click(self, name: str) -> None:
-        self.at(name).click()
+    def click(self, *names: str) -> None:
+        """Click one control after the other, each as soon as it can be."""
+        for name in names:
+            self.at(name).click()
 
-    def press(self, name: str, key: str = "Enter") -> None:
-        """Move to a control with Tab alone, among tabs with an arrow, and press a key there."""
+    def press(self, *names: str, key: str = "Enter") -> None:
+        """Move to one control after the other with Tab alone, among tabs with an arrow, and press a key there."""
+        for name in names:
+            self._press(name, key)
+
+    def _press(self, name: str, key: str) -> None:
         self.at(name).wait_for()
         self.page.wait_for_function(_ENABLED, arg=name)
         next_key = "Tab"
@@ -179,13 +185,15 @@ class Browser:
         """Wait until the element with this test identifier holds `text`."""
         self.at(name).filter(has_text=text).first.wait_for()
 
-    def check_accessibility(self) -> None:
-        """Assert that axe-core finds nothing serious, and that nothing is wider than the window."""
+    def check(self, name: str = "") -> None:
+        """Assert that axe-core finds nothing serious, and that nothing is too wide; save a screenshot as `name`."""
         self.page.wait_for_timeout(500)  # what fades in has begun to, and ends late on a busy machine
         fading = '[class*="-enter-active"], [class*="-leave-active"]'
         self.page.wait_for_function("fading => !document.querySelector(fading)", arg=fading)
         assert not axe.findings(self.page)
         self.page.wait_for_function(_FITS)
+        if name:
+            self.screenshot(name)
 
     def screenshot(self, name: str) -> None:
         """Save a screenshot."""

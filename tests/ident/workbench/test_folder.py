@@ -1,13 +1,16 @@
-"""The page has access only to files of the chosen folder."""
+"""The page has access only to files of the chosen folder, and refuses or shows as text what is hostile in them."""
 
 import shutil
+import time
 from pathlib import Path
 
 import pytest
 
 from ident.workbench.folder import SUFFIX, Folder
-from ident.workbench.session import open_session
+from ident.workbench.state.session import WorkbenchSession, open_session
+from ident.workbench.worker.process import Message, TaskEnd, Worker
 from recordings.errors import BadInput
+from web.security import MAX_BODY_BYTES
 
 SAMPLES = Path("recordings/samples").resolve()
 FOREIGN = SAMPLES / "foreign"
@@ -16,20 +19,15 @@ FOREIGN = SAMPLES / "foreign"
 @pytest.fixture
 def folder(tmp_path: Path) -> Folder:
     root = tmp_path / "runs"
-    root.mkdir()
-    (root / "a.mcap").touch()
-    (tmp_path / "secret.mcap").touch()
+    (root / "inner").mkdir(parents=True)
+    for name in ("runs/a.mcap", "runs/inner/b.mcap", "secret.mcap"):
+        (tmp_path / name).touch()
     (root / "link.mcap").symlink_to(tmp_path / "secret.mcap")
-    (root / "inner").mkdir()
-    (root / "inner" / "b.mcap").touch()
     return Folder.at(root)
 
 
-def test_only_recordings_directly_in_the_folder_are_listed(folder: Folder) -> None:
-    assert folder.names(SUFFIX) == ["a.mcap"]
-
-
 def test_files_of_other_programs_are_to_be_imported(folder: Folder) -> None:
+    assert folder.names(SUFFIX) == ["a.mcap"], "neither links nor what is in folders"
     shutil.copy(FOREIGN / "joint_states_0.mcap", folder.root / "bare.mcap")
     shutil.copy(SAMPLES / "fig5a.mcap", folder.root / "own.mcap")
     (folder.root / "scope.csv").touch()
@@ -37,39 +35,26 @@ def test_files_of_other_programs_are_to_be_imported(folder: Folder) -> None:
     (folder.root / "bag" / "metadata.yaml").touch()
     assert folder.foreign() == ["bag", "bare.mcap", "scope.csv"]
     assert folder.recordings() == ["a.mcap", "own.mcap"]
-
-
-def test_files_of_other_programs_are_not_chosen(tmp_path: Path) -> None:
-    bare = shutil.copy(FOREIGN / "joint_states_0.mcap", tmp_path / "bare.mcap")
-    scope = shutil.copy(FOREIGN / "scope-fig5a.csv", tmp_path / "scope.csv")
-    shutil.copy(SAMPLES / "fig5a.mcap", tmp_path / "own.mcap")
-    for paths in ([tmp_path], [bare], [scope]):
-        session = open_session(paths)
-        assert session.recordings.train is session.recordings.validate is None
+    for path in (folder.root / "bare.mcap", folder.root / "scope.csv"):
+        session = open_session([path])
+        assert session.recordings.train is session.recordings.validate is None, "they are not chosen"
         session.close()
 
 
 @pytest.mark.parametrize(
     "name",
     [
-        "../secret.mcap",
-        "/etc/passwd",
-        "inner/b.mcap",
-        "link.mcap",
-        "..",
-        "",
-        ".",
-        "a.mcap\0",
-        "..\\secret.mcap",
-        "C:\\a.mcap",
-        "%2e%2e/secret.mcap",
-        "missing.mcap",
-        "x" * 5000,
+        *("../secret.mcap", "/etc/passwd", "inner/b.mcap", "link.mcap", "..", "", "a.mcap\0", "..\\secret.mcap"),
+        *("C:\\a.mcap", "<img src=x onerror=window.hacked=1>.mcap", "missing.mcap", "x" * 5000),
     ],
 )
 def test_names_that_lead_outside_are_refused(name: str, folder: Folder) -> None:
-    with pytest.raises(BadInput):
-        folder.existing_file(name)
+    session = WorkbenchSession(folder)
+    for use in (folder.existing_file, session.recordings.show, lambda name: session.choose(name, None)):
+        with pytest.raises(BadInput, match="expected"):
+            use(name)
+    assert session.recordings.train is session.jobs.current is None
+    session.close()
 
 
 @pytest.mark.parametrize(
@@ -78,11 +63,9 @@ def test_names_that_lead_outside_are_refused(name: str, folder: Folder) -> None:
 def test_nothing_is_written_outside_or_overwritten(name: str, folder: Folder) -> None:
     with pytest.raises(BadInput):
         folder.new_file(name, SUFFIX)
-
-
-def test_new_and_existing_file(folder: Folder) -> None:
     assert folder.new_file("new.mcap", SUFFIX) == folder.root / "new.mcap"
     assert folder.existing_file("a.mcap") == folder.root / "a.mcap"
+    assert folder.free_name("a", SUFFIX) == "a-2.mcap"
 
 
 def test_only_one_folder_can_be_opened(folder: Folder, tmp_path: Path) -> None:
@@ -91,6 +74,10 @@ def test_only_one_folder_can_be_opened(folder: Folder, tmp_path: Path) -> None:
             open_session(paths)
     session = open_session([folder.root])
     assert session.recordings.train is None
+    with pytest.raises(BadInput, match="another recording"):
+        session.choose("a.mcap", "a.mcap")
+    with pytest.raises(BadInput, match="none chosen"):
+        session.selection.fit()
     session.close()
 
 
@@ -106,3 +93,22 @@ def test_pair_is_chosen_although_the_first_choice_was_deleted(
     session.choose_the_only_pair()
     assert (session.recordings.train, session.recordings.validate) == ("b.mcap", "c.mcap")
     session.close()
+
+
+def test_worker_refuses_a_huge_file(tmp_path: Path) -> None:
+    """It neither exhausts the memory nor ends the page."""
+    with (tmp_path / "huge.mcap").open("wb") as file:
+        file.truncate(2**30)
+    assert MAX_BODY_BYTES < 2**30
+    messages: list[Message] = []
+    worker = Worker(messages.append, ())
+    worker.submit("view_recording", tmp_path / "huge.mcap")
+    for _ in range(600):
+        if any(isinstance(message, TaskEnd) for message in messages):
+            break
+        time.sleep(0.1)
+    assert isinstance(messages[-1], TaskEnd)
+    assert "is not an MCAP file" in str(messages[-1].error)
+    assert not worker.needs_start
+    worker.cancel()
+    assert worker.needs_start

@@ -28,15 +28,14 @@ def test_mission_with_the_mouse(workbench: RunningWorkbench, browser: Browser, i
     browser.open(workbench.address, width=1400)
     assert "simulated" in browser.text("quality-drives")
     browser.wait_for_text("job", "train fig5a.mcap · validate fig5b.mcap")  # two recordings are chosen at once
-    browser.check_accessibility()
+    browser.check()
 
     browser.click("fit")
     browser.at("gaps").wait_for()
     browser.click("tab-residuals")
     assert "explains" in browser.text("residuals-0")
     assert "Above the noise" in browser.text("residuals-2")
-    browser.check_accessibility()
-    browser.screenshot("where-it-fails")
+    browser.check("where-it-fails")
 
     browser.click("tab-missing")
     suggested = browser.page.locator('[data-test^="card-"]').first
@@ -44,8 +43,7 @@ def test_mission_with_the_mouse(workbench: RunningWorkbench, browser: Browser, i
     browser.at("preview").filter(has_text="stribeck").wait_for()
     assert suggested.get_attribute("data-test") == "card-stribeck"
     assert float(browser.text("improvement-stribeck").split()[0]) > 30
-    browser.check_accessibility()
-    browser.screenshot("what-is-missing")
+    browser.check("what-is-missing")
     browser.click("add-stribeck")
     browser.at("step-2").wait_for()
     for kind in ("train", "held"):
@@ -53,12 +51,10 @@ def test_mission_with_the_mouse(workbench: RunningWorkbench, browser: Browser, i
 
     browser.at("banner-save").wait_for()
     assert "Within the noise" in browser.text("floor")
-    browser.check_accessibility()
-    browser.screenshot("at-the-floor")
+    browser.check("at-the-floor")
     browser.click("contrast")
     browser.page.mouse.move(0, 400)  # off the button, whose tooltip would lie over the page
-    browser.screenshot("at-the-floor-dark")
-    browser.check_accessibility()
+    browser.check("at-the-floor-dark")
     browser.click("contrast")
     _check_cli_equivalent(browser, workbench.folder, ident)
     browser.click("banner-save")
@@ -68,26 +64,27 @@ def test_mission_with_the_mouse(workbench: RunningWorkbench, browser: Browser, i
     browser.click("tab-model")
     browser.screenshot("model")
     browser.click("tab-robot")
-    browser.screenshot("robot")
-    browser.check_accessibility()
+    browser.check("robot")
     browser.click("tab-use")
+    assert "add up to the torque" in browser.text("causes-0")
     browser.click("use-export")
-    browser.at("use-carried").wait_for()
-    browser.check_accessibility()
-    browser.screenshot("use")
+    browser.at("use-carried").filter(has_text="stribeck").wait_for()
+    (exported,) = workbench.folder.glob("*_c")
+    assert (exported / "delta_model.c").exists()
+    browser.click("use-compare")
+    browser.wait_for_text("use-result", "of that without feed-forward")
+    browser.check("use")
     browser.click("tab-record")
     browser.at("commission").get_by_text("Commission one joint").click()
-    browser.click("axis-check")
-    browser.click("answer-yes")
+    browser.click("axis-check", "answer-yes")
     browser.wait_for_text("run-messages", "nothing contradicts the rig file")
-    browser.check_accessibility()
-    browser.screenshot("axis-check")
+    browser.check("axis-check")
 
 
 def _check_cli_equivalent(browser: Browser, folder: Path, ident: Runner) -> None:
     """The commands shown on the page give the errors shown on the page."""
     browser.click("tab-export")
-    browser.check_accessibility()
+    browser.check()
     code = browser.at("script").filter(has_text="--only stribeck")
     line = next(text for text in code.inner_text().splitlines() if text.startswith("ident diagnose"))
     words = [str(folder / word) if word.endswith(".mcap") else word for word in line.split()[1:]]
@@ -103,18 +100,15 @@ def _check_cli_equivalent(browser: Browser, folder: Path, ident: Runner) -> None
 def test_mission_with_the_keyboard(workbench: RunningWorkbench, browser: Browser) -> None:
     """At 700 px."""
     browser.open(workbench.address, width=700)
-    browser.press("fit")
-    browser.press("tab-residuals")
+    browser.press("fit", "tab-residuals")
     browser.at("residuals-1").wait_for()
-    browser.check_accessibility()
-    browser.press("tab-missing")
-    browser.press("add-stribeck")
+    browser.check()
+    browser.press("tab-missing", "add-stribeck")
     browser.at("banner-save").wait_for()
-    browser.check_accessibility()
+    browser.check()
     browser.press("undo")
     browser.at("step-2").wait_for(state="detached")
-    browser.press("redo")
-    browser.press("banner-save")
+    browser.press("redo", "banner-save")
     browser.page.get_by_text("Saved as fig5a").first.wait_for()
     browser.press("report")
     browser.at("open-report").wait_for()
@@ -125,14 +119,13 @@ def test_mission_with_the_keyboard(workbench: RunningWorkbench, browser: Browser
     assert "stribeck" in report.locator("body").inner_text()
     report.close()
 
-    browser.press("tab-use")
-    browser.press("use-export")
+    browser.press("tab-use", "use-export")
     browser.at("use-carried").wait_for()
-    browser.check_accessibility()
+    browser.check()
     browser.press("tab-data")  # axe-core mistakes the page below a dialog for its background if it is scrolled
     browser.press("fit")
     browser.at("question").wait_for()
-    browser.check_accessibility()
+    browser.check()
     browser.press("answer-yes")
     browser.at("question").wait_for(state="detached")
     browser.at("step-2").wait_for(state="detached")
@@ -140,16 +133,13 @@ def test_mission_with_the_keyboard(workbench: RunningWorkbench, browser: Browser
     browser.at("floor").filter(has_text="Above the noise").wait_for()
     for tab in ("data", "model", "residuals", "missing", "export", "use", "record"):
         browser.press(f"tab-{tab}")
-        browser.check_accessibility()
-        browser.screenshot(f"narrow-{tab}")
+        browser.check(f"narrow-{tab}")
 
 
 def test_diagnosis_and_the_way_back(workbench: RunningWorkbench, browser: Browser) -> None:
     browser.open(workbench.address)
-    browser.click("fit")
-    browser.click("tab-missing")
-    browser.click("diagnose")
-    browser.click("cancel")
+    browser.click("fit", "tab-missing")
+    browser.click("diagnose", "cancel")
     browser.page.get_by_text("nothing has changed").wait_for()
     browser.click("diagnose")
     finding = browser.page.locator('[data-test="finding-1"]')
@@ -163,8 +153,7 @@ def test_diagnosis_and_the_way_back(workbench: RunningWorkbench, browser: Browse
     browser.click("remove-stribeck")
     browser.at("step-3").wait_for()
     assert rms(browser, "held", 3, 2) == pytest.approx(rms(browser, "held", 1, 2), rel=0.01)
-    browser.click("cancel")
-    browser.click("resume-analysis")
+    browser.click("cancel", "resume-analysis")
     browser.at("floor").filter(has_text="Above the noise").wait_for()
     browser.click("undo")
     browser.at("step-3").wait_for(state="detached")
@@ -172,8 +161,7 @@ def test_diagnosis_and_the_way_back(workbench: RunningWorkbench, browser: Browse
     assert "discards the models" in browser.text("question")
     browser.click("answer-no")
     assert "stribeck" in browser.text("step-2")
-    browser.click("tab-export")
-    browser.click("reveal")
+    browser.click("tab-export", "reveal")
     browser.page.get_by_text("Hidden: stribeck on joint 2: found.").wait_for()
 
 
@@ -199,8 +187,7 @@ def test_dropped_files_become_recordings(tmp_path: Path, serve: Serve, browser: 
         browser.click("import")
         browser.page.get_by_text("the torque per ampere at the joint [N m/A] expected, none found").first.wait_for()
         browser.at("import-kt").fill("0.35")
-        browser.check_accessibility()
-        browser.screenshot("import")
+        browser.check("import")
         browser.click("import")
         assert browser.text("imported") == f"{name}.mcap is imported"
         browser.click("import-done")
@@ -214,6 +201,6 @@ def test_dropped_files_become_recordings(tmp_path: Path, serve: Serve, browser: 
     browser.page.get_by_label("Import joint_states_0.mcap").click()
     browser.page.get_by_label("joint names in order").fill("left,right,rear")
     browser.click("import")
-    assert browser.text("imported") == "joint_states_0-imported.mcap is imported"
+    assert browser.text("imported") == "joint_states_0-2.mcap is imported"
     browser.click("import-done")
-    browser.page.get_by_label("Train: joint_states_0-imported.mcap").wait_for()
+    browser.page.get_by_label("Train: joint_states_0-2.mcap").wait_for()

@@ -1,59 +1,101 @@
-"""Models and reports next to the recordings: nothing is overwritten, and only reports of the session are served."""
+"""What is made of a model next to the recordings: nothing is overwritten, and each file belongs to its model."""
 
+import json
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
+from ident import plugins
 from ident.identification import model_file
-from ident.workbench import model_export
 from ident.workbench.folder import Folder
-from ident.workbench.model_export import ModelExport
+from ident.workbench.state import model_export
+from ident.workbench.state.model_export import ENDINGS, ModelExport, targets_of
 from ident.workbench.topics import Changes
 from recordings.errors import BadInput
 
 STEPS = cast(Any, SimpleNamespace(train="a.mcap", validate=None))
+MODEL, OTHER = cast(Any, object()), cast(Any, object())
 
 
 @pytest.fixture
-def export(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ModelExport:
-    """Return an export whose models are empty files, and whose reports take no time."""
+def commands() -> list[tuple[str, ...]]:
+    """Commands of `ident` that were run."""
+    return []
+
+
+@pytest.fixture
+def export(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, commands: list[tuple[str, ...]]) -> ModelExport:
+    """Return an export whose models are empty files; `ident` writes the document of an export, and nothing else."""
+
+    def run_ident(root: Path, *words: str) -> str | None:
+        commands.append(words)
+        if "refused.fmu" in words:
+            return "error: no compiler"
+        if words[0] == "export":
+            out = root / words[words.index("-o") + 1]
+            document = out / "carried.json" if words[3] == "c" else out.with_suffix(".carried.json")
+            document.parent.mkdir(exist_ok=True)
+            document.write_text(json.dumps({"target": words[3]}))
+        return None
+
     monkeypatch.setattr(model_file, "save", lambda model, path: path.touch())
-    monkeypatch.setattr(model_export, "run_ident", lambda root, *words: None)
+    monkeypatch.setattr(model_export, "run_ident", run_ident)
     return ModelExport(Folder.at(tmp_path), Changes())
 
 
-def test_each_model_gets_a_name_of_its_own(export: ModelExport) -> None:
-    first, second = cast(Any, object()), cast(Any, object())
-    assert export.saved_name(first) is export.last_saved is None
-    for model, name in ((first, "a.model.json"), (second, "a-2.model.json")):
-        assert export.free_name(STEPS) == name
-        export.save(model, name)
+def test_each_model_is_saved_once_under_a_name_of_its_own(export: ModelExport) -> None:
+    assert export.saved_name(MODEL) is export.last_saved is None
+    for model, name in ((MODEL, "a.model.json"), (OTHER, "a-2.model.json")):
+        assert [export.ensure_saved(model, STEPS) for _ in range(2)] == [name, name]
         assert export.saved_name(model) == export.last_saved == name
     with pytest.raises(BadInput, match="not overwritten"):
-        export.save(first, "a-2.model.json")
+        export.save(MODEL, "a-2.model.json")
 
 
-def test_model_is_saved_once(export: ModelExport) -> None:
-    model = cast(Any, object())
-    assert [export.ensure_saved(model, STEPS) for _ in range(2)] == ["a.model.json", "a.model.json"]
-    assert export.ensure_saved(cast(Any, object()), STEPS) == "a-2.model.json"
-
-
-def test_report_saves_the_model_first(export: ModelExport, tmp_path: Path) -> None:
-    model = cast(Any, object())
-    assert export.create_report(model, STEPS, "a.model.json") is None
+def test_report_saves_the_model_first_and_no_other_file_is_served(export: ModelExport, tmp_path: Path) -> None:
+    assert export.create_report(MODEL, STEPS) is None
     assert not export.creating_report
     assert (tmp_path / "a.model.json").exists()
-    assert export.report_name(model) == "a.report.html"
-    (tmp_path / "a.report.html").touch()
+    assert export.report_name(MODEL) == "a.report.html"
+    for name in ("a.report.html", "other.report.html"):
+        (tmp_path / name).touch()
     assert export.report("a.report.html") == tmp_path / "a.report.html"
-    assert "not overwritten" in (export.create_report(cast(Any, object()), STEPS, "a.model.json") or "")
+    for name in ("other.report.html", "../a.report.html", "a.model.json", ""):
+        with pytest.raises(BadInput, match="a report of this session"):
+            export.report(name)
+    (tmp_path / "a.model.json").unlink()
+    assert "a file in" in (export.create_report(MODEL, STEPS) or ""), "what the user deleted meanwhile is named"
 
 
-@pytest.mark.parametrize("name", ["other.report.html", "../a.report.html", "a.model.json", ""])
-def test_no_other_file_is_served(name: str, export: ModelExport, tmp_path: Path) -> None:
-    (tmp_path / "other.report.html").touch()
-    with pytest.raises(BadInput, match="a report of this session"):
-        export.report(name)
+def test_export_belongs_to_its_model(export: ModelExport, commands: list[tuple[str, ...]]) -> None:
+    assert set(targets_of("delta")) == set(ENDINGS) == set(plugins.names("ident.export.targets"))
+    assert "mjcf" not in targets_of("axes")
+    for target in ENDINGS:
+        name = export.free_name("a.model.json", target)
+        assert name.startswith("a")
+        assert export.export(MODEL, "a.model.json", target, name, None) is None
+        files = export.export_of(MODEL)
+        assert files is not None
+        assert files.document == {"target": target}
+        assert (files.out, files.model_name) == (name, "a.model.json")
+        assert files.command == ("ident", *commands[-1])
+    assert export.export_of(OTHER) is None
+    assert not export.exporting
+    assert export.export(MODEL, "a.model.json", "csv", "b.csv", "fig5b") is None
+    assert commands[-1][-2:] == ("--traj", "fig5b")
+
+
+def test_refused_export_leaves_the_last_one(
+    export: ModelExport, tmp_path: Path, commands: list[tuple[str, ...]]
+) -> None:
+    assert export.export(MODEL, "a.json", "fmu", "refused.fmu", None) == "error: no compiler"
+    assert export.export_of(MODEL) is None
+    assert not export.exporting
+    (tmp_path / "a_c").mkdir()
+    assert export.free_name("a.json", "c") == "a-2_c"
+    for target, name in (("c", "a_c"), ("c", "../a_c"), ("c", ""), ("mjcf", "robot.fmu")):
+        with pytest.raises(BadInput):
+            export.export(MODEL, "a.json", target, name, None)
+    assert len(commands) == 1

@@ -7,12 +7,17 @@ from typing import Any, cast
 
 import pytest
 
-from ident.workbench import model_selection, views
-from ident.workbench.chosen_recordings import ChosenRecordings
-from ident.workbench.jobs import Jobs
-from ident.workbench.model_selection import ModelSelection
+from ident.output.tables import ResultTable
+from ident.workbench.state import model_selection
+from ident.workbench.state.branches import MAX_BRANCHES, Branches
+from ident.workbench.state.chosen_recordings import ChosenRecordings
+from ident.workbench.state.model_selection import ModelSelection
+from ident.workbench.state.session import DisplaySettings
+from ident.workbench.state.steps import steps
 from ident.workbench.topics import Changes
-from ident.workbench.worker import TaskEnd, WorkerEnd
+from ident.workbench.worker import views
+from ident.workbench.worker.jobs import Jobs
+from ident.workbench.worker.process import TaskEnd, WorkerEnd
 from recordings.errors import BadInput
 
 
@@ -63,16 +68,19 @@ class Bench:
         return step_list
 
 
-def steps_view(label: str) -> views.StepsView:
+def steps_view(label: str, *added: str) -> views.StepsView:
+    """A list of steps with what branches and the selection use of it."""
     view = object.__new__(views.StepsView)
-    object.__setattr__(view, "steps", (SimpleNamespace(label=label, spec=label, terms=()),))
-    object.__setattr__(view, "mandatory", ())
+    terms = [(name, (1, 2, 3)) for name in ("rod_inertia", *added)]
+    object.__setattr__(view, "steps", (SimpleNamespace(label=label, spec=label, terms=terms),))
+    object.__setattr__(view, "mandatory", ("rod_inertia",))
     return view
 
 
 def residual_view(sentence: str, verdict: str = "above-noise") -> views.ResidualView:
     model = cast(Any, SimpleNamespace(residual_test=SimpleNamespace(verdict=verdict)))
-    return views.ResidualView(model, (), "N m", (sentence,), (), {}, views.CausesView((), {}, "", (), ()))
+    nothing = ResultTable((), ())
+    return views.ResidualView(model, (), (sentence,), (), nothing, {}, nothing, (), {})
 
 
 SERIES: tuple[()] = ()
@@ -86,7 +94,7 @@ def bench() -> Bench:
     bench = Bench()
     bench.selection.fit()
     bench.complete("base")
-    bench.selection.add("stribeck")
+    bench.selection.extend("add", "stribeck")
     bench.complete("added")
     assert bench.worker.tasks == ["fit", "add"]
     return bench
@@ -94,26 +102,27 @@ def bench() -> Bench:
 
 def analysed(selection: ModelSelection) -> str | None:
     """Return the label of the model whose residual is shown."""
-    return selection.residuals.sentences[0] if selection.residuals else None
+    return selection.analysis.residuals.sentences[0] if selection.analysis.residuals else None
 
 
 def test_undo_redo_and_branches_compute_nothing_that_is_known(bench: Bench) -> None:
     selection = bench.selection
     shown = []
-    for change in (selection.undo, selection.redo, selection.fork, selection.undo, lambda: selection.switch(0)):
-        change()
+    undo, redo, fork = Branches.undone, Branches.redone, Branches.forked
+    for change in (undo, redo, fork, undo, lambda branches: branches.switched(0)):
+        selection.change(change)
         shown.append(analysed(selection))
         assert bench.jobs.current is None
-        assert selection.candidates is CANDIDATES
+        assert selection.analysis.candidates is CANDIDATES
     assert shown == ["base", "added", "added", "base", "added"]
     assert bench.worker.tasks == ["fit", "add"]
 
 
 def test_oldest_analysis_is_computed_again(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(model_selection, "_MAX_ANALYSES", 1)
-    bench.selection.undo()
+    bench.selection.change(Branches.undone)
     assert analysed(bench.selection) == "base"
-    bench.selection.redo()
+    bench.selection.change(Branches.redone)
     assert analysed(bench.selection) is None
     assert bench.worker.tasks == ["fit", "add", "show"]
     bench.complete("added")
@@ -123,25 +132,23 @@ def test_oldest_analysis_is_computed_again(bench: Bench, monkeypatch: pytest.Mon
 
 
 def test_late_views_belong_to_the_model_they_were_computed_for(bench: Bench) -> None:
-    bench.selection.add("cogging")
+    bench.selection.extend("add", "cogging")
     bench.send(steps_view("late"), SERIES)
-    bench.selection.undo()
+    bench.selection.change(Branches.undone)
     before = bench.changes.count(("candidates", "previews", "residuals"))
     bench.send(CANDIDATES, PREVIEWS, residual_view("late"))
     assert analysed(bench.selection) == "added"
     assert bench.changes.count(("candidates", "previews", "residuals")) == before, "nothing is drawn again"
-    bench.selection.redo()
+    bench.selection.change(Branches.redone)
     assert analysed(bench.selection) == "late"
 
 
 def test_interrupted_analysis_is_resumed_afterwards(bench: Bench) -> None:
-    bench.selection.add("cogging")
+    bench.selection.extend("add", "cogging")
     bench.send(steps_view("interrupted"), SERIES)
     bench.jobs.submit("swarm", lambda view: None, "swarm")
-    bench.send(CANDIDATES, TaskEnd())
-    assert bench.worker.tasks[-1] == "swarm"
-    bench.send(TaskEnd())
-    assert bench.worker.tasks[-1] == "show"
+    bench.send(CANDIDATES, TaskEnd(), TaskEnd())
+    assert bench.worker.tasks[-2:] == ["swarm", "show"]
     assert not bench.jobs.blocked
     bench.complete("again")
     assert bench.jobs.current is None
@@ -149,27 +156,29 @@ def test_interrupted_analysis_is_resumed_afterwards(bench: Bench) -> None:
 
 
 def test_last_view_of_an_interrupted_task_does_not_unblock_the_next(bench: Bench) -> None:
-    bench.selection.add("cogging")
+    bench.selection.extend("add", "cogging")
     bench.send(steps_view("first"), SERIES)
-    bench.selection.resume_analysis()
-    bench.selection.remove(0)
+    bench.selection.change()
+    bench.selection.extend("remove", 0)
     assert bench.jobs.blocked
     bench.send(SERIES)
     with pytest.raises(BadInput, match="no other job"):
-        bench.selection.add("joint_spring")
+        bench.selection.extend("add", "joint_spring")
 
 
 def test_reading_a_recording_does_not_unblock_a_fit(bench: Bench) -> None:
     """Else an effect could be added to the old step_list, and the new one would be lost."""
-    bench.selection.add("cogging")
+    bench.selection.extend("add", "cogging")
     bench.jobs.submit("reading", lambda view: None, "view_recording", blocking=False)
-    for change in (bench.selection.undo, bench.selection.fork, lambda: bench.selection.add("joint_spring")):
+    for change in (Branches.undone, Branches.forked):
         with pytest.raises(BadInput, match="no other job"):
-            change()
+            bench.selection.change(change)
+    with pytest.raises(BadInput, match="no other job"):
+        bench.selection.extend("add", "joint_spring")
 
 
 def test_deleted_recording_does_not_end_the_listener(bench: Bench) -> None:
-    bench.selection.add("cogging")
+    bench.selection.extend("add", "cogging")
     bench.send(steps_view("added"), SERIES)
     bench.jobs.submit("reading", lambda view: None, "view_recording", blocking=False)
     bench.recordings.deleted = True
@@ -185,46 +194,105 @@ def test_deleted_recording_does_not_end_the_listener(bench: Bench) -> None:
     [((), "nothing has changed"), ((steps_view("new"), SERIES), "what is shown stays")],
 )
 def test_cancel_says_what_has_changed(views_sent: tuple[object, ...], message: str, bench: Bench) -> None:
-    bench.selection.add("cogging")
+    bench.selection.extend("add", "cogging")
     bench.send(*views_sent)
     bench.jobs.cancel()
     assert message in bench.jobs.message
     assert bench.jobs.current is None
-    if views_sent:
-        bench.selection.resume_analysis()
-        assert bench.worker.tasks[-1] == "show", "there is a way on"
 
 
 def test_lost_worker_is_reported_and_the_analysis_can_be_resumed(bench: Bench) -> None:
-    bench.selection.add("cogging")
+    bench.selection.extend("add", "cogging")
     bench.send(steps_view("new"), SERIES, WorkerEnd("The worker process has ended."))
     assert bench.jobs.message == "The worker process has ended."
     assert bench.jobs.current is None
-    bench.selection.resume_analysis()
-    assert bench.jobs.current
+    bench.selection.change()
+    assert bench.worker.tasks[-1] == "show", "there is a way on"
 
 
 def test_only_changes_by_the_user_are_worth_a_question() -> None:
     bench = Bench()
-    assert not bench.selection.has_changes
     bench.selection.fit()
     bench.complete("base")
     assert not bench.selection.has_changes
-    bench.selection.fork()
-    assert bench.selection.has_changes
-    bench.selection.drop(0)
+    for change in (Branches.forked, lambda branches: branches.dropped(0)):
+        bench.selection.change(change)
     assert not bench.selection.has_changes
-    bench.selection.add("stribeck")
+    bench.selection.extend("add", "stribeck")
     bench.complete("added")
-    assert bench.selection.has_changes
-    bench.selection.undo()
+    bench.selection.change(Branches.undone)
     assert bench.selection.has_changes, "redo would be lost"
 
 
 def test_verdict_of_the_current_model(bench: Bench) -> None:
     assert not bench.selection.within_noise
-    bench.selection.add("cogging")
+    bench.selection.extend("add", "cogging")
     bench.send(steps_view("right"), SERIES, CANDIDATES, PREVIEWS, residual_view("", "within-noise"), TaskEnd())
     assert bench.selection.within_noise
-    bench.selection.undo()
+    bench.selection.change(Branches.undone)
     assert not bench.selection.within_noise
+
+
+def test_undo_and_redo_of_a_branch() -> None:
+    base, first, second = steps_view("base model"), steps_view("", "stribeck"), steps_view("", "stribeck", "cogging")
+    branches = Branches.start(base).extended(first).extended(second)
+    assert branches.undone().current.step_list is first
+    assert branches.undone().undone().redone().current.step_list is first
+    assert branches.undone().redone().current.step_list is second
+    assert branches.undone().extended(base).current.history == (base, first, base), "what was undone is discarded"
+    with pytest.raises(BadInput, match="first model"):
+        Branches.start(base).undone()
+    with pytest.raises(BadInput, match="redo"):
+        branches.redone()
+
+
+def test_fork_switch_and_drop() -> None:
+    first, second = steps_view("", "stribeck"), steps_view("", "stribeck", "cogging")
+    single = Branches.start(steps_view("base model"))
+    assert single.current.title == "A: base model"
+    both = single.extended(first).extended(second).forked().undone().undone().extended(steps_view("", "joint_spring"))
+    assert [branch.title for branch in both.all] == ["A: stribeck + cogging", "B: joint_spring"]
+    assert both.index == 1
+    back = both.switched(0)
+    assert back.current.title == "A: stribeck + cogging"
+    assert back.undone().all[1].title == "B: joint_spring", "undo in one branch leaves the other unchanged"
+    assert [branch.name for branch in back.dropped(1).all] == ["A"]
+    assert both.dropped(0).current.title == "B: joint_spring"
+    assert both.dropped(0).forked().current.name == "A", "a name that is no longer used"
+    assert not back.undone().forked().current.undone, "a copy begins without what was undone"
+
+
+def test_impossible_changes_of_branches_are_refused() -> None:
+    branches = Branches.start(steps_view("base model"))
+    with pytest.raises(BadInput, match="number 2"):
+        branches.switched(1)
+    with pytest.raises(BadInput, match="current one"):
+        branches.dropped(0)
+    for _ in range(MAX_BRANCHES - 1):
+        branches = branches.forked()
+    with pytest.raises(BadInput, match="drop one"):
+        branches.forked()
+
+
+def test_each_step_of_the_way_leads_to_the_next() -> None:
+    def next_step(*visited: str, train: str | None = "a.mcap", saved: str | None = None, **parts: Any) -> str | None:
+        selection = {"step_list": None, "within_noise": False, **parts}
+        analysis = SimpleNamespace(residuals=parts.get("residuals"))
+        session = SimpleNamespace(
+            recordings=SimpleNamespace(train=train),
+            selection=SimpleNamespace(**selection, analysis=analysis),
+            display=DisplaySettings(visited=set(visited)),
+            export=SimpleNamespace(saved_name=lambda model: saved),
+        )
+        return next((step.tab for step in steps(cast(Any, session)) if not step.done), None)
+
+    base, residuals = steps_view(""), SimpleNamespace(model=None)
+    added = {"step_list": steps_view("", "stribeck"), "residuals": residuals}
+    assert next_step(train=None) == "data"
+    assert next_step() == "model"
+    assert next_step(step_list=base) == next_step(step_list=base, residuals=residuals) == "residuals"
+    assert next_step("residuals", step_list=base, residuals=residuals) == "missing"
+    assert next_step(**added) == "missing", "more is missing"
+    assert next_step(**added, within_noise=True) == "export"
+    assert next_step(step_list=base, residuals=residuals, within_noise=True) == "export", "it needs no effect"
+    assert next_step(**added, within_noise=True, saved="m.json") is None

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from ident.workbench.folder import Folder
-from ident.workbench.model_export import ModelExport
-from ident.workbench.session import WorkbenchSession
-from ident.workbench.worker import TaskEnd
+from ident.workbench.state.model_export import ModelExport
+from ident.workbench.state.session import WorkbenchSession
+from ident.workbench.worker.process import TaskEnd
 from recordings.errors import BadInput
 from tests.ident.commands.test_axes import write
 
@@ -23,7 +23,7 @@ def session() -> Iterator[WorkbenchSession]:
     session = WorkbenchSession(Folder.at(SAMPLES))
     session.choose("fig5a.mcap", "fig5b.mcap")
     session.selection.fit()
-    wait(lambda: session.selection.residuals is not None and session.jobs.current is None)
+    wait(lambda: session.selection.analysis.residuals is not None and session.jobs.current is None)
     yield session
     session.close()
 
@@ -55,7 +55,7 @@ def cpu_time(session: WorkbenchSession) -> float:
 @pytest.mark.slow
 def test_paused_job_uses_no_processor_time_and_resumes(session: WorkbenchSession) -> None:
     jobs, selection = session.jobs, session.selection
-    selection.diagnose()
+    selection.extend("diagnose")
     wait(lambda: jobs.current is not None)
     jobs.pause()
     wait(lambda: suspended(session))
@@ -87,29 +87,13 @@ def test_job_that_ends_while_it_is_being_paused_does_not_block_the_next() -> Non
         session.close()
 
 
-def test_recording_of_another_machine_is_not_accepted_for_validation(tmp_path: Path) -> None:
-    shutil.copy(SAMPLES / "fig5a.mcap", tmp_path)
-    write(tmp_path / "slide.mcap", 0)
-    session = WorkbenchSession(Folder.at(tmp_path))
-    session.choose("fig5a.mcap", "slide.mcap")
-    recordings, jobs = session.recordings, session.jobs
-    wait(lambda: recordings.shown is not None and jobs.current is None)
-    assert recordings.train == "fig5a.mcap"
-    assert recordings.validate is None
-    assert "axes in slide.mcap" in jobs.message
-    session.close()
-
-
 @pytest.mark.slow
 def test_cancelled_job_leaves_the_state_unchanged(session: WorkbenchSession) -> None:
     jobs, selection, swarm = session.jobs, session.selection, session.swarm
     step_list = selection.step_list
-    selection.add("torque_offset")
+    selection.extend("add", "torque_offset")
     wait(lambda: selection.step_list is not step_list and jobs.current is None)
-    selection.undo()
-    assert selection.step_list is step_list
-    assert jobs.current is None, "what is known of the model is kept"
-    for start_job in (selection.diagnose, lambda: swarm.start(0, selection.step_list)):
+    for start_job in (lambda: selection.extend("diagnose"), lambda: swarm.start(0, selection.step_list)):
         before = selection.branches
         start_job()
         jobs.pause()
@@ -117,50 +101,28 @@ def test_cancelled_job_leaves_the_state_unchanged(session: WorkbenchSession) -> 
         assert jobs.current is None
         assert swarm.progress is None
         assert selection.branches is before
-    assert selection.branches
-    assert len(selection.branches.current.undone) == 1
-    selection.redo()
-    assert selection.step_list
-    assert selection.step_list.steps[-1].label == "+ torque_offset"
-    assert selection.residuals
-    assert jobs.current is None
-    selection.remove(0)
+    selection.extend("remove", 0)
     wait(lambda: jobs.current is None)
+    assert selection.step_list
     assert selection.step_list.steps[-1].label == "− rod_inertia", "a new process continues from there"
 
 
-@pytest.mark.slow
-def test_interrupted_analysis_is_resumed_afterwards(session: WorkbenchSession) -> None:
-    jobs, selection, swarm = session.jobs, session.selection, session.swarm
-    selection.add("torque_offset")
-    wait(lambda: selection.candidates is None)
-    wait(
-        lambda: bool(
-            selection.step_list and len(selection.step_list.steps) == 3 and jobs.current and not jobs.blocked
-        )
-    )
-    swarm.start(0, selection.step_list)
-    wait(lambda: swarm.result is not None and selection.residuals is not None)
-    assert swarm.result
-    assert swarm.result.model.effects == ("rod_inertia", "torque_offset")
-    assert selection.candidates
-    assert selection.step_list
-    assert len(selection.step_list.steps) == 3
-
-
 def test_new_choice_of_recordings_discards_the_results(tmp_path: Path) -> None:
-    shutil.copy(SAMPLES / "fig5a.mcap", tmp_path)
-    shutil.copy(SAMPLES / "fig5b.mcap", tmp_path)
+    """A recording of another machine is not accepted for validation."""
+    for name in ("fig5a.mcap", "fig5b.mcap"):
+        shutil.copy(SAMPLES / name, tmp_path)
+    write(tmp_path / "slide.mcap", 0)
     session = WorkbenchSession(Folder.at(tmp_path))
     session.choose("fig5a.mcap", None)
     session.selection.fit()
     wait(lambda: session.selection.step_list is not None)
-    session.choose("fig5b.mcap", "fig5a.mcap")
+    session.choose("fig5b.mcap", "slide.mcap")
     assert session.selection.branches is None
-    wait(lambda: session.recordings.shown is not None)
+    wait(lambda: session.recordings.shown is not None and session.jobs.current is None)
     assert session.recordings.shown
-    assert session.recordings.shown.name == "fig5b.mcap"
-    wait(lambda: session.jobs.current is None)
+    assert session.recordings.shown.name == session.recordings.train == "fig5b.mcap"
+    assert session.recordings.validate is None
+    assert "axes in slide.mcap" in session.jobs.message
     assert session.selection.step_list is None, "views of the discarded step_list never arrive"
     session.close()
 

@@ -7,8 +7,7 @@ import pytest
 
 from ident.fleet import alarms
 from ident.fleet.store import Store
-from ident.workbench.pages.shell import shown_tabs
-from ident.workbench.session import WorkbenchSession, open_session
+from ident.workbench.state.session import WorkbenchSession, open_session
 from recordings.errors import BadInput
 from tests.chromium import PATIENCE
 from tests.ident.workbench.conftest import Browser, Serve
@@ -24,9 +23,9 @@ def session(store: Path, tmp_path: Path) -> Iterator[WorkbenchSession]:
 def test_alarm_is_acknowledged_and_the_tab_drawn_again(session: WorkbenchSession, store: Path) -> None:
     assert session.fleet is not None
     assert session.display.tab == "fleet"
-    assert shown_tabs(session)[-1][0] == "fleet"
-    (alarm,) = session.fleet.alarms()
-    assert "stribeck on joint 1 has been there since 2026-01-17" in session.fleet.sentence(alarm)
+    assert "1 alarm is open" in session.fleet.page()
+    ((alarm, sentence),) = session.fleet.alarms()
+    assert "stribeck on joint 1 has been there since 2026-01-17" in sentence
     session.fleet.acknowledge(alarm.id, "gear replaced")
     assert session.changes.count(("fleet",)) == 1
     (acknowledged,) = alarms.load(Store(store)).alarms
@@ -35,35 +34,18 @@ def test_alarm_is_acknowledged_and_the_tab_drawn_again(session: WorkbenchSession
         session.fleet.acknowledge("r99-20260101", "")
 
 
-def test_page_of_the_fleet_is_the_report(session: WorkbenchSession) -> None:
-    assert session.fleet is not None
-    assert "1 alarm is open" in session.fleet.page()
-
-
-def test_without_a_store_there_is_no_tab(tmp_path: Path) -> None:
-    opened = open_session([tmp_path])
-    assert "fleet" not in [key for key, *_ in shown_tabs(opened)]
-    opened.close()
-
-
-def test_folder_that_is_no_store_is_named(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match="a store of `ident fleet` expected"):
-        open_session([tmp_path], store=tmp_path)
-
-
 @pytest.mark.slow
 def test_alarm_is_acknowledged_with_the_keyboard(store: Path, tmp_path: Path, serve: Serve, browser: Browser) -> None:
     (alarm,) = alarms.load(Store(store)).alarms
     browser.open(serve(tmp_path, ".", "--store", str(store)).address, width=700)
     browser.press("tab-fleet")
-    browser.check_accessibility()
-    browser.screenshot("fleet")
+    browser.check("fleet")
     with browser.page.context.expect_page(timeout=1e3 * PATIENCE) as opened:
         browser.press("open-fleet")
     fleet = opened.value
     fleet.get_by_text("1 alarm is open").first.wait_for()
     fleet.close()
-    browser.press(f"note-{alarm.id}", "g")
+    browser.press(f"note-{alarm.id}", key="g")
     browser.page.keyboard.type("ear replaced")
     browser.press(f"ack-{alarm.id}")
     browser.page.get_by_text("Acknowledged. gear replaced").wait_for()

@@ -1,13 +1,21 @@
-"""Other work on the page: previews, time spans, branches, swarm."""
+"""Other work on the page: previews, time spans, branches, swarm, hostile recordings."""
 
 import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
-from tests.ident.workbench.conftest import Browser, RunningWorkbench
+from ident.workbench.folder import SUFFIX, Folder
+from recordings.recording import Recording
+from tests.ident.workbench.conftest import Browser, RunningWorkbench, Serve
 from tests.ident.workbench.test_mission import rms
 
 pytestmark = pytest.mark.slow
+
+IMAGE = "<img src=x onerror=window.hacked=1>"
+SCRIPT = "<script>window.hacked=1</script>"
 
 
 @pytest.fixture
@@ -62,8 +70,7 @@ def test_selected_time_span_is_explained_and_its_effect_added(fitted: Browser) -
     assert int(fitted.text("explains-stribeck").split()[1]) > 60
     assert "N m RMS" in fitted.text("selection")
     fitted.screenshot("selection")
-    fitted.click("add-stribeck")
-    fitted.click("tab-missing")
+    fitted.click("add-stribeck", "tab-missing")
     assert "stribeck" in fitted.text("step-2")
     fitted.click("undo")
     fitted.at("step-2").wait_for(state="detached")
@@ -73,8 +80,7 @@ def test_two_branches(fitted: Browser) -> None:
     fitted.click("add-stribeck")
     fitted.at("step-2").wait_for()
     error = rms(fitted, "held", 2, 2)
-    fitted.click("fork")
-    fitted.click("undo")
+    fitted.click("fork", "undo")
     fitted.at("step-2").wait_for(state="detached")
     fitted.wait_for_text("preview", "stribeck: part of the residual that it would explain")  # cards of this model
     fitted.at("card-stribeck").wait_for()
@@ -117,3 +123,28 @@ def test_swarm_fit_on_the_page(workbench: RunningWorkbench, browser: Browser) ->
     saved = json.loads((workbench.folder / "fig5a.pso.model.json").read_text())
     assert saved["method"]["name"] == "pso"
     (workbench.folder / "fig5a.pso.model.json").unlink()
+
+
+def test_names_and_metadata_of_a_hostile_recording_are_shown_as_text(
+    make: Callable[..., Recording], write: Callable[[Recording], Path], tmp_path: Path, serve: Serve, browser: Browser
+) -> None:
+    recording = make(path=tmp_path / "evil.mcap", rate=250.0)
+    rig = recording.rig.model_copy(update={"name": IMAGE})
+    run = recording.run.model_copy(update={"trajectory": SCRIPT, "software": IMAGE})
+    write(replace(recording, rig=rig, run=run))
+    (tmp_path / f"{IMAGE}.mcap").write_bytes((tmp_path / "evil.mcap").read_bytes())
+    with (tmp_path / "huge.mcap").open("wb") as file:  # two recordings alone would be chosen at once
+        file.truncate(2**30)
+    browser.open(serve(tmp_path).address)
+    page, names = browser.page, Folder.at(tmp_path).names(SUFFIX)
+    page.get_by_text(f"{IMAGE}.mcap").wait_for()
+    browser.click(f"train-{names.index('evil.mcap')}")
+    assert IMAGE in browser.text("quality-rig")
+    assert SCRIPT in browser.text("quality-motion")
+    browser.click(f"train-{names.index(f'{IMAGE}.mcap')}")
+    page.get_by_text("a plain file name").wait_for()
+    browser.click(f"train-{names.index('huge.mcap')}")
+    page.get_by_text("is not an MCAP file").wait_for()
+    browser.screenshot("hostile")
+    assert page.evaluate("window.hacked") is None
+    assert not page.locator("img[src=x]").count()

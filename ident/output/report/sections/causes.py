@@ -1,42 +1,28 @@
 """Section about where the torque goes: its causes, and what would be missing without the coupling of the joints."""
 
-from dataclasses import dataclass
-
 import numpy as np
-import plotly.graph_objects as go
 
 from ident.data.prepared_recording import PreparedRecording
 from ident.dynamics.effects.library import library
 from ident.export.paths import RecordedPath
 from ident.export.torque_table import TorqueSummary, evaluate
 from ident.identification.model import Model
+from ident.output.digits import percent
 from ident.output.figures import causes
-from ident.output.figures.theme import percent
-from ident.output.report.blocks import Plot, ReportSection, ReportTable, Text
+from ident.output.report.blocks import Plot, ReportSection, Text
 from ident.output.report.contents import ReportContents
-from recordings.recording import Floats
-
-
-@dataclass(frozen=True, eq=False)
-class TorqueByCause:
-    """The torque of a model in a motion, by its causes."""
-
-    sentences: tuple[str, ...]
-    figure: go.Figure
-    caption: str
-    table: ReportTable
+from ident.output.tables import ResultTable, per_joint
 
 
 def section(contents: ReportContents) -> ReportSection:
     """Return the torque of the last model by its causes, in the first recording that judges it."""
     name, analysis = list(contents.primary_analyses.items())[-1]
     model = Model(contents.models[name], library(contents.request.effect_files))
-    by_cause = torque_by_cause(model, analysis.predictions[0].prepared)
-    blocks = (Text(by_cause.sentences), Plot("causes", by_cause.figure, by_cause.caption), by_cause.table)
+    blocks = torque_by_cause(model, analysis.predictions[0].prepared)
     return ReportSection("causes", f"Where the torque goes: {name}", blocks)
 
 
-def torque_by_cause(model: Model, prepared: PreparedRecording) -> TorqueByCause:
+def torque_by_cause(model: Model, prepared: PreparedRecording) -> tuple[Text, Plot, ResultTable]:
     """Compute the torque of `model` in a recording by its causes, and draw its first repetition."""
     chunk = next(RecordedPath(prepared).chunks())
     torque, terms = evaluate(model, chunk)
@@ -47,7 +33,7 @@ def torque_by_cause(model: Model, prepared: PreparedRecording) -> TorqueByCause:
     shown = {cause: values[cycle] for cause, values in terms.items()}
     figure = causes.stacked(chunk.time[chunk.used][cycle], torque[cycle], shown, summary.rms, model.file.effort_units)
     caption = f"The first repetition in {prepared.recording.path.name}, and the RMS of each cause in the recording."
-    return TorqueByCause(_sentences(summary), figure, caption, _table(summary))
+    return Text(_sentences(summary)), Plot("causes", figure, caption), _table(summary)
 
 
 def _sentences(summary: TorqueSummary) -> tuple[str, ...]:
@@ -62,13 +48,10 @@ def _sentences(summary: TorqueSummary) -> tuple[str, ...]:
     )
 
 
-def _table(summary: TorqueSummary) -> ReportTable:
-    rows = [(cause, *_cells(rms, summary.share[cause])) for cause, rms in summary.rms.items()]
+def _table(summary: TorqueSummary) -> ResultTable:
+    rows = []
+    for cause, rms in summary.rms.items():
+        pairs = zip(rms, summary.share[cause], strict=True)
+        rows.append((cause, *(f"{x:.3g} ({percent(float(share))})" for x, share in pairs)))
     rows.append(("torque", *(f"{x:.3g}" for x in summary.torque_rms)))
-    joints = range(1, len(summary.torque_rms) + 1)
-    head = ("cause", *(f"joint {joint}" for joint in joints))
-    return ReportTable(head, tuple(rows), "RMS, and its share of the torque's.")
-
-
-def _cells(rms: Floats, share: Floats) -> tuple[str, ...]:
-    return tuple(f"{x:.3g} ({percent(float(part))})" for x, part in zip(rms, share, strict=True))
+    return ResultTable(per_joint("cause", len(summary.torque_rms)), rows, "RMS, and its share of the torque's.")

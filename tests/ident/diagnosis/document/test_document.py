@@ -15,7 +15,7 @@ from ident.diagnosis.document.document import (
 from ident.diagnosis.judge.evidence import Evidence
 from ident.dynamics.effects.base import INFINITE_TIME
 from ident.output.console import diagnosis
-from ident.output.report.sections import parameter_values
+from ident.output.tables.parameters import with_meanings
 
 ADDED = ParameterValue(value=7.25, unit="s", ci95=None, meaning="when it is added", lower=0.0, upper=INFINITE_TIME)
 REMOVED = ParameterValue(
@@ -48,7 +48,7 @@ def test_infinite_instant_is_printed_as_never_and_the_conclusion_last() -> None:
     conclusion = output.getvalue().splitlines()[-3:]
     assert conclusion[0] == "missing-effect: The base model lacks payload_change.", "the last lines are the result"
     assert conclusion[-1].split() == ["joint_1", "0.82", "→", "0.1", "N", "m"]
-    assert [row[1] for row in parameter_values.table(PARAMETERS).rows] == ["7.250", "never"]
+    assert [row[1] for row in with_meanings(PARAMETERS).rows] == ["7.250", "never"]
     assert document.as_json()["steps"][-1]["parameters"]["payload_change.t_e"]["value"] == INFINITE_TIME
 
 

@@ -1,6 +1,7 @@
 """Figures show what the results hold, with units on their axes, and no name from a file as markup."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import plotly.graph_objects as go
@@ -8,8 +9,12 @@ import pytest
 
 from ident.identification.model_file import ModelFile
 from ident.output.figures import parameters, quality, residuals, spectrum, theme, torque
+from ident.output.figures.following import over_time
 from ident.residuals.analysis import ResidualAnalysis
+from recordings.reader import read
 from recordings.recording import Recording
+
+SAMPLE = Path(__file__).parents[4] / "recordings" / "samples" / "fig5b.mcap"
 
 
 def axis_titles(figure: go.Figure, letter: str) -> list[str]:
@@ -83,11 +88,6 @@ def test_curves_name_their_quantity_and_its_unit(analyses: dict[str, ResidualAna
     assert labels == ["velocity [rad/s]", "position [rad]", "computed load [N m]", "time [s]", "cycle"]
 
 
-def test_all_worst_windows_are_drawn(analysis: ResidualAnalysis) -> None:
-    figure = torque.worst_windows(analysis)
-    assert len([shape for shape in figure.layout.shapes if shape.type == "rect"]) == len(analysis.windows)
-
-
 def test_motion_and_timing_show_gap_and_lateness(late: Recording) -> None:
     assert quality.has_timing(late)
     figure = quality.timing(late)
@@ -108,6 +108,11 @@ def test_parameters_show_half_width_in_percent(model: ModelFile) -> None:
     assert np.asarray(heat.z)[0, 0] == pytest.approx(1)
 
 
-def test_templates_differ_in_font_colour_but_not_in_background() -> None:
-    assert theme.LIGHT.layout.font.color != theme.DARK.layout.font.color
-    assert theme.LIGHT.layout.paper_bgcolor == theme.DARK.layout.paper_bgcolor == "rgba(0,0,0,0)"
+def test_following_errors_of_all_runs_are_drawn_for_each_joint() -> None:
+    recording = read(SAMPLE)
+    still = replace(recording, position=recording.position * np.nan)
+    figure = over_time({"plain": recording, "fed": still})
+    assert [trace.name for trace in figure.data] == ["plain"] * 3 + ["fed"] * 3
+    worst = 1e3 * np.nanmax(np.abs(recording.following_error[recording.repeat >= 0][:, 1]))
+    assert np.isclose(np.nanmax(np.abs(figure.data[1].y)), worst)
+    assert axis_titles(figure, "y")[0].endswith("[mrad]")

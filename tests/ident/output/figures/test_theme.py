@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from ident.output import digits
 from ident.output.figures import theme
 
 
@@ -46,12 +47,12 @@ def test_short_traces_are_unchanged() -> None:
     ],
 )
 def test_numbers_have_three_digits(value: float | None, shown: str) -> None:
-    assert theme.number(value) == shown
+    assert digits.number(value) == shown
 
 
 def test_numbers_side_by_side_have_equal_decimals() -> None:
-    assert theme.with_equal_decimals([0.0413, 0.000067]) == ["0.041", "0.000"]
-    assert theme.with_equal_decimals([0.0, 0.0]) == ["0", "0"]
+    assert digits.with_equal_decimals([0.0413, 0.000067]) == ["0.041", "0.000"]
+    assert digits.with_equal_decimals([0.0, 0.0]) == ["0", "0"]
 
 
 @pytest.mark.parametrize(
@@ -59,10 +60,10 @@ def test_numbers_side_by_side_have_equal_decimals() -> None:
     [(0.734, "73 %"), (0.0123, "1.2 %"), (0.997, "99.7 %"), (0.9999, "> 99.9 %"), (1.0, "100 %"), (0.0, "0 %")],
 )
 def test_percent(share: float, shown: str) -> None:
-    assert theme.percent(share).replace("\u00a0", " ") == shown
+    assert digits.percent(share).replace("\u00a0", " ") == shown
 
 
 def test_intervals_have_the_digits_of_their_width() -> None:
-    assert theme.interval(14.00236, 14.01171) == "14.0024 to 14.0117"
-    assert theme.interval(-0.1434, -0.0961) == "-0.143 to -0.096"
-    assert theme.interval(2.0, 2.0) == "2.00 to 2.00"
+    assert digits.interval(14.00236, 14.01171) == "14.0024 to 14.0117"
+    assert digits.interval(-0.1434, -0.0961) == "-0.143 to -0.096"
+    assert digits.interval(2.0, 2.0) == "2.00 to 2.00"

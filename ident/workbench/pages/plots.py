@@ -1,0 +1,153 @@
+"""Figures that only the page has: zoomable time plots, errors of steps and branches, and live plots."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+
+from ident.output.figures import theme
+from ident.output.figures.steps import rms_bars
+from ident.workbench.figure import Figure, to_dict
+from ident.workbench.state.branches import Branch
+from ident.workbench.worker.views import RecordingView, StepsView, SwarmProgress, TorqueSeries
+from recordings.recording import Floats
+
+Span = tuple[float, float]
+
+_MAX_POINTS = 2400
+"""Points of a line over the width of the page, at most."""
+
+_MAX_LIVE_CYCLES = 600
+"""Cycles in a live plot, at most."""
+
+
+def visible_points(time: NDArray[np.floating], y: NDArray[np.floating], span: Span) -> tuple[Floats, Floats]:
+    """Return the points of `y` (n,) over `time` (n,) that are visible in `span`: extremes of each pixel and gaps."""
+    # One point outside each edge, so that the line continues to the edge.
+    first = max(int(np.searchsorted(time, span[0])) - 1, 0)
+    last = min(int(np.searchsorted(time, span[1], side="right")) + 1, len(time))
+    return theme.thinned(time[first:last].astype(float), y[first:last].astype(float), _MAX_POINTS)
+
+
+def line(time: Floats, y: NDArray[np.floating], span: Span, **style: Any) -> go.Scatter:
+    """Return a trace of `y` over `time` with the points that are visible in `span`."""
+    xs, ys = visible_points(time, y, span)
+    return go.Scatter(x=np.round(xs, 5), y=ys.astype(np.float32), **{"mode": "lines", **style})
+
+
+def signal(view: RecordingView, name: str, span: Span) -> Figure:
+    """Plot one signal of a recording for all joints."""
+    unit, values = view.signals[name]
+    figure = theme.subplots(1, 1, 340)
+    for j in range(values.shape[1]):
+        several = values.shape[1] > 1
+        style = {"color": theme.joint_colour(j) if several else theme.MEASURED, "width": 1.2}
+        label = f"joint {j + 1}" if several else name
+        figure.add_trace(line(view.time, values[:, j], span, name=label, line=style, showlegend=several))
+    figure.update_xaxes(title_text="time since the first SYNC [s]", range=list(span))
+    figure.update_yaxes(title_text=f"{name} [{unit}]")
+    figure.update_layout(hovermode="x unified")
+    return to_dict(figure)
+
+
+def torque_comparison(
+    series: TorqueSeries, joint: int, unit: str, noise: float | None, span: Span, selecting: bool
+) -> Figure:
+    """Plot measured and computed torque of a joint, and the residual below."""
+    figure = theme.subplots(2, 1, 480, shared_xaxes=True, row_heights=[0.55, 0.45], vertical_spacing=0.06)
+    colour, time, residual = theme.joint_colour(joint), series.time, series.residual[:, joint]
+    thick, thin = {"color": theme.MEASURED, "width": 3.5}, {"color": colour, "width": 1.5}
+    figure.add_trace(line(time, series.measured[:, joint], span, name="measured", line=thick), row=1, col=1)
+    if series.previous is not None:
+        _add_previous(figure, series, series.previous[:, joint], joint, span)
+    figure.add_trace(line(time, series.computed[:, joint], span, name="model", line=thin), row=1, col=1)
+    if noise is not None:
+        theme.noise_bands(figure, {(2, 1): noise})
+        theme.noise_legend(figure)
+    # Plotly selects markers only, so the line gets nearly invisible ones.
+    style = {"mode": "lines+markers", "marker": {"size": 2, "opacity": 0.01, "color": colour}, "showlegend": False}
+    residual_line = line(time, residual, span, name="residual", line={"color": colour, "width": 1.1}, **style)
+    figure.add_trace(residual_line, row=2, col=1)
+    figure.update_yaxes(title_text=theme.effort_label(unit), row=1, col=1)
+    figure.update_yaxes(title_text=f"residual [{unit}]", row=2, col=1)
+    figure.update_xaxes(range=list(span))
+    figure.update_xaxes(title_text="time since the first SYNC [s]", row=2, col=1)
+    figure.update_layout(
+        dragmode="select" if selecting else "zoom",
+        selectdirection="h",
+        hovermode=False if selecting else "x unified",
+    )
+    return to_dict(figure)
+
+
+def _add_previous(figure: go.Figure, series: TorqueSeries, torque: Floats, joint: int, span: Span) -> None:
+    """Add torque and residual of the model before the last change."""
+    residual = np.where(series.scored[:, joint], series.measured[:, joint] - torque, np.nan)
+    style = {"line": {"color": theme.CATEGORIES[1], "width": 1, "dash": "dot"}, "legendgroup": "previous"}
+    figure.add_trace(line(series.time, torque, span, name="model before", **style), row=1, col=1)
+    below = line(series.time, residual, span, name="model before", showlegend=False, **style)
+    figure.add_trace(below, row=2, col=1)
+
+
+def step_list(view: StepsView) -> Figure:
+    """Plot the training and held-out error of each model."""
+    names = [f"{number}  {theme.escaped(step.label)}" for number, step in enumerate(view.steps)]
+    figure = rms_bars(names, [step.entry for step in view.steps], view.noise_rms, view.units)
+    figure.update_layout(transition_duration=400)
+    return to_dict(figure)
+
+
+def branches(all_: Sequence[Branch]) -> Figure:
+    """Plot the errors of the base model and of the current model of each branch."""
+    base = all_[0].step_list
+    names = [theme.escaped(base.steps[0].label), *(theme.escaped(branch.title) for branch in all_)]
+    entries = [base.steps[0].entry, *(branch.step_list.steps[-1].entry for branch in all_)]
+    floors = zip(*(branch.step_list.noise_rms for branch in all_), strict=True)
+    noise = [min((value for value in joint if value is not None), default=None) for joint in floors]
+    return to_dict(rms_bars(names, entries, noise, base.units))
+
+
+def swarm_convergence(view: SwarmProgress) -> Figure:
+    """Plot the excess of the best objective over its certified minimum at each step of the swarm."""
+    figure = theme.subplots(1, 1, 360)
+    steps = np.arange(1, len(view.excess) + 1)
+    excess = np.where(np.array(view.excess) > 0, view.excess, np.nan)
+    line = {"color": theme.CATEGORIES[0], "width": 2}
+    figure.add_trace(go.Scatter(x=steps, y=excess, mode="lines", name="best so far", line=line))
+    tolerance_line = {"color": theme.MEASURED, "width": 2, "dash": "dash"}
+    figure.add_hline(y=view.tolerance, line=tolerance_line)
+    theme.legend_entry(figure, "stopping tolerance", line=tolerance_line)
+    figure.update_xaxes(title_text=f"step of at most {view.max_steps}", rangemode="tozero")
+    figure.update_yaxes(
+        title_text="objective (33) above its<br>certified minimum [relative]", type="log", exponentformat="power"
+    )
+    return to_dict(figure)
+
+
+def live(rows: Sequence[dict[str, Any]], lateness: Sequence[tuple[float, float]], kind: str, unit: str) -> Figure:
+    """Plot one quantity of the run in progress."""
+    figure = theme.subplots(1, 1, 200)
+    rows = rows[:: len(rows) // _MAX_LIVE_CYCLES + 1]
+    if kind == "lateness":
+        values = [[1e3 * value for _, value in lateness]]
+        times = [time for time, _ in lateness]
+    else:
+        times = [row["time"] for row in rows]
+        values = [list(column) for column in zip(*(_values(row, kind) for row in rows), strict=True)]
+    for j, y in enumerate(values):
+        colour = theme.MEASURED if kind == "lateness" else theme.joint_colour(j)
+        style = {"color": colour, "width": 1.2}
+        figure.add_trace(go.Scatter(x=times, y=y, mode="lines", name=f"joint {j + 1}", line=style))
+    figure.update_xaxes(title_text="time [s]")
+    figure.update_yaxes(title_text=f"{kind}<br>[{unit}]")
+    figure.update_layout(showlegend=kind == "position", margin={"t": 30, "b": 40})
+    return to_dict(figure)
+
+
+def _values(row: dict[str, Any], kind: str) -> list[float | None]:
+    if kind != "following error":
+        values: list[float | None] = row[kind]
+        return values
+    return [None if value is None else 1e3 * value for value in row["following_error"]]

@@ -1,0 +1,1 @@
+"""Other programs that the page runs as processes of their own."""

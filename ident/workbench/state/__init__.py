@@ -1,0 +1,1 @@
+"""State behind the page: one session with its parts."""

@@ -1,0 +1,78 @@
+"""Terminal commands equivalent to the actions on the page."""
+
+import shlex
+
+from ident.model_name import model_stem
+from ident.workbench.worker.views import StepsView, SwarmRequest
+from recordings.command_line import repeated
+
+
+def shell_script(step_list: StepsView, model: str) -> str:
+    """Return a shell script that writes the current model to the file `model`."""
+    lines = [
+        "#!/bin/sh",
+        "set -eu",
+        _command_line("ident", *_model_command(step_list, _recordings(step_list)), "-o", model),
+        _command_line("ident", "compare", model, step_list.validate or step_list.train),
+        _command_line(*report_command(step_list, model)),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def report_command(step_list: StepsView, model: str) -> list[str]:
+    """Return the command that writes an HTML report of the model in the file `model`."""
+    out = f"{model_stem(model)}.report.html"
+    return ["ident", "report", model, *_recordings(step_list), "-o", out]
+
+
+def swarm_command(request: SwarmRequest, train: str, validate: str | None) -> str:
+    """Return the command that fits the same parameters by particle swarm."""
+    options = [
+        *(("--validate", validate) if validate else ()),
+        *(("--cutoff", f"{request.cutoff:g}") if request.cutoff else ()),
+        *repeated("--with", request.effects),
+        *repeated("--without", request.without),
+        *(("--seed", str(request.seed)) if request.seed else ()),
+    ]
+    return _command_line("ident", "fit", train, *options)
+
+
+def effect_options(step_list: StepsView) -> tuple[str, ...]:
+    """Return the effects of the current model, beyond the base model, as values of `ident fit --with`."""
+    return tuple(
+        name if len(joints) == len(step_list.units) else f"{name}:{','.join(map(str, joints))}"
+        for name, joints in step_list.steps[-1].terms
+        if name not in step_list.mandatory
+    )
+
+
+def left_out(step_list: StepsView) -> tuple[str, ...]:
+    """Return the mandatory effects that the current model lacks: values of `ident fit --without`."""
+    names = {name for name, _ in step_list.steps[-1].terms}
+    return tuple(name for name in step_list.mandatory if name not in names)
+
+
+def _recordings(step_list: StepsView) -> list[str]:
+    return [step_list.train, *(["--validate", step_list.validate] if step_list.validate else [])]
+
+
+def _model_command(step_list: StepsView, recordings: list[str]) -> list[str]:
+    """Return the arguments of `ident diagnose` or `ident fit` that give the current model.
+
+    `ident diagnose` always includes the mandatory effects. A model without one of them, or without added effects, is
+    therefore made by `ident fit`.
+    """
+    names = [name for name, _ in step_list.steps[-1].terms]
+    mandatory = {name for step in step_list.steps for name, _ in step.terms if name in step_list.mandatory}
+    added = [name for name in names if name not in mandatory]
+    if step_list.diagnosed:
+        return ["diagnose", *recordings, "--apply"]
+    if added and mandatory <= set(names):
+        return ["diagnose", *recordings, *repeated("--only", added), "--apply"]
+    options = repeated("--with", effect_options(step_list))
+    options += repeated("--without", left_out(step_list))
+    return ["fit", *recordings, "--method", "wls", "--cutoff", f"{step_list.bandwidth:g}", *options]
+
+
+def _command_line(*words: str) -> str:
+    return " ".join(shlex.quote(word) for word in words)

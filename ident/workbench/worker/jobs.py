@@ -1,0 +1,146 @@
+"""Jobs of the page: tasks of the worker process that can be watched, paused and cancelled."""
+
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from ident.workbench.topics import Changes
+from ident.workbench.worker.process import Message, StatusText, TaskEnd, Worker, WorkerEnd
+from ident.workbench.worker.views import View
+from recordings.errors import BadInput
+
+Receiver = Callable[[View], None]
+"""Takes the views of a task, in a separate thread."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """What the worker executes."""
+
+    text: str
+    start_time: float
+    blocking: bool
+    """Whether no other job can be started before it ends."""
+    paused_at: float | None = None
+    """Monotonic time of the pause [s]; None while it runs."""
+
+    @property
+    def seconds(self) -> float:
+        """Return the time taken so far without pauses [s]."""
+        return (self.paused_at or time.monotonic()) - self.start_time
+
+
+class Jobs:
+    """The current job, the tasks that the worker has not finished, and the last message to the user."""
+
+    def __init__(self, changes: Changes, effect_files: Sequence[Path]) -> None:
+        self._changes = changes
+        self.current: Job | None = None
+        self.message = ""
+        self.on_end: list[Callable[[bool], None]] = []
+        """Called when nothing is left to do, with whether the last task was completed."""
+        self.worker = Worker(self.receive, effect_files)
+        self._receivers: deque[Receiver] = deque()
+        """Receivers of the tasks that the worker has not finished."""
+
+    @property
+    def blocked(self) -> bool:
+        """Whether no other blocking job can be started now."""
+        return self.current is not None and self.current.blocking
+
+    def submit(self, text: str, receive: Receiver, task: str, *arguments: object, blocking: bool = True) -> None:
+        """Send `task` to the worker.
+
+        Raises:
+            BadInput: the current job is paused, or both jobs are blocking.
+        """
+        with self.worker.lock:
+            self.check_free(blocking)
+            # The worker finishes the view that it computes, so that a blocking job goes on blocking others.
+            self.current = Job(text, time.monotonic(), blocking or self.blocked)
+            self._receivers.append(receive)
+            self._changes.mark("job")
+            self.show_message("")
+            self.worker.submit(task, *arguments)
+
+    def check_free(self, blocking: bool = True) -> None:
+        """Refuse a new job while the current one is paused, and a `blocking` one while it is blocking."""
+        job = self.current
+        if job and job.paused_at is not None:
+            raise BadInput(f"no paused job expected, '{job.text}' is paused; resume or cancel it")
+        if job and job.blocking and blocking:
+            raise BadInput(f"no other job expected, '{job.text}' is in progress; wait for it, or cancel it")
+
+    def unblock(self) -> None:
+        """Let other jobs interrupt the current one, unless the view that has come is of the job before."""
+        if self.current and len(self._receivers) == 1:
+            self.current = replace(self.current, blocking=False)
+
+    def pause(self) -> None:
+        """Pause the current job."""
+        with self.worker.lock:
+            if self.current and self.current.paused_at is None:
+                self.worker.pause()
+                self.current = replace(self.current, paused_at=time.monotonic())
+
+    def resume(self) -> None:
+        """Resume the paused job."""
+        with self.worker.lock:
+            if self.current and self.current.paused_at is not None:
+                start_time = time.monotonic() - self.current.seconds
+                self.current = replace(self.current, start_time=start_time, paused_at=None)
+                self.worker.resume()
+
+    def stop(self) -> None:
+        """End the worker; the next task starts another one."""
+        with self.worker.lock:
+            self.worker.cancel()
+            self._receivers.clear()
+            self.current = None
+            self._changes.mark("job")
+
+    def cancel(self) -> None:
+        """Cancel the current job; earlier results stay."""
+        with self.worker.lock:
+            if job := self.current:
+                stays = "nothing has changed" if job.blocking else "what is shown stays"
+                self._abort(f"Cancelled ({job.text}); {stays}.")
+
+    def _abort(self, message: str) -> None:
+        self.stop()
+        self.show_message(message)
+        self._end(completed=False)
+
+    def show_message(self, text: str) -> None:
+        """Show `text` to the user."""
+        self.message = text
+        self._changes.mark("message")
+
+    def receive(self, message: Message) -> None:
+        """Take a message of the worker."""
+        match message:
+            case StatusText(text):
+                if self.current:
+                    self.current = replace(self.current, text=text)
+            case TaskEnd(error):
+                self._receivers.popleft()
+                if error:
+                    self.show_message(error)
+                if not self._receivers:
+                    self.current = None
+                    self.worker.resume()  # it may have been paused just after its last message
+                    self._end(completed=error is None)
+            case WorkerEnd(error):
+                self._abort(error)
+            case view:
+                self._receivers[0](view)
+        self._changes.mark("job")
+
+    def _end(self, completed: bool) -> None:
+        for callback in self.on_end:
+            try:
+                callback(completed)
+            except BadInput as error:  # such as a recording that was deleted meanwhile
+                self.show_message(str(error))

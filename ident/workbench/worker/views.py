@@ -1,0 +1,245 @@
+"""Data that the worker sends to the page: numbers, texts and figures ready to be shown."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.diagnosis.document.document import StepEntry
+from ident.identification.model_file import ModelFile
+from ident.output.tables import ResultTable
+from ident.residuals.windows import Window
+from recordings.recording import Bools, Floats, Ints
+from recordings.rig import Geometry
+
+Float32s = NDArray[np.float32]
+"""Single precision keeps the memory for an hour at 500 Hz small."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordingView:
+    """A recording before any fit."""
+
+    name: str
+    quality: dict[str, str]
+    """Metadata and quality by label."""
+    warnings: tuple[str, ...]
+    events: tuple[tuple[float, str, str, str], ...]
+    """Time [s], level, source, message."""
+    geometry: Geometry | None
+    """None unless the mechanism is a delta robot."""
+    time: Floats
+    """(n,) [s]."""
+    signals: dict[str, tuple[str, Float32s]]
+    """By name: unit, and (n, dof)."""
+
+
+@dataclass(frozen=True, eq=False)
+class TorqueSeries:
+    """Measured and computed torque of one recording at the rate of the analysis: m instants, dof joints."""
+
+    name: str
+    held_out: bool
+    time: Floats
+    measured: Floats
+    computed: Floats
+    velocity: Floats
+    position: Floats
+    phase: NDArray[np.str_]
+    """(m, dof) motion phase of each joint."""
+    cycle: Ints
+    """(m,) cycle of the motion, from 1; 0 outside of the cycles."""
+    scored: Bools
+    """(m, dof) rows that enter the error."""
+    previous: Floats | None = None
+    """(m, dof) torque of the model before the last change; None for the first model."""
+
+    @property
+    def residual(self) -> Floats:
+        """Return measured minus computed torque (m, dof); NaN where a row is not scored."""
+        residual: Floats = np.where(self.scored, self.measured - self.computed, np.nan)
+        return residual
+
+
+@dataclass(frozen=True)
+class CandidateCard:
+    """An effect that can be added to the current model."""
+
+    name: str
+    joints: tuple[int, ...]
+    """Numbers from 1; empty for the whole robot."""
+    improvement: float
+    """Estimated share of the squared error that it would remove, 0 to 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class CandidatePreviews:
+    """Part of the residual that each candidate would explain, for each series in order."""
+
+    contributions: dict[str, tuple[Float32s, ...]]
+    """By name: (m, dof) of each recording; NaN where unknown."""
+    figures: dict[str, dict[str, Any]]
+    """By name: Plotly figure of residual and contribution over the variable of the effect."""
+
+
+@dataclass(frozen=True)
+class SwarmRequest:
+    """Model and settings of a swarm fit."""
+
+    effects: tuple[str, ...] = ()
+    """Values of `ident fit --with`."""
+    cutoff: float | None = None
+    """Cutoff frequency [Hz]; None: chosen from the spectra."""
+    seed: int = 0
+    without: tuple[str, ...] = ()
+    """Values of `ident fit --without`."""
+
+
+@dataclass(frozen=True)
+class SwarmProgress:
+    """Convergence of the swarm to the minimum of objective (33)."""
+
+    excess: tuple[float, ...]
+    """Relative excess of the objective over its certified minimum after each step."""
+    max_steps: int
+    """Largest number of steps."""
+    tolerance: float
+    """Excess at which the swarm stops."""
+
+
+@dataclass(frozen=True, eq=False)
+class SwarmResult:
+    """Result of the swarm fit."""
+
+    model: ModelFile
+    progress: SwarmProgress
+
+
+ModelSpec = tuple[str, tuple[tuple[str, tuple[int, ...]], ...], tuple[float, ...]]
+"""Specification of a model: label, effects with their joints from 1, and all parameters."""
+
+
+@dataclass(frozen=True)
+class StepsSpec:
+    """Start of a task: recordings, and a list of steps that any process can rebuild."""
+
+    train: Path
+    validate: Path | None
+    steps: tuple[ModelSpec, ...]
+
+
+@dataclass(frozen=True)
+class StepView:
+    """One model of the list of steps."""
+
+    label: str
+    """Change from the model before."""
+    entry: StepEntry
+    terms: tuple[tuple[str, tuple[int, ...]], ...]
+    """Effects, with their joints from 1."""
+    x: tuple[float, ...]
+    """All parameters, from which the model can be rebuilt."""
+    improvement: float | None
+    """Share of the held-out error above the noise floor that the last change removed."""
+    improvement_ci95: tuple[float, float] | None
+    refusal: str
+    """Why the judge does not accept the effect that was added last; empty if it does, or none was added."""
+
+    @property
+    def spec(self) -> ModelSpec:
+        """Return the specification from which the model can be rebuilt."""
+        return self.label, self.terms, self.x
+
+
+@dataclass(frozen=True, eq=False)
+class StepsView:
+    """The models so far; the last one is the current one."""
+
+    train: str
+    validate: str | None
+    """Names of the recordings."""
+    steps: tuple[StepView, ...]
+    noise_rms: tuple[float | None, ...]
+    """Noise floor of each joint; None if nothing repeats."""
+    units: tuple[str, ...]
+    """Units of the efforts."""
+    position_units: tuple[str, ...]
+    relative: bool
+    """True where the torque gain is assumed."""
+    simulated: bool
+    bandwidth: float
+    """[Hz]"""
+    held_out: str
+    """Description of the validation data."""
+    excerpt: float | None
+    """Share of the recordings that is analysed where they are too long; None for all."""
+    mandatory: tuple[str, ...]
+    """Names of the mandatory effects."""
+    diagnosed: bool
+    """Whether the current model is the final model of the full diagnosis."""
+
+
+@dataclass(frozen=True)
+class Mismatch:
+    """Two recordings that cannot be used together."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
+class CandidateList:
+    """Effects that can be added to the current model."""
+
+    cards: tuple[CandidateCard, ...]
+    """In descending order of improvement."""
+    not_excited: tuple[str, ...]
+    """Effects that this motion does not excite, or only with an inadmissible sign."""
+    unobservable: dict[str, str]
+    """Effects that such a recording cannot show, with the reason."""
+
+
+@dataclass(frozen=True)
+class ResidualView:
+    """Residual analysis of the current model."""
+
+    model: ModelFile
+    """The current model as it is saved."""
+    recordings: tuple[str, ...]
+    sentences: tuple[str, ...]
+    windows: tuple[Window, ...]
+    """Intervals with the largest residuals."""
+    window_table: ResultTable
+    figures: dict[str, dict[str, Any]]
+    """Plotly figures by title."""
+    causes: ResultTable
+    """The torque of the current model by its causes, in the first of the recordings."""
+    causes_sentences: tuple[str, ...]
+    causes_figure: dict[str, Any]
+    """Plotly figure."""
+
+
+@dataclass(frozen=True)
+class DiagnosisView:
+    """Result of the full diagnosis."""
+
+    document: dict[str, Any]
+    """Document of `ident diagnose --json`."""
+    figures: dict[str, dict[str, Any]]
+    """By effect: Plotly figure of the residual before and after."""
+
+
+View = (
+    RecordingView
+    | Mismatch
+    | StepsView
+    | tuple[TorqueSeries, ...]
+    | CandidateList
+    | CandidatePreviews
+    | ResidualView
+    | DiagnosisView
+    | SwarmProgress
+    | SwarmResult
+)
+"""What the worker sends to the page."""

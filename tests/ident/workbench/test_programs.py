@@ -1,0 +1,330 @@
+"""Programs that the page runs, with a made-up `daq`: drives, imports, sealed truth, comparisons."""
+
+import json
+import signal
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from ident.workbench.folder import SUFFIX, Folder
+from ident.workbench.pages.commission import _state
+from ident.workbench.pages.live import has_plots, live_figures, run_summary
+from ident.workbench.programs import feedforward_comparison, file_import, recording_process
+from ident.workbench.programs.feedforward_comparison import FeedforwardComparison
+from ident.workbench.programs.file_import import DELTA, EXTRA, PRISMATIC, REVOLUTE
+from ident.workbench.programs.recording_process import RecordingProcess, RunStatus
+from ident.workbench.programs.reveal import is_sealed, reveal, sentences
+from ident.workbench.programs.running import run_ident
+from ident.workbench.topics import Changes
+from recordings.errors import BadInput
+
+SAMPLE = Path(__file__).parents[3] / "recordings" / "samples" / "fig5b.mcap"
+SIMULATED = ("daq", "record", "--traj", "fig5a")
+REAL = (*SIMULATED, "--rig", "bench.toml")
+SLIDE = """
+name = "slide"
+mechanism = "axes"
+torque = {map = "linear", gain = [1.0]}
+axes = [{type = "prismatic"}]
+drives = [{node_id = 1}]
+"""
+HELD = """
+import json, sys
+print(json.dumps({"status": "stream", "rows": []}), flush=True)
+alive = len(sys.stdin.read())
+row = {"time": 0, "position": [0, alive, 0], "following_error": [0, 0.001, 0]}
+print(json.dumps({"rows": [row], "argv": sys.argv}))
+print(json.dumps({"released": True, "from": 0.1, "to": 0.1213, "by": 0.05}))
+"""
+JOG = {"--joint": "2", "--by": "0.05"}
+
+Daq = Callable[[str], RecordingProcess]
+
+
+@pytest.fixture
+def daq(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Daq:
+    """Return a function that gives a process whose `daq` is a program in Python; all rooms run it."""
+
+    def start(program: str) -> RecordingProcess:
+        command = (sys.executable, "-c", program)
+        for module in ("running", "recording_process"):
+            monkeypatch.setattr(f"ident.workbench.programs.{module}.daq_command", lambda: command)
+        process = RecordingProcess(tmp_path, Changes())
+        process.mark_seen()
+        return process
+
+    return start
+
+
+def finished(process: RecordingProcess) -> RunStatus:
+    assert process.run
+    deadline = time.monotonic() + 60
+    while process.run.exit_code is None:
+        assert time.monotonic() < deadline, "timeout"
+        time.sleep(0.02)
+    return process.run
+
+
+def recorded(process: RecordingProcess, folder: Path, **options: str) -> RunStatus:
+    process.start({f"--{name}": value for name, value in options.items()}, folder / "run.mcap")
+    return finished(process)
+
+
+def test_status_lines_and_text_for_people_are_told_apart(daq: Daq, tmp_path: Path) -> None:
+    (tmp_path / "slide.toml").write_text(SLIDE)
+    told = '{"rows": [{"time": 2.0}], "lateness": 0.5, "done": 3}'
+    lines = ('{"rows": [{"time": 1.0}]}', "no JSON", "17", told)
+    run = recorded(daq(f"print(*{lines!r}, sep=chr(10))"), tmp_path, rig="slide.toml")
+    assert [row["time"] for row in run.rows] == [1.0, 2.0]
+    assert list(run.lateness) == [(2.0, 0.5)]
+    assert (run.status["done"], list(run.messages)) == (3, ["no JSON", "17"])
+    assert (run.exit_code, run.position_unit) == (0, "m"), "the unit is that of the rig file"
+
+
+def test_what_is_wrong_is_told_without_raw_usage(daq: Daq, tmp_path: Path) -> None:
+    error = "Error: '--cycles': -3 is too small."
+    lines = ["Usage: daq record [OPTIONS]", "Try 'daq record --help' for help.", "", error]
+    run = recorded(daq(f"import sys; print(*{lines!r}, sep=chr(10), file=sys.stderr); sys.exit(2)"), tmp_path)
+    assert run_summary(run) == "run.mcap: did not start. error: '--cycles': -3 is too small."
+    (tmp_path / "bad.toml").write_text("nonsense = 1")
+    process = daq("")
+    with pytest.raises(BadInput, match=r"bad\.toml"):
+        process.start({"--rig": "bad.toml"}, tmp_path / "run.mcap")
+    for joint in ("4", "0"):
+        with pytest.raises(BadInput, match=f"1 to 3 expected, {joint} found"):
+            process.commission("jog", {**JOG, "--joint": joint})
+    assert process.run is None, "nothing has started"
+
+
+def test_drives_are_stopped_when_no_browser_shows_the_page(
+    daq: Daq, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recording_process, "_UNATTENDED_TIMEOUT", 0.3)
+    run = recorded(daq("import time; time.sleep(600)"), tmp_path)
+    assert run.exit_code == -signal.SIGTERM
+    assert list(run.messages) == ["no browser shows the page any more: stopping"]
+
+
+def test_a_jog_gets_keep_alives_until_it_is_released(daq: Daq) -> None:
+    process = daq(HELD)
+    process.commission("jog", JOG)
+    for _ in range(3):
+        process.keep_alive()
+    assert process.running, "the program waits for the end of its input"
+    with pytest.raises(BadInput, match="in progress"):
+        process.commission("jog", JOG)
+    process.release()
+    run = finished(process)
+    assert run.status["argv"] == ["-c", "jog", "--joint", "2", "--by", "0.05", "--hold", "--status"]
+    assert run.latest("position") == 3
+    assert _state(run) == (
+        "daq jog: released after +0.0213 of +0.05 rad; drives off. · at +3.0000 rad, following error +1.00 mrad"
+    )
+
+
+@pytest.mark.parametrize("command", ["jog", "axis-check"])
+def test_a_command_that_ended_by_itself_needs_no_keep_alives(command: str, daq: Daq) -> None:
+    process = daq("print('joint  follows'); print(); print('    2     100%')")
+    process.commission(command, JOG)
+    assert list(finished(process).messages) == ["joint  follows", "    2     100%"]
+    process.keep_alive()
+    process.release()
+
+
+@pytest.mark.parametrize(
+    ("command", "code", "message", "expected"),
+    [
+        (SIMULATED, 1, "error: SIGTERM received", "error: SIGTERM received. The simulated drives were disabled"),
+        (REAL, 1, "error: SIGTERM received", "The drives were disabled and the file closed."),
+        (REAL, 1, "error: bus-off; disabling NOT CONFIRMED", "NOT CONFIRMED."),
+        (SIMULATED, -9, "", "Its simulated drives ended with it."),
+        (REAL, -9, "", "CHECK THE DRIVES"),
+    ],
+)
+def test_end_of_a_run_says_what_became_of_the_drives(
+    command: tuple[str, ...], code: int, message: str, expected: str
+) -> None:
+    run = RunStatus(command, Path("run.mcap"), exit_code=code)
+    run.messages.append(message)
+    assert run_summary(run).endswith(expected) or expected in run_summary(run)
+
+
+def test_only_what_moves_has_plots_and_a_jog_at_its_end() -> None:
+    run, jog = RunStatus(REAL, Path("run.mcap"), "m"), RunStatus(("daq", "jog"), None)
+    assert not has_plots(run), "nothing has come yet"
+    for each in (run, jog):
+        each.rows.append({"time": 0.0, "position": [0.1], "following_error": [0.002], "voltage": [1.5]})
+    assert has_plots(run)
+    assert not has_plots(jog)
+    jog.exit_code = 0
+    assert has_plots(jog)
+    assert not has_plots(RunStatus(("daq", "axis-check"), None, exit_code=0)), "it prints a table"
+    titles = [figure["layout"]["yaxis"]["title"]["text"] for figure in live_figures(run).values()]
+    assert titles == ["position<br>[m]", "following error<br>[mm]", "voltage<br>[V]", "lateness<br>[ms]"]
+
+
+def test_error_of_ident_is_returned(tmp_path: Path) -> None:
+    error = run_ident(tmp_path, "export", "missing.json", "--to", "c", "-o", "out")
+    assert error is not None
+    assert error.startswith("error")
+    assert "missing.json" in error
+
+
+COLUMNS = [
+    {"column": "Time", "name": "time", "unit": "ms", "why": "unit in the file", "preview": [0.0, 1.0]},
+    {"column": "q 1", "name": "position_1", "unit": "deg", "why": "unit in the file", "preview": [0.0, None]},
+    {"column": "iq", "name": "current_1", "unit": "A", "why": "name", "preview": [1.0, 1.0]},
+    {"column": "status", "name": None, "unit": None, "why": "name", "preview": []},
+]
+
+
+def guessed(daq: Daq, options: str = "") -> file_import.FileGuess:
+    document = {"columns": COLUMNS, "command": f"daq import a.csv --out a.mcap{options}", "missing": []}
+    daq(f"print({json.dumps(document)!r})")
+    return file_import.guess(Path(), "a.csv")
+
+
+def chosen(made: file_import.FileGuess) -> list[tuple[str, str, str]]:
+    return [(column.name, column.quantity or EXTRA, column.unit) for column in made.columns]
+
+
+@pytest.mark.parametrize(
+    ("options", "machine"),
+    [("", DELTA), (" --mechanism axes", REVOLUTE), (" --mechanism axes --joints prismatic", PRISMATIC)],
+)
+def test_choice_as_guessed(options: str, machine: str, daq: Daq) -> None:
+    made = guessed(daq, f" --map time=Time:ms --kt NUMBER{options}")
+    assert made.machine == machine
+    words = file_import.arguments(made, chosen(made), machine, "b.mcap", 0.35)
+    mapped = ("--map", "time=Time:ms", "--map", "position_1=q 1:deg", "--map", "current_1=iq:A")
+    assert words == ["import", "a.csv", "--out", "b.mcap", *mapped, *options.split(), "--kt", "0.35"]
+    assert "--map" not in made.options or made.options["--kt"] == "NUMBER"
+
+
+def test_rig_file_and_joint_names_of_a_bag(daq: Daq) -> None:
+    made = guessed(daq, " --topic /arm --names c,a,b")
+    words = file_import.arguments(made, chosen(made), "rig.toml", "b.mcap", joint_names="a,b,c")
+    assert words[-6:] == ["--rig", "rig.toml", "--topic", "/arm", "--names", "a,b,c"]
+
+
+def test_import_asks_for_what_no_file_says(daq: Daq) -> None:
+    made = guessed(daq)
+    with pytest.raises(BadInput, match=r"the torque per ampere at the joint .* expected, none found"):
+        file_import.arguments(made, chosen(made), DELTA, "b.mcap")
+    assert not file_import.needs_torque_per_ampere({"current_1", "effort_1"}, DELTA), "it is kept, and drives nothing"
+    with pytest.raises(BadInput, match="one column for time expected, Time and status found"):
+        file_import.arguments(made, [("Time", "time", "ms"), ("status", "time", "")], DELTA, "b.mcap")
+
+
+def test_what_daq_says_of_an_import_is_passed_on_warnings_first(daq: Daq) -> None:
+    observations = [{"level": "note", "says": "rate 250 Hz"}, {"level": "warning", "says": "time looks like ms"}] * 2
+    document = {"joints": 3, "samples": 9, "duration_s": 4.0, "observations": observations, "notes": ["topic /a"]}
+    daq(f"print({json.dumps(document)!r})")
+    head, *others = file_import.convert(Path(), ["import", "a.csv"])
+    assert head == "3 joints, 9 samples in 4 s"
+    assert others == ["Warning: time looks like ms", "rate 250 Hz", "topic /a"]
+    daq("import sys; sys.exit('error: a table expected, an image found; export it as CSV')")
+    with pytest.raises(BadInput, match=r"^a table expected"):
+        file_import.guess(Path(), "a.csv")
+
+
+def test_sealed_truth_is_opened_beside_the_model(tmp_path: Path) -> None:
+    hidden = [
+        {"name": "stribeck", "joints": [2], "verdict": "found"},
+        {"name": "base_tilt", "joints": []},
+    ]
+    assert sentences({"hidden": hidden, "not_hidden": ["backlash"]}) == [
+        "Hidden: stribeck on joint 2: found.",
+        "Hidden: base_tilt.",
+        "Found, but not hidden: backlash.",
+    ]
+    assert sentences({"hidden": []}) == ["Hidden: nothing."]
+    (tmp_path / "a.mcap").touch()
+    assert not is_sealed(tmp_path, "a.mcap")
+    with pytest.raises(BadInput, match="seal"):
+        reveal(tmp_path, "a.mcap", None)
+    (tmp_path / "a.sealed.json").touch()
+    assert is_sealed(tmp_path, "a.mcap")
+
+
+MODEL, OTHER = cast(Any, object()), cast(Any, object())
+
+
+class Recorder:
+    """Stands for the process that records; `end` ends it."""
+
+    def __init__(self) -> None:
+        self.runs: list[tuple[dict[str, str], Path, Callable[[RunStatus], None]]] = []
+        self.refuses = False
+
+    def start(self, options: dict[str, str], file: Path, then: Callable[[RunStatus], None]) -> None:
+        if self.refuses:
+            raise BadInput("no other recording expected, one is in progress; stop it first")
+        self.runs.append((options, file, then))
+
+    def end(self, exit_code: int = 0, message: str = "") -> None:
+        _, file, then = self.runs[-1]
+        if exit_code == 0:
+            file.write_bytes(SAMPLE.read_bytes())
+        run = RunStatus(("daq",), file, exit_code=exit_code)
+        run.messages.append(message)
+        then(run)
+
+
+@pytest.fixture
+def recorder() -> Recorder:
+    return Recorder()
+
+
+@pytest.fixture
+def comparison(tmp_path: Path, recorder: Recorder) -> FeedforwardComparison:
+    return FeedforwardComparison(Folder.at(tmp_path), cast(Any, recorder), Changes())
+
+
+def test_two_recordings_of_the_same_machine_are_compared(
+    comparison: FeedforwardComparison, recorder: Recorder
+) -> None:
+    comparison.start(MODEL, "a.model.json", {"--hidden": "7"})
+    assert "without" in (comparison.state or "")
+    recorder.end()
+    assert "with the model" in (comparison.state or "")
+    recorder.end()
+    assert comparison.state is comparison.problem is None
+    (plain, _, _), (fed, _, _) = recorder.runs
+    assert fed == {**plain, "--feedforward": "a.model.json"}
+    assert (plain["--hidden"], plain["--traj"]) == ("7", feedforward_comparison.MOTION)
+    result = comparison.of(MODEL)
+    assert result is not None
+    assert result.files == ("fig5b-plain.mcap", "fig5b-feedforward.mcap")
+    assert result.runs[0].overall == result.runs[1].overall > 0
+    assert len(result.figure["data"]) == 6
+    assert comparison.of(OTHER) is None
+    comparison.start(OTHER, "b.model.json", {})
+    assert recorder.runs[-1][1].name == f"fig5b-plain-2{SUFFIX}"
+
+
+@pytest.mark.parametrize("failing", [1, 2])
+def test_failure_ends_a_comparison_with_its_reason(
+    comparison: FeedforwardComparison, recorder: Recorder, failing: int
+) -> None:
+    comparison.start(MODEL, "a.model.json", {})
+    if failing == 2:
+        recorder.end()
+    recorder.end(1, "error: stopped by SIGTERM")
+    assert len(recorder.runs) == failing
+    assert comparison.state is comparison.of(MODEL) is None
+    assert "SIGTERM" in (comparison.problem or "")
+
+
+def test_recorder_that_refuses_ends_a_comparison(comparison: FeedforwardComparison, recorder: Recorder) -> None:
+    comparison.start(MODEL, "a.model.json", {})
+    recorder.refuses = True
+    recorder.end()
+    assert "no other recording" in (comparison.problem or "")
+    with pytest.raises(BadInput):
+        comparison.start(MODEL, "a.model.json", {})
+    assert comparison.state is None
