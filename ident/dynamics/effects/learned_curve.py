@@ -95,15 +95,11 @@ def learned_effect(curves: Sequence[LearnedCurve]) -> Additive:
 
 
 def unknown_curve(curve: LearnedCurve) -> Additive:
-    """The effect of a `curve` whose values are not known: they are its coefficients.
-
-    Unknown beyond its knots: viscous friction and a curve of the speed nearly add up to nothing between them.
-    """
+    """The effect of a `curve` whose values are not known: they are its coefficients."""
 
     def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
-        torque, variable = np.zeros((*inputs.motion.velocity.shape, len(curve.knots))), curve.variable_values(inputs)
-        inside = (variable >= curve.knots[0]) & (variable <= curve.knots[-1])
-        torque[:, curve.joint - 1] = np.where(inside[:, None], curve.columns(inputs), np.nan)
+        torque = np.zeros((*inputs.motion.velocity.shape, len(curve.knots)))
+        torque[:, curve.joint - 1] = curve.columns(inputs)
         return torque
 
     values = [Quantity(name=f"f{number}_", unit="{effort}", meaning="value") for number in range(len(curve.knots))]
