@@ -79,8 +79,7 @@ class Candidates:
             if candidate.term.effect.curve or not self.is_significant(model, candidate):
                 continue
             best = before - min((each.solution.loss for each in models), default=before)
-            enough = before - candidate.loss >= MIN_PROMISE * best or len(models) < WIDTH
-            if enough:
+            if before - candidate.loss >= MIN_PROMISE * best or len(models) < WIDTH:
                 models.append(self.add(model, candidate))
         return sorted(models, key=lambda extended: extended.solution.loss)
 

@@ -47,6 +47,7 @@ def _imitation(selection: Selection, curves: FittedModel, given: set[str]) -> st
 
 
 def _without(model: FittedModel, name: str) -> FittedModel:
+    """Refit `model` without the effect `name`; not kept, as curves over different variables have one name."""
     structure, x = model.solution.structure, model.solution.x
     for index in reversed([i for i, term in enumerate(model.terms) if term.name == name]):
         x, structure = x[~structure.parameter_mask(index)], structure.without_term(index)
