@@ -32,7 +32,7 @@ def draw(page: Page) -> None:
             with grid:
                 for kind, figure in live_figures(run).items():
                     plots_by_kind[kind] = page.draw_figure(figure, f"{kind} while moving")
-        bar.value = run.status.get("done", 0) / max(run.status.get("total", 1), 1)
+        bar.value = _share_done(run)
         counts.text = _counts(run)
         messages.clear()
         with messages:
@@ -53,7 +53,8 @@ def run_summary(run: RunStatus | None) -> str:
         return "No run yet."
     if run.exit_code is None:
         word = {0: run.status.get("status", "starting"), 1: "stopping"}.get(run.stop_count, "quick stop")
-        return f"{run.name}: {word}"
+        share = f", {_share_done(run):.1%}" if word == "stream" else ""
+        return f"{run.name}: {word}{share}"
     if run.exit_code == 0:
         return f"{run.name}: {_outcome(run)}"
     if run.exit_code < 0:
@@ -80,6 +81,10 @@ def _outcome(run: RunStatus) -> str:
     status, unit = run.status, run.position_unit
     ended = "released" if status["released"] else "done"
     return f"{ended} after {status['to'] - status['from']:+.4f} of {status['by']:+g} {unit}; drives off."
+
+
+def _share_done(run: RunStatus) -> float:
+    return float(run.status.get("done", 0) / max(run.status.get("total", 1), 1))
 
 
 def _counts(run: RunStatus) -> str:

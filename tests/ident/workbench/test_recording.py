@@ -34,8 +34,7 @@ def wait_for(out: Path, timeout: float = PATIENCE) -> Recording:
 
 
 def wait_until_moving(browser: Browser) -> None:
-    browser.wait_for_text("run-state", re.compile("stream$"))
-    time.sleep(1.0)
+    browser.wait_for_text("run-state", re.compile(r"stream, (0\.[4-9]|[1-9].*)%$"))  # ten minutes: after the lead-in
 
 
 def start_recording(browser: Browser, address: str) -> None:
