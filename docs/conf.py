@@ -17,7 +17,8 @@ import ident.cli
 
 project = "delta-workbench"
 version = installed_version(project)
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax"]
+myst_enable_extensions = ["dollarmath"]
 exclude_patterns = ["examples"]
 autodoc_typehints_format = "short"
 default_role = "code"
@@ -101,9 +102,14 @@ def _effect(effect: dict[str, Any]) -> list[str]:
         f"{effect['sentence']} {effect['symptom']}\n",
         f"- Usual causes: {effect['causes']}.",
         f"- What to do: {effect['remedy']}.",
-        f"- Equation: `{effect['equation']}`, {scope}; mechanisms: {', '.join(effect['mechanisms'])}.\n",
+        f"- Equation: {_equation(effect)}, {scope}; mechanisms: {', '.join(effect['mechanisms'])}.\n",
         *["| parameter | unit | meaning |", "|---|---|---|", *rows, ""],
     ]
+
+
+def _equation(effect: dict[str, Any]) -> str:
+    """The effect's formula as it is typeset, or its equation as text where it has none."""
+    return f"${effect['latex']}$" if effect["latex"] else f"`{effect['equation']}`"
 
 
 def _list_arguments(app: Sphinx, what: str, name: str, subject: object, options: object, lines: list[str]) -> None:

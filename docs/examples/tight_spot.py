@@ -2,30 +2,20 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.base import Additive, Quantity, Shapes
-from recordings.recording import Floats
-
-
-def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
-    """exp(-((q - q_0) / w)^2) sgn v (n, dof, 1)."""
-    near = np.exp(-(((inputs.motion.position - shapes["q_0"]) / shapes["w"]) ** 2))
-    return (near * inputs.motion.direction)[:, :, None]
-
+from ident.dynamics.effects.base import Additive, Quantity
 
 effect = Additive(
     sentence="Around one angle the joint rubs harder.",
     symptom="The residual opposes the motion, at one angle only.",
     causes="a dent in a bearing, a cable that chafes",
     remedy="look at the joint at that angle",
-    equation="a exp(-((q - q_0) / w)^2) sgn v, a >= 0",
     axis="position",
-    coefficients=(Quantity(name="a", unit="{effort}", meaning="dry friction there", lower=0.0),),
+    formula=lambda q, direction, q_0, w: np.exp(-(((q - q_0) / w) ** 2)) * direction,
+    parameters=(Quantity(name="a", unit="{effort}", meaning="dry friction there", lower=0.0),),
     shapes=(
         Quantity(name="q_0", unit="{position}", meaning="where", initial_guesses=(-0.8, -0.6, -0.4, -0.2, 0.0, 0.2)),
         Quantity(
             name="w", unit="{position}", meaning="half its width", lower=0.01, upper=1.0, initial_guesses=(0.1,)
         ),
     ),
-    columns=columns,
 )

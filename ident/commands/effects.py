@@ -74,24 +74,15 @@ def _explain(name: str, effect: Effect) -> None:
 
 
 def _entry(name: str, effect: Effect) -> dict[str, Any]:
-    from ident.dynamics.effects.base import Additive, Signal
-
-    coefficients = (
-        effect.coefficients
-        if isinstance(effect, Additive)
-        else effect.parameters
-        if isinstance(effect, Signal)
-        else ()
-    )
     return {
         "name": name,
-        "kind": "additive" if isinstance(effect, Additive) else "signal",
+        "kind": "additive" if effect.linear else "signal",
         "sentence": effect.sentence,
         "symptom": effect.symptom,
-        **{key: getattr(effect, key) for key in ("causes", "remedy", "equation", "axis")},
+        **{key: getattr(effect, key) for key in ("causes", "remedy", "equation", "latex", "axis")},
         "mechanisms": list(effect.mechanisms),
         "whole_robot": effect.whole_robot,
-        "parameters": [_quantity(quantity) for quantity in (*coefficients, *effect.shapes)],
+        "parameters": [_quantity(quantity) for quantity in (*effect.parameters, *effect.shapes)],
     }
 
 

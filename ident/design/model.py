@@ -7,7 +7,6 @@ import numpy as np
 
 from ident.dynamics import mechanisms
 from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.base import Additive
 from ident.dynamics.effects.library import load, names
 from ident.dynamics.inverse_dynamics import InverseDynamics
 from ident.dynamics.mechanisms import Parameter
@@ -64,10 +63,10 @@ class DesignModel:
         size = term.instances * len(term.local_parameters)
         values = np.concatenate([self.values, np.zeros(size), term.effect.typical_shapes])
         extended = InverseDynamics(self.structure.with_term(term), values)
-        if isinstance(term.effect, Additive):
+        if term.effect.linear:
             return extended.columns(self._inputs(extended, motion))[:, :, -size:]
         without = extended.reported(self._inputs(extended, motion))
-        guesses = [quantity.initial_guesses[0] for quantity in term.local_parameters] * term.instances
+        guesses = [quantity.first_guess for quantity in term.local_parameters] * term.instances
         changes = [
             self._change(extended, motion, without, len(self.values) + entry, guess)
             for entry, guess in enumerate(guesses)
@@ -105,7 +104,7 @@ def with_effects(rig: Rig, effects: Sequence[str]) -> DesignModel:
         if effects.count(name) > 1:
             raise BadInput(f"every effect once expected, '{name}' found twice; remove one")
         effect = load(name)
-        if not isinstance(effect, Additive) or rig.mechanism not in effect.mechanisms or effect.axis == "time":
+        if not effect.linear or rig.mechanism not in effect.mechanisms or effect.axis == "time":
             raise BadInput(
                 f"effect {name}: an effect expected that adds torque to a {rig.mechanism} and does not change with "
                 "time; remove it"

@@ -7,15 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.base import Additive
+from ident.dynamics.effects.reading import PositionCorrection
 from ident.dynamics.mechanism_motion import MechanismMotion
 from ident.dynamics.motion import Motion
-from ident.dynamics.structure import ModelStructure, PositionCorrection, Term
+from ident.dynamics.structure import ModelStructure, Term
 from recordings.errors import BadInput
 from recordings.recording import Floats
 
-_STEP = 1e-4
-"""Of the differences by which velocity and acceleration are corrected together with the position [rad or m]."""
 _GIVEN = {
     "rate": "dt, the time from row to row [s]",
     "time": "t, the time since the run began [s]",
@@ -81,10 +79,9 @@ class InverseDynamics:
         """
         structure = self.structure
         columns = [structure.mechanism_columns(structure.mechanism_of(inputs.rig).regressor(inputs.motion))]
-        for index, term in enumerate(structure.terms):
-            if isinstance(term.effect, Additive):
-                with _naming(term):
-                    columns.append(term.by_instance(structure.columns(index, self.values, inputs)))
+        for index, term, _ in structure.additive:
+            with _naming(term):
+                columns.append(term.by_instance(structure.columns(index, self.values, inputs)))
         return np.concatenate(columns, axis=2)
 
     def torque(self, inputs: EffectInputs) -> Floats:
@@ -146,11 +143,10 @@ class InverseDynamics:
 
     def _additive_terms(self, inputs: EffectInputs) -> Iterator[tuple[int, Floats]]:
         """Yield the index of each additive term and its torque (n, dof)."""
-        for index, term in enumerate(self.structure.terms):
-            if isinstance(term.effect, Additive):
-                with _naming(term):
-                    columns = self.structure.columns(index, self.values, inputs)
-                yield index, term.torque(columns, self.structure.local_values(index, self.values))
+        for index, term, _ in self.structure.additive:
+            with _naming(term):
+                columns = self.structure.columns(index, self.values, inputs)
+            yield index, term.torque(columns, self.structure.local_values(index, self.values))
 
     def _offsets(self, inputs: EffectInputs) -> Iterator[tuple[int, Floats]]:
         """Yield the index of each effect between motor and arm, and the torque (n, dof) that it adds at the motor."""
@@ -163,7 +159,7 @@ class InverseDynamics:
     @property
     def distorts_report(self) -> bool:
         """Whether the drives report something else than the `torque`."""
-        return any(effect.report and not effect.offset for _, _, effect in self.structure.signals)
+        return any(effect.distorts_report for _, _, effect in self.structure.signals)
 
     def reported(self, inputs: EffectInputs) -> Floats:
         """Torque (n, dof) that the rig's torque map makes of what the drives report, given the true torque.
@@ -183,7 +179,7 @@ class InverseDynamics:
         inputs_of: computes the inputs of effects for this model, or for one that lacks corrections. The causes of the
         mechanism are then those of the motion as it is reported, by the lengths of the rig file.
         """
-        indices = [index for index, _, effect in self.structure.signals if effect.position or effect.rig]
+        indices = [index for index, _, effect in self.structure.signals if effect.corrects_motion]
         names = self.structure.term_names
         model = self._without_distortion(indices)
         parts = model.terms(inputs_of(model))
@@ -216,16 +212,10 @@ def _naming(term: Term) -> Iterator[None]:
 def _corrected(motion: Motion, correct: PositionCorrection) -> Motion:
     """The `motion` with its position corrected, and with what follows for its derivatives.
 
-    With y = c(x): velocity c' x', acceleration c' x'' + c'' x'^2. Where the effect has no derivatives, they are
-    central differences of c.
+    With y = c(x): velocity c' x', acceleration c' x'' + c'' x'^2.
     """
-    x = motion.position
-    if correct.slopes:
-        here = correct(x)
-        slope, bend = correct.slopes(here)
-    else:
-        below, here, above = (correct(x + step) for step in (-_STEP, 0.0, _STEP))
-        slope, bend = (above - below) / (2 * _STEP), (above - 2 * here + below) / _STEP**2
+    here = correct(motion.position)
+    slope, bend = correct.slopes(here)
     velocity = slope * motion.velocity
     acceleration = slope * motion.acceleration + bend * motion.velocity**2
     return replace(motion, position=here, velocity=velocity, acceleration=acceleration)

@@ -1,7 +1,5 @@
 """Rods (forearms) of uniform mass, which the base model lumps at platform and arms."""
 
-import numpy as np
-
 from ident.dynamics.motion import Motion
 from ident.dynamics.platform import platform
 from recordings.recording import Floats
@@ -19,14 +17,3 @@ def torque(geometry: Geometry, motion: Motion) -> Floats:
     m (a_1 + 2 a_2) / 6 at the platform; the same for its weight.
     """
     return platform(geometry, motion).torque_of_rods
-
-
-def horizontal_gravity_torque(geometry: Geometry, motion: Motion) -> Floats:
-    """Torque (n, 2, 3) [N m] of such rods per unit of gravity [m/s^2] along x and along y.
-
-    A rod's centre moves half as much as its elbow and half as much as the platform.
-    """
-    outwards = np.stack([np.cos(geometry.phi), np.sin(geometry.phi)])
-    elbows = -geometry.L1 * np.sin(motion.position)[:, None] * outwards  # velocity per joint velocity
-    torque: Floats = -(elbows + 3 * platform(geometry, motion).jacobian[:, :2]) / 2
-    return torque

@@ -10,26 +10,11 @@ import numpy as np
 from ident.dynamics import mechanisms
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Effect, Quantity, Shapes, Signal, Values
+from ident.dynamics.effects.reading import PositionCorrection
 from ident.dynamics.mechanisms import Parameter, RigidMechanism
 from ident.dynamics.term import Term as Term
 from recordings.recording import Bools, Floats, Ints
 from recordings.rig import Rig
-
-Slopes = Callable[[Floats], tuple[Floats, Floats]]
-"""Computes derivatives of a correction (n, dof) at true positions."""
-
-
-@dataclass(frozen=True)
-class PositionCorrection:
-    """What makes true positions (n, dof) of measured ones, and its derivatives where the effect has them."""
-
-    position: Callable[[Floats], Floats]
-    slopes: Slopes | None = None
-
-    def __call__(self, measured: Floats) -> Floats:
-        """Return the true positions."""
-        return self.position(measured)
-
 
 Report = Callable[[Floats, EffectInputs], Floats]
 """Computes the reported torque (n, dof) from the true one."""
@@ -115,7 +100,7 @@ class ModelStructure:
         return values
 
     def _term_parameters(self, index: int, term: Term) -> list[ParameterEntry]:
-        linear = isinstance(term.effect, Additive)
+        linear = term.effect.linear
         joints = (None,) if term.effect.whole_robot else term.joints
         local = [
             self._parameter(index, term, quantity, joint, linear)
@@ -220,8 +205,7 @@ class ModelStructure:
     @cached_property
     def arm_terms(self) -> tuple[int, ...]:
         """Indices of the terms whose torque acts on the arms."""
-        terms = enumerate(self.terms)
-        return tuple(i for i, term in terms if isinstance(term.effect, Additive) and term.effect.on_arm)
+        return tuple(index for index, _, effect in self.additive if effect.on_arm)
 
     def local_values(self, index: int, x: Floats) -> Floats:
         """Local parameters (instances, c) of the term `index` in the vector `x` (K,)."""
@@ -237,7 +221,7 @@ class ModelStructure:
         return x[self._entries[index]][term.instances * len(term.local_parameters) :]
 
     def columns(self, index: int, x: Floats, inputs: EffectInputs) -> Floats:
-        """Torque (n, dof, c) per unit of each coefficient of the additive term `index`, on every joint."""
+        """Torque (n, dof, c) per unit of each parameter of the additive term `index`, on every joint."""
         effect = self.terms[index].effect
         assert isinstance(effect, Additive)
         return effect.columns(inputs, self.shapes_by_name(index, x))
@@ -272,8 +256,8 @@ class ModelStructure:
         for index, _, effect in self.signals:
             values = self.signal_values(index, x)
             rig = effect.rig(rig, values) if effect.rig else rig
-            if effect.position:
-                corrections.append(_correction(effect, rig, values))
+            if effect.reading:
+                corrections.append(PositionCorrection(effect.reading, values))
         return rig, tuple(corrections)
 
     def reports(self, x: Floats) -> Iterator[tuple[Term, Report]]:
@@ -281,6 +265,13 @@ class ModelStructure:
         for index, term, effect in self.signals:
             if effect.report:
                 yield term, _report(effect.report, self.signal_values(index, x))
+
+    @cached_property
+    def additive(self) -> tuple[tuple[int, Term, Additive], ...]:
+        """Index, term and effect of the terms that add torque."""
+        return tuple(
+            (index, term, term.effect) for index, term in enumerate(self.terms) if isinstance(term.effect, Additive)
+        )
 
     @cached_property
     def signals(self) -> tuple[tuple[int, Term, Signal], ...]:
@@ -315,15 +306,6 @@ def _mechanism_entry(parameter: Parameter, *, replaced: bool) -> ParameterEntry:
         linear=not replaced,
         free=not replaced,
         scale=1.0,
-    )
-
-
-def _correction(effect: Signal, rig: Rig, values: Values) -> PositionCorrection:
-    position, slopes = effect.position, effect.position_slopes
-    assert position is not None
-    return PositionCorrection(
-        lambda measured: position(measured, rig, values),
-        None if slopes is None else lambda true: slopes(true, rig, values),
     )
 
 

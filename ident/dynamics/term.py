@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 
-from ident.dynamics.effects.base import Additive, Effect, Quantity, Signal, Suggestion
+from ident.dynamics.effects.base import Effect, Quantity, Suggestion
 from recordings.recording import Floats
 from recordings.rig import Rig
 
@@ -32,10 +32,8 @@ class Term:
 
     @property
     def local_parameters(self) -> tuple[Quantity, ...]:
-        """Parameters of each instance: coefficients of an additive effect, or parameters of a signal effect."""
-        if isinstance(self.effect, Additive):
-            return self.effect.coefficients
-        return self.effect.parameters if isinstance(self.effect, Signal) else ()
+        """Parameters of each instance."""
+        return self.effect.parameters
 
     @property
     def shapes(self) -> tuple[Quantity, ...]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording
 from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.base import Additive, Signal
+from ident.dynamics.effects.base import Additive
 from ident.dynamics.mechanism_motion import MechanismMotion
 from ident.dynamics.structure import ModelStructure
 from ident.recent import RecentResults
@@ -174,7 +174,7 @@ class TorquePredictor:
         key = tuple(
             (term.name, *(tuple(value.tolist()) for value in structure.signal_values(index, x).values()))
             for index, term, effect in structure.signals
-            if effect.position or effect.rig
+            if effect.corrects_motion
         )
         if not key:
             return self.prepared.as_recorded
@@ -196,10 +196,9 @@ class TorquePredictor:
         """(n or m, dof, K_linear) columns of all linear parameters, in the order of the vector."""
         mechanism = self._mechanism_columns(self.corrected_motion(structure, x))
         columns = [structure.mechanism_columns(mechanism.conditioned if conditioned else mechanism.raw)]
-        for index, term in enumerate(structure.terms):
-            if isinstance(term.effect, Additive):
-                of_term = self._term_columns(structure, index, x, load_parameters)
-                columns.append(term.by_instance(of_term.conditioned if conditioned else of_term.raw))
+        for index, term, _ in structure.additive:
+            of_term = self._term_columns(structure, index, x, load_parameters)
+            columns.append(term.by_instance(of_term.conditioned if conditioned else of_term.raw))
         return np.concatenate(columns, axis=2)
 
     def _reported_torque(self, structure: ModelStructure, x: Floats, load_parameters: Floats) -> Floats:
@@ -207,8 +206,6 @@ class TorquePredictor:
 
     def _true_torque(self, structure: ModelStructure, x: Floats, load_parameters: Floats) -> Floats:
         """(n, dof) true torque. The last result is cached, as most nonlinear parameters affect only the report."""
-        effects = ((index, term, term.effect) for index, term in enumerate(structure.terms))
-        additive = [(index, term, effect) for index, term, effect in effects if isinstance(effect, Additive)]
         corrected = self.corrected_motion(structure, x)
         key = (
             corrected,
@@ -216,7 +213,7 @@ class TorquePredictor:
             x[structure.linear].tobytes(),
             *(
                 (effect.columns, term.joints, structure.shape_values(index, x).tobytes())
-                for index, term, effect in additive
+                for index, term, effect in structure.additive
             ),
         )
         last = self._last_torque
@@ -225,7 +222,7 @@ class TorquePredictor:
             true: Floats = np.einsum(
                 "njk,k->nj", corrected.regressor, structure.mechanism_values(x[structure.linear])
             )
-            for index, term, _ in additive:
+            for index, term, _ in structure.additive:
                 columns = self._term_columns(structure, index, x, load_parameters).raw
                 true += term.torque(columns, structure.local_values(index, x))
             true.flags.writeable = False
@@ -242,7 +239,7 @@ class TorquePredictor:
         self, structure: ModelStructure, x: Floats, load_parameters: Floats, true: Floats
     ) -> Floats:
         """(m, dof, K_linear) derivatives with respect to the linear parameters; `true`: (n, dof) true torque."""
-        if all(effect.report is None or effect.offset for _, _, effect in structure.signals):
+        if not any(effect.distorts_report for _, _, effect in structure.signals):
             return self._all_columns(structure, x, load_parameters, conditioned=True)
         columns = self._all_columns(structure, x, load_parameters, conditioned=False)
         step = _RELATIVE_STEP * max(float(np.sqrt(np.nanmean(true**2))), 1e-12)
@@ -278,7 +275,7 @@ class TorquePredictor:
         step = effect.step * max(abs(x[entry]), parameter.scale)
         shifted = x.copy()
         shifted[entry] += step if x[entry] + step <= parameter.upper else -step
-        if not isinstance(effect, Signal) or effect.position or effect.rig:
+        if effect.linear or effect.corrects_motion:
             true = self._true_torque(structure, shifted, load_parameters)
         difference = self._report(structure, shifted, load_parameters, true) - reported
         if np.nanmax(np.abs(difference), initial=0.0) < _ROUNDING * np.nanmax(np.abs(reported), initial=0.0):

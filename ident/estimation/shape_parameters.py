@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording
-from ident.dynamics.effects.base import Additive, Effect, Suggestion
+from ident.dynamics.effects.base import Effect, Suggestion
 from ident.dynamics.structure import ModelStructure, Term
 from ident.estimation.nonlinear_fit import Solution, nonlinear_least_squares
 from ident.estimation.predicted_torque import TorquePredictor
@@ -57,7 +57,7 @@ def suggestions(
 
 def _initial_guesses(term: Term, shapes: Sequence[Floats]) -> list[Floats]:
     """Vectors (local parameters + shapes,) from which the fit starts."""
-    if isinstance(term.effect, Additive):
+    if term.effect.linear:
         local = [np.zeros(term.instances * len(term.local_parameters))]
     else:
         local = [

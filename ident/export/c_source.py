@@ -2,15 +2,17 @@
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import jinja2
 import numpy as np
 
-from ident.dynamics.effects.base import Additive, Signal
+from ident.dynamics.effects.base import Additive, Effect, Signal
 from ident.dynamics.effects.c_code import CCode
+from ident.dynamics.effects.formula import C, Formula, traced
+from ident.dynamics.effects.reading import ITERATIONS, MIN_SLOPE, derivatives
 from ident.dynamics.inverse_dynamics import InverseDynamics
 from ident.dynamics.structure import Term
 from ident.identification.model import Model
@@ -78,10 +80,34 @@ def needs_temperature(model: Model) -> bool:
 
 def why_not(dynamics: InverseDynamics, index: int) -> str | None:
     """Return why the term `index` cannot be stepped in C, or None."""
-    effect = dynamics.structure.terms[index].effect
-    if effect.c is None:
+    code = code_of(dynamics.structure.terms[index].effect)
+    if code is None:
         return "no code in C"
-    return effect.c.impossible(dynamics.structure.shapes_by_name(index, dynamics.values))
+    return code.impossible(dynamics.structure.shapes_by_name(index, dynamics.values))
+
+
+def code_of(effect: Effect) -> CCode | None:
+    """The `effect` as C: its own code, or what follows from its formula; None if no controller can step it."""
+    code = effect.c or CCode()
+    if isinstance(effect, Additive) and effect.formula is not None:
+        return replace(code, expression=C(effect.expression))
+    if isinstance(effect, Signal) and effect.reading is not None:
+        return CCode(statements=_inverse(effect.reading))
+    return code if effect.c or effect.corrects_motion else None
+
+
+def _inverse(reading: Formula) -> str:
+    """Statements that make q, qd and qdd of what an encoder reads: `PositionCorrection` in C."""
+    expression, slope, bend = (C(each) for each in (*traced(reading), *derivatives(reading)))
+    return f"""
+        const real measured = q;
+        for (int step = 0; step < {ITERATIONS}; step++) {{
+            const real error = {expression} - measured, rise = {slope};
+            q -= error / fmax(rise, {C(MIN_SLOPE)});
+        }}
+        const real slope = {slope}, bend = {bend};
+        qdd = qdd / slope - bend * qd * qd / (slope * slope * slope);
+        qd /= slope;"""
 
 
 def _context(model: Model, carried: frozenset[int], real: Real) -> dict[str, Any]:
@@ -89,9 +115,9 @@ def _context(model: Model, carried: frozenset[int], real: Real) -> dict[str, Any
     terms = [(index, term) for index, term in enumerate(dynamics.structure.terms) if index in carried]
     functions, states, constants = [], [], list(_mechanism_constants(model, carried))
     for index, term in terms:
-        code = term.effect.c
+        code = code_of(term.effect)
         assert code is not None
-        if isinstance(term.effect, Signal) and not code.statements:
+        if not term.effect.linear and not code.statements:
             continue  # it changes the constants of the mechanism
         name = dynamics.structure.term_names[index].replace("#", "_")
         arrays = _effect_constants(dynamics, index, code)
@@ -107,7 +133,6 @@ def _context(model: Model, carried: frozenset[int], real: Real) -> dict[str, Any
         "states": states,
         "constants": [(name, ", ".join(_literal(x, real) for x in values.ravel())) for name, values in constants],
         "effects": functions,
-        "uses_clip": any("clip(" in function.expression for function in functions),
         "square_map": model.file.torque.map == "square",
         "needs_temperature": needs_temperature(model),
         "temperature": _literal(TEMPERATURE, real),
@@ -160,7 +185,7 @@ def _effect_constants(dynamics: InverseDynamics, index: int, code: CCode) -> dic
 
 def _function(name: str, term: Term, code: CCode, arrays: tuple[str, ...]) -> EffectFunction:
     """The effect of `term` as a function; arrays: names of its constants."""
-    additive = isinstance(term.effect, Additive)
+    additive = term.effect.linear
     used = set(re.findall(r"\b[A-Za-z_]\w*\b", code.statements + code.expression))
     declarations = [
         *_effect_values(name, term, code, [key for key in arrays if key in used]),

@@ -58,4 +58,4 @@ def write(model: Model, carried: Carried, path: TorquePath, out: Path, target: s
 
 
 def _only_reported(effect: Signal) -> bool:
-    return effect.report is not None and not effect.offset and effect.position is None and effect.rig is None
+    return effect.distorts_report and not effect.corrects_motion

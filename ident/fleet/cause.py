@@ -15,7 +15,7 @@ from ident.diagnosis.search.screening import Candidate
 from ident.diagnosis.search.search import Search
 from ident.diagnosis.split.noise_floor import MIN_TORQUE_SHARE
 from ident.diagnosis.unknown.residual_dependence import find_dependences
-from ident.dynamics.effects.base import Effect, Signal
+from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.library import library
 from ident.fleet.change_screening import ChangeScreener, as_change
 from ident.fleet.discoveries import Event, nuisance
@@ -202,7 +202,7 @@ def _reason(name: str, explained: float, fades: bool) -> str:
 
 
 def _origin(effect: Effect) -> Origin:
-    return "measurement" if isinstance(effect, Signal) else "mechanics"
+    return "mechanics" if effect.linear else "measurement"
 
 
 def _unexplained(event: Event, names: tuple[tuple[str, ...], tuple[str, ...]], why: str) -> Cause:

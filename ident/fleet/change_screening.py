@@ -128,10 +128,10 @@ class ChangeScreener(Screener):
 def as_change(effect: Effect) -> Effect:
     """The `effect` as a difference between nights: what takes the place of friction is then added to it, and may be
     negative."""
-    if not isinstance(effect, Additive) or effect.replaces is None:
+    if effect.replaces is None:
         return effect
-    free = tuple(replace(quantity, lower=-np.inf) for quantity in effect.coefficients)
-    return replace(effect, replaces=None, coefficients=free)
+    free = tuple(replace(quantity, lower=-np.inf) for quantity in effect.parameters)
+    return replace(effect, replaces=None, parameters=free)
 
 
 def base_name(name: str) -> str:
@@ -150,6 +150,6 @@ def _parameter_effect(whole_robot: bool) -> Additive:
         equation="",
         axis="velocity",
         whole_robot=whole_robot,
-        coefficients=(Quantity(name="change", unit="", meaning="change of the parameter"),),
+        parameters=(Quantity(name="change", unit="", meaning="change of the parameter"),),
         columns=lambda inputs, shapes: inputs.motion.velocity[:, :, None],
     )

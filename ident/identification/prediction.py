@@ -8,7 +8,7 @@ import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.dynamics import mechanisms
-from ident.dynamics.effects.base import Effect, Signal
+from ident.dynamics.effects.base import Effect
 from ident.dynamics.mechanisms import Parameter
 from ident.dynamics.structure import ModelStructure, ParameterEntry, Term
 from ident.estimation import chunks
@@ -112,7 +112,7 @@ def effect_terms(structure: ModelStructure, x: Floats) -> tuple[EffectTerm, ...]
 def _effect_term(structure: ModelStructure, index: int, x: Floats) -> EffectTerm:
     term = structure.terms[index]
     shapes = zip(_shape_names(term), structure.shape_values(index, x).tolist(), strict=True)
-    rows = structure.local_values(index, x) if isinstance(term.effect, Signal) else ()
+    rows = structure.local_values(index, x) if not term.effect.linear else ()
     return EffectTerm(
         name=term.name,
         joints=tuple(joint + 1 for joint in term.joints),

@@ -179,7 +179,7 @@ def effect(column: Torque, **options: Any) -> Additive:
             "remedy": "",
             "equation": "",
             "axis": "position",
-            "coefficients": (Quantity(name="a", unit="{effort}", meaning="size"),),
+            "parameters": (Quantity(name="a", unit="{effort}", meaning="size"),),
             "columns": lambda inputs, shapes: column(inputs.motion)[:, :, None],
             **options,
         }

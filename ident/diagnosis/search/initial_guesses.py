@@ -5,25 +5,22 @@ from itertools import product
 
 import numpy as np
 
-from ident.dynamics.effects.base import Additive, Quantity, Signal, Suggestion
+from ident.dynamics.effects.base import Quantity, Suggestion
 from ident.dynamics.structure import Term
 from recordings.recording import Floats
 
 
 def initial_guesses(term: Term, suggestions: Sequence[Suggestion]) -> list[tuple[Floats, Floats]]:
-    """Local parameters (instances, c), 1 for coefficients, and shapes (s,) at which columns of the `term` are made.
+    """Local parameters (instances, c) and shapes (s,) at which columns of the `term` are made.
 
     They are those that its effect declares, and its `suggestions` from the residuals.
     """
     effect = term.effect
-    first_parameter = effect.parameters[0].name if isinstance(effect, Signal) else ""
+    first_parameter = effect.parameters[0].name
     complete = [suggestion for suggestion in suggestions if first_parameter in suggestion]
     shapes = term.shape_guesses([suggestion for suggestion in suggestions if first_parameter not in suggestion])
-    if isinstance(effect, Additive):
-        starts = [np.ones(len(effect.coefficients))]
-    else:
-        guesses = _padded([quantity.initial_guesses for quantity in term.local_parameters])
-        starts = [np.array(start) for start in zip(*guesses, strict=True)]
+    guesses = _padded([quantity.initial_guesses or (1.0,) for quantity in term.local_parameters])
+    starts = [np.array(start) for start in zip(*guesses, strict=True)]
     pairs = [
         *((np.tile(start, (term.instances, 1)), values) for start, values in product(starts, shapes)),
         *(

@@ -15,7 +15,7 @@ from ident.diagnosis.search.initial_guesses import initial_guesses
 from ident.diagnosis.search.joint_subsets import Products, choose_joints
 from ident.diagnosis.search.selection import Exclusion
 from ident.diagnosis.split.split_data import TINY, SplitData
-from ident.dynamics.effects.base import Additive, Effect, Signal, Suggestion
+from ident.dynamics.effects.base import Effect, Suggestion
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.predicted_torque import TorquePredictor
@@ -127,7 +127,7 @@ class Screener:
             effect_columns(predictor, solution, term, guess, shapes, predictor.prepared.torque - residual)
             for predictor, residual in zip(self._predictors, solution.residuals, strict=True)
         )
-        if self._keeps_all or isinstance(term.effect, Signal):
+        if self._keeps_all or not term.effect.linear:
             self._known[key] = columns
         pairs = zip(columns, solution.weights, strict=True)
         return np.concatenate([np.nan_to_num(each[w > 0]) * w[w > 0][:, None] for each, w in pairs])
@@ -160,7 +160,7 @@ class Screener:
             shapes = shapes.reshape(everywhere.instances, -1)[subset].ravel()
         scale = scale[subset]
         guesses = [np.concatenate([(coefficients.reshape(-1, c) * scale).ravel(), shapes])]
-        if isinstance(effect, Signal) and not (np.abs(np.log(np.abs(coefficients) + TINY)) < _LINEAR_RANGE).all():
+        if not effect.linear and not (np.abs(np.log(np.abs(coefficients) + TINY)) < _LINEAR_RANGE).all():
             linearized_at = (np.sign(coefficients).reshape(-1, c) * scale).ravel()
             guesses.append(np.concatenate([linearized_at, shapes]))
         loss = max(self.loss - reduction, 0.0)
@@ -217,7 +217,7 @@ def effect_columns(
     def at(values: Floats) -> Floats:
         return np.concatenate([solution.x, values, shapes])
 
-    if isinstance(term.effect, Additive):
+    if term.effect.linear:
         last = len(structure.terms) - 1
         return predictor.conditioned_columns(structure, last, at(np.zeros(local.size)), load)
     changes = [predictor.torque(structure, at(values), load) - computed for values in np.diag(local.ravel())]

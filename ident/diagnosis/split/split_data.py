@@ -10,7 +10,6 @@ from ident.data.cycle_statistics import repeating_share
 from ident.data.prepared_recording import PreparedRecording
 from ident.data.quantization import with_encoder_errors
 from ident.diagnosis.split.training_range import outside_of_range, training_range
-from ident.dynamics.effects.base import Signal
 from ident.dynamics.structure import ModelStructure
 from ident.estimation.nonlinear_fit import (
     Solution,
@@ -205,7 +204,7 @@ class SplitData:
     def _saturated(self, solution: Solution, error: Floats) -> tuple[Bools, ...]:
         """(m, dof) rows of each recording in which the reported signal hardly depends on the torque."""
         structure, x = solution.structure, solution.x
-        if not any(isinstance(term.effect, Signal) and term.effect.report for term in structure.terms):
+        if not any(term.effect.distorts_report for term in structure.terms):
             return tuple(np.zeros_like(rows) for rows in self.train)
         amplification = [predictor.error_amplification(structure, x, error) for predictor in self.predictors]
         return tuple(

@@ -15,7 +15,7 @@ from ident.diagnosis.visibility.visibility_document import (
     CheckedEffect,
     CheckedJoint,
 )
-from ident.dynamics.effects.base import Additive, Effect, Signal
+from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.library import names as built_in
 from recordings.next_command import design
 from recordings.recording import Recording
@@ -132,7 +132,7 @@ class Adviser:
         untested: they could show it, but these lack something.
         """
         effect = self._library[name]
-        reported = isinstance(effect, Signal) and effect.report
+        reported = effect.distorts_report
         directions = untested and "both directions" in effect.needs
         records = (
             (directions, "Record a motion with both directions."),
@@ -190,7 +190,7 @@ class Adviser:
         """The command that records the effect, or designs a motion that shows it; None if it is not known."""
         effect, run = self._library[name], self._recording.run
         if effect.axis != "time":
-            additive = isinstance(effect, Additive) and self._can_design(name)
+            additive = effect.linear and self._can_design(name)
             return design(self._files, *(("--with", name) if additive else ()))
         longer = f"daq record --traj {run.trajectory} --cycles {_MORE_CYCLES * max(run.cycles, 1)}"
         return longer if run.trajectory in trajectory_names() else None

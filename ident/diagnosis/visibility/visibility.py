@@ -18,7 +18,7 @@ from ident.diagnosis.judge.price import PRICE
 from ident.diagnosis.judge.rules.limits import plausible_instances
 from ident.diagnosis.search.screening import MIN_EXCITATION, Screener
 from ident.diagnosis.split.noise_floor import MIN_TORQUE_SHARE
-from ident.dynamics.effects.base import Effect, Quantity, Signal
+from ident.dynamics.effects.base import Effect, Quantity
 from ident.dynamics.structure import Term
 from recordings.recording import Bools, Floats
 
@@ -119,8 +119,8 @@ class VisibilityCheck:
 
     def _joints(self, term: Term, shapes: Floats) -> tuple[JointVisibility, ...]:
         """Visibility on each joint by the parameter that shows best, of those that make the effect what it is."""
-        quantities, signal = term.local_parameters, isinstance(term.effect, Signal)
-        sizes = np.array([quantity.initial_guesses[0] if signal else 1.0 for quantity in quantities])
+        quantities = term.local_parameters
+        sizes = np.array([quantity.first_guess for quantity in quantities])
         columns = self._screener.columns(term, np.tile(sizes, (term.instances, 1)), shapes)
         torques = np.stack([columns, self._screener.orthogonal(columns)]) / self._weight[:, None]
         torques = torques.reshape(2, len(self._weight), term.instances, len(quantities))

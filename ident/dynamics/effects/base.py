@@ -1,17 +1,20 @@
-"""Descriptions of effects: equations, parameters and texts in one place.
+"""Descriptions of effects: formulas, parameters and texts in one place.
 
-There are two kinds. `Additive` adds torque that is linear in coefficients; its regressor columns are computed from
+There are two kinds. `Additive` adds torque that is linear in its parameters; its regressor columns are computed from
 the motion, by a formula or by integrating an internal state. `Signal` distorts what is measured of the machine.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from functools import partial
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
+from ident.dynamics.effects import quantities
 from ident.dynamics.effects.c_code import CCode
+from ident.dynamics.effects.formula import LATEX, TEXT, Formula, sum_of_products, traced
 from recordings.recording import Floats
 from recordings.rig import Rig
 
@@ -67,6 +70,16 @@ class Quantity:
     included: a limit that was never approached is not known."""
 
     @property
+    def first_guess(self) -> float:
+        """Where a search begins; 1 for what needs none."""
+        return (self.initial_guesses or (1.0,))[0]
+
+    @property
+    def limit_text(self) -> str:
+        """Its sign, where physics gives it one."""
+        return f"{self.name} >= 0" if self.lower == 0 else f"{self.name} <= 0" if self.upper == 0 else ""
+
+    @property
     def usual_range(self) -> tuple[float, float]:
         """The values between which hardware usually stays, ends excluded."""
         low = self.lower if self.implausible_bound == "lower" else -self.usual
@@ -83,6 +96,11 @@ class Quantity:
 class Effect:
     """Description that both kinds have in common."""
 
+    linear: ClassVar[bool]
+    """True if the torque is linear in the parameters."""
+
+    parameters: tuple[Quantity, ...]
+    """Per joint or for the whole robot. With all at zero there is no effect."""
     sentence: str
     """What the effect is, in one sentence for a technician."""
     symptom: str
@@ -91,7 +109,8 @@ class Effect:
     """Usual causes."""
     remedy: str
     """Recommended action."""
-    equation: str
+    equation: str = ""
+    """As text; where it is not given, it follows from the formula and the limits of the parameters."""
     axis: SignatureAxis
     """Variable over which a plot of the residual shows the effect."""
     mechanisms: tuple[str, ...] = ("delta", "axes")
@@ -139,10 +158,32 @@ class Effect:
     repeated: bool = False
     """True if it may occur several times with different shapes, as spectral lines do."""
     c: CCode | None = None
-    """The effect as C; None if no controller can step it."""
+    """The effect as C, where that does not follow from a formula."""
+    bodies: tuple[str, ...] | None = None
+    """What its parameters add to in a simulation by rigid bodies, see `export.targets.mjcf`; None: it has no such
+    element."""
     unobservable: Callable[[Rig, bool], str | None] = lambda rig, torque_measured: None
     """Return why a recording of this rig cannot show the effect, or None. The flag is true if torque was recorded,
     not voltage."""
+
+    @property
+    def corrects_motion(self) -> bool:
+        """Whether the motion or the lengths are not as recorded."""
+        return False
+
+    @property
+    def distorts_report(self) -> bool:
+        """Whether the drives report another torque than that at the motors."""
+        return False
+
+    @property
+    def latex(self) -> str | None:
+        """The formula as LaTeX, without limits; None where there is none, or where words say more."""
+        return None
+
+    def errors(self) -> Iterator[str]:
+        """Yield what its kind lacks in the description."""
+        yield from ()
 
     def possible_joints(self, rig: Rig) -> tuple[int, ...]:
         """Joints (from 0) of `rig` that can have the effect; all of them for an effect of the whole robot."""
@@ -164,30 +205,60 @@ class Effect:
         return self.unobservable(rig, torque_measured)
 
 
+def _no_columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
+    raise NotImplementedError("an effect needs a formula or columns")
+
+
 @dataclass(frozen=True, kw_only=True)
 class Additive(Effect):
-    """Additional torque that the drive must supply: the sum of coefficient times column."""
+    """Additional torque that the drive must supply: the sum of parameter times column."""
 
-    coefficients: tuple[Quantity, ...]
-    """The c coefficients, per joint or for the whole robot."""
+    linear = True
+
+    formula: Formula | None = None
+    """Column of each of the c parameters, of the quantities that `formula.py` lists and of shapes. It depends neither
+    on the parameters nor on any measurement but the motion."""
     on_arm: bool = False
     """True if the torque acts on the arm, so that springs and backlash between motor and arm transmit it."""
-    columns: Callable[[EffectInputs, Shapes], Floats]
-    """Torque per unit of each coefficient (n, dof, c); NaN where the motion is NaN. It must not depend on the
-    coefficients, nor on any measurement but the motion."""
+    columns: Callable[[EffectInputs, Shapes], Floats] = field(default=_no_columns)
+    """Torque per unit of each parameter (n, dof, c); NaN where the motion is NaN. Where it is not given, it follows
+    from the formula."""
+
+    def __post_init__(self) -> None:
+        if self.formula is None:
+            return
+        if self.columns is _no_columns:
+            object.__setattr__(self, "columns", partial(quantities.columns, self.formula))
+        if not self.equation:
+            friction = {"c_v": " in place of c_v v", "c_c": " in place of c_c sgn v", None: ""}[self.replaces]
+            limits = [f", {quantity.limit_text}" for quantity in self.parameters if quantity.limit_text]
+            object.__setattr__(self, "equation", "".join([TEXT(self.expression), friction, *limits]))
+
+    @property
+    def latex(self) -> str | None:
+        """See `Effect`."""
+        return None if self.formula is None else LATEX(self.expression)
+
+    def errors(self) -> Iterator[str]:
+        """See `Effect`."""
+        if self.columns is _no_columns:
+            yield "formula: a function of named quantities expected, or columns; none found"
+
+    @property
+    def expression(self) -> Any:
+        """What the formula adds: the sum of parameters times columns."""
+        assert self.formula is not None
+        return sum_of_products([quantity.name for quantity in self.parameters], traced(self.formula))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Signal(Effect):
-    """A distortion of the measurement, nonlinear in its parameters."""
+    """A distortion of the measurement, nonlinear in its parameters, each of which has `initial_guesses`."""
 
-    parameters: tuple[Quantity, ...]
-    """Per joint or for the whole robot, each with its `initial_guesses`. With all at zero there is no distortion."""
-    position: Callable[[Floats, Rig, Values], Floats] | None = None
-    """Compute the true position (n, dof) from the measured one."""
-    position_slopes: Callable[[Floats, Rig, Values], tuple[Floats, Floats]] | None = None
-    """Compute first and second derivative (n, dof) of the true position by the measured one, at true positions; None:
-    they are computed by differences."""
+    linear = False
+
+    reading: Formula | None = None
+    """What the encoder reads, of the true position q, parameters and shapes."""
     rig: Callable[[Rig, Values], Rig] | None = None
     """Compute the true rig from the one in the file."""
     report: Callable[[Floats, EffectInputs, Values], Floats] | None = None
@@ -199,3 +270,22 @@ class Signal(Effect):
     """False if the report at an instant depends on the true torque at other instants, as with a delay."""
     offset: bool = False
     """True if the report is the true torque plus a torque that does not depend on it."""
+
+    def __post_init__(self) -> None:
+        if self.reading is not None and not self.equation:
+            object.__setattr__(self, "equation", f"measured q = {TEXT(traced(self.reading)[0])}")
+
+    @property
+    def latex(self) -> str | None:
+        """See `Effect`."""
+        return None if self.reading is None else rf"q_\mathrm{{measured}} = {LATEX(traced(self.reading)[0])}"
+
+    @property
+    def corrects_motion(self) -> bool:
+        """See `Effect`."""
+        return self.reading is not None or self.rig is not None
+
+    @property
+    def distorts_report(self) -> bool:
+        """See `Effect`."""
+        return self.report is not None and not self.offset

@@ -1,19 +1,8 @@
-"""The torque of an effect as C, for a controller that steps the model.
+"""The torque of an effect that no formula describes as C, for a controller that steps the model.
 
-The code is one joint's, and may use the names of the effect's parameters and these (SI units):
-
-    q, qd, qdd, direction     motion of the joint, corrected; the sign of its velocity
-    i, DOF                    the joint, from 0, and the number of joints
-    t, dt                     time since the start, and since the last step
-    temperature               of the joint's drive [degC]
-    rigid                     the joint's torque without friction and effects
-    load                      the same with that of the effects on the arms
-    c_v, c_c                  the joint's viscous and Coulomb friction
-    m_p, T_g, m_d, L1         parameters and length of a delta robot; cos_phi, sin_phi: direction of its limb
-    J[i][d]                   platform velocity along axis d per velocity of joint i, Eq. (16)
-    velocity[d]               of the platform
-    torque_per_mass, rods     the joint's torque for 1 kg at the platform, and for rods of 1 kg
-    first                     whether this is the first step
+The code is one joint's. It may use the names of the effect's parameters, the quantities of formulas (see `formula`;
+of vectors J[i][d] and velocity[d]), i and DOF, the joint from 0 and the number of joints, and `first`, whether this
+is the first step.
 """
 
 from collections.abc import Callable, Mapping

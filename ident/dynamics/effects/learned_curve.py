@@ -89,7 +89,7 @@ def learned_effect(curves: Sequence[LearnedCurve]) -> Additive:
         remedy="look for a cause that depends on these variables; until then, use the learned curve",
         equation="a f(variable), f as learned",
         axis="position" if curves[0].variable == "position" else "velocity",
-        coefficients=(Quantity(name="a", unit="1", meaning="share of the learned curve"),),
+        parameters=(Quantity(name="a", unit="1", meaning="share of the learned curve"),),
         columns=columns,
     )
 
@@ -103,7 +103,7 @@ def unknown_curve(curve: LearnedCurve) -> Additive:
         return torque
 
     values = [Quantity(name=f"f{number}_", unit="{effort}", meaning="value") for number in range(len(curve.knots))]
-    return replace(learned_effect([curve]), coefficients=tuple(values), columns=columns, curve=True)
+    return replace(learned_effect([curve]), parameters=tuple(values), columns=columns, curve=True)
 
 
 def effect_file_text(curves: Sequence[LearnedCurve], about: str) -> str:

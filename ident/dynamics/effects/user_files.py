@@ -58,10 +58,10 @@ def guarded(effect: Effect, path: Path) -> Effect:
     functions = guard("suggest", _accept)
     if isinstance(effect, Additive):
         functions |= guard(
-            "columns", lambda arguments, result: _check_columns(arguments[0], result, len(effect.coefficients))
+            "columns", lambda arguments, result: _check_columns(arguments[0], result, len(effect.parameters))
         )
     elif isinstance(effect, Signal):
-        functions |= guard("position", _check_shape) | guard("report", _check_shape) | guard("rig", _accept)
+        functions |= guard("report", _check_shape) | guard("rig", _accept)
     return replace(effect, **functions)
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from numbers import Real
 from typing import Any, get_args
 
-from ident.dynamics.effects.base import Additive, Effect, Friction, Need, Quantity, SignatureAxis
+from ident.dynamics.effects.base import Effect, Friction, Need, Quantity, SignatureAxis
 
 _TEXTS = ("sentence", "symptom", "causes", "remedy", "equation")
 _UNITS = {"effort": "N m", "position": "rad", "turn": "turn"}
@@ -22,22 +22,21 @@ def _errors(effect: Effect) -> Iterator[str]:
         if not isinstance(text, str) or not text.strip():
             yield f"{name}: a text expected, {text!r} found"
     yield from _choice_errors(effect)
-    local = effect.coefficients if isinstance(effect, Additive) else getattr(effect, "parameters", ())
-    kinds: list[tuple[str, Any]] = [("shapes", effect.shapes)]
-    kinds.insert(0, ("coefficients" if isinstance(effect, Additive) else "parameters", local))
+    kinds: tuple[tuple[str, Any], ...] = (("parameters", effect.parameters), ("shapes", effect.shapes))
     for kind, quantities in kinds:
         if not isinstance(quantities, Sequence) or not all(isinstance(item, Quantity) for item in quantities):
             yield f"{kind}: a tuple of Quantity expected, {quantities!r} found"
             return
-    if not local:
-        yield f"{kinds[0][0]}: at least one Quantity expected, none found"
-    if effect.local_shapes and (effect.whole_robot or not isinstance(effect, Additive)):
+    yield from effect.errors()
+    if not effect.parameters:
+        yield "parameters: at least one Quantity expected, none found"
+    if effect.local_shapes and (effect.whole_robot or not effect.linear):
         yield "local_shapes: an additive effect of single joints expected, another one found"
-    names = Counter(quantity.name for quantity in (*local, *effect.shapes))
+    names = Counter(quantity.name for quantity in (*effect.parameters, *effect.shapes))
     yield from (f"two quantities of the name {name!r} found; each needs its own" for name in names if names[name] > 1)
-    for quantity in (*local, *effect.shapes):
+    for quantity in (*effect.parameters, *effect.shapes):
         yield from (f"{quantity.name}: {error}" for error in _quantity_errors(quantity))
-    searched = effect.shapes if isinstance(effect, Additive) else (*local, *effect.shapes)
+    searched = effect.shapes if effect.linear else (*effect.parameters, *effect.shapes)
     for quantity in searched:
         if not quantity.initial_guesses and effect.suggest is None:
             yield f"{quantity.name}: initial_guesses (where the search for it begins) expected, none found"

@@ -34,10 +34,9 @@ TINY_MASS = 1e-6
 """Of a body without identified mass [kg]."""
 AXIAL_SHARE = 0.01
 """Inertia of a rod about its own axis, of that across: MuJoCo wants none to be 0."""
-_CARRIED = {
-    "rod_inertia", "arm_com_offset", "arm_mass_mismatch", "joint_spring", "base_tilt", "geometry_error",
-    "encoder_zero_offset",
-}  # fmt: skip
+BODIES = ("m_d", "g_x", "g_y", "cosine", "sine", "stiffness", "torque_at_zero", "zero")
+"""What effects add to, by joint or for the robot: mass of the rods of a limb [kg], horizontal gravity [m/s^2], cosine
+and sine of an arm's weight, stiffness and torque at angle zero of its spring, zero of its encoder."""
 
 
 def write(request: ExportRequest) -> Carried:
@@ -53,8 +52,9 @@ def write(request: ExportRequest) -> Carried:
     ElementTree.indent(document := robot.document())
     with replacement(request.out) as partial:
         partial.write_text(ElementTree.tostring(document, encoding="unicode") + "\n", encoding="utf-8")
-    names = model.dynamics.structure.term_names
-    reasons = {name: "no element of MJCF" for name in names if name.partition("#")[0] not in _CARRIED}
+    structure = model.dynamics.structure
+    terms = zip(structure.term_names, structure.terms, strict=True)
+    reasons = {name: "no element of MJCF" for name, term in terms if term.effect.bodies is None}
     negative = dict.fromkeys(robot.negative_friction, "negative friction: 0 is written")
     carried = sorted_by(model, reasons)
     return Carried(carried.carried, {**carried.lost, **negative}, carried.voltage)
@@ -73,12 +73,12 @@ class _Robot:
             name for name, row in zip(("viscous", "coulomb"), friction, strict=True) if (row < 0).any()
         ]
         self.viscous, self.coulomb = (np.maximum(row, 0.0) for row in friction)
-        self.m_d = max(_sum(model, "rod_inertia")[0, 0], TINY_MASS)
-        self.tilt = _sum(model, "base_tilt", 2)[0]
-        self.cosine = self.T_g + _sum(model, "arm_mass_mismatch")[:, 0]
-        self.sine = _sum(model, "arm_com_offset")[:, 0]
-        self.spring = _sum(model, "joint_spring", 2)
-        self.zero = _sum(model, "encoder_zero_offset")[:, 0]
+        added = _added(model)
+        self.m_d = max(added["m_d"][0], TINY_MASS)
+        self.tilt = [added["g_x"][0], added["g_y"][0]]
+        self.cosine, self.sine = self.T_g + added["cosine"], added["sine"]
+        self.spring = np.column_stack([added["stiffness"], added["torque_at_zero"]])
+        self.zero = added["zero"]
         for name, value in (("m_p", self.m_p), *((f"I_{j + 1}", x) for j, x in enumerate(self.inertia))):
             if value <= 0:
                 raise BadInput(f"{name} above 0 expected, {value:.3g} found: no body has it; fit with --method lad")
@@ -87,7 +87,7 @@ class _Robot:
         """The whole model."""
         root = Element("mujoco", model="delta")
         SubElement(root, "compiler", angle="radian", autolimits="true")
-        gravity = [*self.tilt.tolist(), kinematics.GRAVITY[2]]
+        gravity = [*self.tilt, kinematics.GRAVITY[2]]
         SubElement(root, "option", timestep=_text([TIMESTEP]), gravity=_text(gravity), integrator="implicitfast")
         world = SubElement(root, "worldbody")
         centre = kinematics.forward(self.geometry, np.zeros((1, 3)))[0]
@@ -161,15 +161,16 @@ class _Robot:
             SubElement(platform, "site", name=f"platform_{number}", pos=_text(place))
 
 
-def _sum(model: Model, name: str, count: int = 1) -> Floats:
-    """Local parameters (3, count) of all effects `name`, joint by joint; 0 where there is none."""
+def _added(model: Model) -> dict[str, Floats]:
+    """What the effects add to the `BODIES` (3,), joint by joint."""
     structure = model.dynamics.structure
-    total = np.zeros((3, count))
+    added = {name: np.zeros(3) for name in BODIES}
     for index, term in enumerate(structure.terms):
-        if term.name == name:
-            rows = [0, 1, 2] if term.effect.whole_robot else list(term.joints)
-            total[rows] += structure.local_values(index, model.dynamics.values)
-    return total
+        rows = [0, 1, 2] if term.effect.whole_robot else list(term.joints)
+        values = structure.local_values(index, model.dynamics.values)
+        for name, column in zip(term.effect.bodies or (), values.T, strict=False):
+            added[name][rows] += column
+    return added
 
 
 def _inertial(body: Element, mass: float, place: Sequence[float], diagonal: Sequence[float]) -> None:

@@ -24,9 +24,6 @@ typedef struct {
 {% for name, values in constants -%}
 static const real {{ name }}[] = { {{- values -}} };
 {% endfor %}
-{%- if uses_clip %}
-static real clip(real x) { return x < 0 ? 0 : x > 1 ? 1 : x; }
-{%- endif %}
 static real sign(real x) { return (real)((x > 0) - (x < 0)); }
 {% if delta %}
 static real dot(const real a[3], const real b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }

@@ -62,6 +62,6 @@ def test_difference_of_friction_is_added_to_it_and_may_be_negative() -> None:
     change = as_change(effects["position_dependent_friction"])
     assert isinstance(change, Additive)
     assert change.replaces is None
-    assert {quantity.lower for quantity in change.coefficients} == {-np.inf}
+    assert {quantity.lower for quantity in change.parameters} == {-np.inf}
     for name in ("stribeck", "torque_gain_mismatch"):
         assert as_change(effects[name]) is effects[name]

@@ -1,19 +1,16 @@
 """Air drag of the platform."""
 
+from typing import Any
+
 import numpy as np
 
-from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.base import Additive, Quantity, Shapes
-from ident.dynamics.effects.c_code import CCode
-from recordings.recording import Floats
+from ident.dynamics.effects.base import Additive, Quantity
 
 
-def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
-    """J' |P'| P' (n, dof, 1)."""
-    velocity = inputs.platform.velocity
-    force = np.linalg.norm(velocity, axis=1)[:, None] * velocity
-    drag: Floats = np.einsum("nij,ni->nj", inputs.platform.jacobian, force)[:, :, None]
-    return drag
+def drag(J: Any, platform_velocity: Any) -> Any:
+    """J' |P'| P'."""
+    x, y, z = platform_velocity
+    return np.sqrt(x * x + y * y + z * z) * (J[0] * x + J[1] * y + J[2] * z)
 
 
 effect = Additive(
@@ -25,12 +22,7 @@ effect = Additive(
     axis="velocity",
     mechanisms=("delta",),
     whole_robot=True,
-    coefficients=(Quantity(name="c", unit="N s^2/m^2", meaning="force per squared speed", lower=0.0),),
-    columns=columns,
+    formula=drag,
+    parameters=(Quantity(name="c", unit="N s^2/m^2", meaning="force per squared speed", lower=0.0),),
     on_arm=True,
-    c=CCode(
-        statements="const real speed = sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1] "
-        "+ velocity[2] * velocity[2]);",
-        expression="c * speed * (J[i][0] * velocity[0] + J[i][1] * velocity[1] + J[i][2] * velocity[2])",
-    ),
 )

@@ -2,18 +2,8 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.base import Additive, Quantity, Shapes
-from ident.dynamics.effects.c_code import CCode
-from recordings.recording import Floats
+from ident.dynamics.effects.base import Additive, Quantity
 from recordings.rig import Rig
-
-
-def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
-    """sin q and cos q (n, dof, 2)."""
-    position = inputs.motion.position
-    pair: Floats = np.stack([np.sin(position), np.cos(position)], axis=2)
-    return pair
 
 
 def impossible(rig: Rig, joint: int) -> str | None:
@@ -29,15 +19,13 @@ effect = Additive(
     symptom="The residual follows sine and cosine of the joint's angle, standing or moving.",
     causes="an arm or tool on an axis that is not vertical",
     remedy="write gravity = true for this axis in the rig file, or import with --gravity",
-    equation="a sin q + b cos q",
     axis="position",
     mechanisms=("axes",),
     impossible=impossible,
-    coefficients=(
+    formula=lambda q: (np.sin(q), np.cos(q)),
+    parameters=(
         Quantity(name="a", unit="{effort}", meaning="weight times lever that goes with the sine"),
         Quantity(name="b", unit="{effort}", meaning="weight times lever that goes with the cosine"),
     ),
-    columns=columns,
     on_arm=True,
-    c=CCode(expression="a * sin(q) + b * cos(q)"),
 )

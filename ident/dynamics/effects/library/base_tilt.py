@@ -1,24 +1,21 @@
 """Tilt of the robot's base."""
 
+from typing import Any
+
 import numpy as np
 
-from ident.dynamics import rods
-from ident.dynamics.effect_inputs import GRAVITY, EffectInputs
-from ident.dynamics.effects.base import Additive, Quantity, Shapes
-from ident.dynamics.effects.c_code import CCode
-from recordings.recording import Floats
+from ident.dynamics.effects.base import Additive, Quantity
+from ident.dynamics.rods import GRAVITY
 
 
-def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
-    """Torque (n, dof, 2) per horizontal gravity along x and y: of platform, arms, and rods of known mass."""
-    mass, moment = inputs.parameters["m_p"], inputs.parameters["T_g"] / GRAVITY
-    platform = -mass * inputs.platform.jacobian[:, :2]
-    # An arm that turns by dq moves its centre of mass by -sin q dq along its limb's direction.
-    along = np.stack([np.cos(inputs.rig.geometry.phi), np.sin(inputs.rig.geometry.phi)])
-    arms = moment * np.sin(inputs.motion.position)[:, None, :] * along
-    of_rods = inputs.parameters["m_d"] * rods.horizontal_gravity_torque(inputs.rig.geometry, inputs.motion)
-    torque: Floats = (platform + arms + of_rods).swapaxes(1, 2)
-    return torque
+def sideways(q: Any, J: Any, m_p: Any, T_g: Any, m_d: Any, L1: Any, cos_phi: Any, sin_phi: Any) -> Any:
+    """Torque per horizontal gravity along x and y: of platform, arms, and rods of known mass.
+
+    An arm that turns by dq moves its centre of mass by -sin q dq along its limb's direction. A rod's centre moves
+    half as much as its elbow and half as much as the platform, which carries half of all three.
+    """
+    arm, platform = (T_g / GRAVITY + m_d / 2 * L1) * np.sin(q), m_p + 3 / 2 * m_d
+    return arm * cos_phi - platform * J[0], arm * sin_phi - platform * J[1]
 
 
 effect = Additive(
@@ -30,17 +27,11 @@ effect = Additive(
     axis="position",
     mechanisms=("delta",),
     whole_robot=True,
-    coefficients=(
+    formula=sideways,
+    parameters=(
         Quantity(name="g_x", unit="m/s^2", meaning="gravity along x", lower=-GRAVITY, upper=GRAVITY),
         Quantity(name="g_y", unit="m/s^2", meaning="gravity along y", lower=-GRAVITY, upper=GRAVITY),
     ),
-    columns=columns,
     on_arm=True,
-    c=CCode(
-        statements="""
-            const real moment = T_g / R(9.81) * sin(q), rod = m_d / 2, turn = L1 * sin(q);
-            const real x = (moment + rod * turn) * cos_phi - (m_p + 3 * rod) * J[i][0];
-            const real y = (moment + rod * turn) * sin_phi - (m_p + 3 * rod) * J[i][1];""",
-        expression="g_x * x + g_y * y",
-    ),
+    bodies=("g_x", "g_y"),
 )

@@ -3,8 +3,7 @@
 import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.base import Additive, Quantity, Shapes
-from ident.dynamics.effects.c_code import CCode
+from ident.dynamics.effects.base import Additive, Quantity
 from ident.dynamics.effects.periodogram import MAX_PHASE, highest_in_band, periodogram
 from recordings.recording import Floats
 
@@ -12,13 +11,6 @@ LOWEST, HIGHEST = 6.0, 3000.0
 """Range of the spectral lines that are suggested [1/turn]; gravity and springs are below it."""
 _BEST = 6
 """Number of suggestions."""
-
-
-def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
-    """sin N q and cos N q (n, dof, 2)."""
-    angle = shapes["N"] * inputs.motion.position
-    pair: Floats = np.stack([np.sin(angle), np.cos(angle)], axis=2)
-    return pair
 
 
 def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, float]]:
@@ -43,9 +35,9 @@ effect = Additive(
     symptom="The residual is a wave over the angle, the same in both directions, at any speed.",
     causes="magnets that hold on to the teeth of the stator, current sensors out of balance, teeth of a gear",
     remedy="choose skewed motors, recalibrate the drive's current sensors, or add the wave to the feed-forward",
-    equation="a sin N q + b cos N q",
     axis="motor angle",
-    coefficients=(
+    formula=lambda q, N: (np.sin(N * q), np.cos(N * q)),
+    parameters=(
         Quantity(name="a", unit="{effort}", meaning="amplitude of the sine"),
         Quantity(name="b", unit="{effort}", meaning="amplitude of the cosine"),
     ),
@@ -61,6 +53,4 @@ effect = Additive(
     ),
     suggest=suggest,
     repeated=True,
-    columns=columns,
-    c=CCode(expression="a * sin(N * q) + b * cos(N * q)"),
 )

@@ -1,7 +1,6 @@
 """Errors of the lengths in the rig file."""
 
 from ident.dynamics.effects.base import Quantity, Signal, Values
-from ident.dynamics.effects.c_code import CCode
 from recordings.rig import Rig
 
 LENGTHS = ("L1", "L2", "R")
@@ -46,5 +45,5 @@ effect = Signal(
         ),
     ),
     rig=true_rig,
-    c=CCode(),
+    bodies=(),
 )

@@ -1,19 +1,6 @@
 """Spring torque at a joint."""
 
-import numpy as np
-
-from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.base import Additive, Quantity, Shapes
-from ident.dynamics.effects.c_code import CCode
-from recordings.recording import Floats
-
-
-def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
-    """The angle and one (n, dof, 2)."""
-    position = inputs.motion.position
-    pair: Floats = np.stack([position, np.where(np.isfinite(position), 1.0, np.nan)], axis=2)
-    return pair
-
+from ident.dynamics.effects.base import Additive, Quantity
 
 effect = Additive(
     sentence="Something springy pulls the joint towards one angle.",
@@ -23,10 +10,10 @@ effect = Additive(
     equation="k q + a, k >= 0 (rest angle -a / k)",
     axis="position",
     contains=("torque_offset",),
-    coefficients=(
+    formula=lambda q: (q, 1.0),
+    parameters=(
         Quantity(name="k", unit="{effort}/{position}", meaning="stiffness", lower=0.0, reduces_to="torque_offset"),
         Quantity(name="a", unit="{effort}", meaning="torque at angle zero"),
     ),
-    columns=columns,
-    c=CCode(expression="k * q + a"),
+    bodies=("stiffness", "torque_at_zero"),
 )

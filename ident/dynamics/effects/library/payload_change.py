@@ -1,10 +1,11 @@
 """Payload that is picked up or lost during the run."""
 
+from typing import Any
+
 import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.base import INFINITE_TIME, Additive, Quantity, Shapes
-from ident.dynamics.effects.c_code import CCode
+from ident.dynamics.effects.base import INFINITE_TIME, Additive, Quantity
 from recordings.recording import Floats, Ints
 
 _COARSE = 100
@@ -18,13 +19,12 @@ _TRANSITION = 0.02
 _TINY = 1e-30
 
 
-def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
-    """Torque (n, dof, 1) of 1 kg at the platform while it is there."""
+def torque(t: Any, dt: Any, torque_per_mass: Any, t_c: Any, t_e: Any, t_r: Any) -> Any:
+    """That of 1 kg at the platform while it is there."""
     # At least one sample long, so that the derivative by the instants does not vanish.
-    length = np.hypot(shapes["t_r"], 1 / inputs.rate)
-    since, until = (np.clip((inputs.time - shapes[name]) / length + 0.5, 0.0, 1.0) for name in ("t_c", "t_e"))
-    torque: Floats = ((since - until)[:, None] * inputs.platform.torque_per_mass)[:, :, None]
-    return torque
+    length = np.hypot(t_r, dt)
+    since, until = (np.minimum(np.maximum((t - at) / length + 0.5, 0.0), 1.0) for at in (t_c, t_e))
+    return (since - until) * torque_per_mass
 
 
 def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, float]]:
@@ -77,17 +77,13 @@ effect = Additive(
     axis="time",
     mechanisms=("delta",),
     whole_robot=True,
-    coefficients=(Quantity(name="dm", unit="kg", meaning="mass that is added"),),
+    formula=torque,
+    parameters=(Quantity(name="dm", unit="kg", meaning="mass that is added"),),
     shapes=(
         Quantity(name="t_c", unit="s", meaning="when it is added", lower=0.0, upper=INFINITE_TIME),
         Quantity(name="t_e", unit="s", meaning="when it is taken off again", upper=INFINITE_TIME, searched=False),
         Quantity(name="t_r", unit="s", meaning="how long it takes until it is all there", lower=1e-3, upper=0.5),
     ),
     suggest=suggest,
-    columns=columns,
     on_arm=True,
-    c=CCode(
-        statements="const real length = hypot(t_r, dt);",
-        expression="dm * (clip((t - t_c) / length + R(0.5)) - clip((t - t_e) / length + R(0.5))) * torque_per_mass",
-    ),
 )

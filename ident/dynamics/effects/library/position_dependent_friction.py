@@ -22,7 +22,7 @@ effect = Additive(
     axis="position",
     needs=("both directions",),
     replaces="c_c",
-    coefficients=tuple(
+    parameters=tuple(
         Quantity(name=f"f_{knot}", unit="{effort}", meaning=f"dry friction at place {knot}", lower=0.0)
         for knot in range(1, travel_curve.KNOTS + 1)
     ),

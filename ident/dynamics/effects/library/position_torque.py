@@ -12,7 +12,7 @@ effect = Additive(
     curve=True,
     axis="position",
     contains=("torque_offset", "joint_spring", "axis_weight", "arm_com_offset", "arm_mass_mismatch"),
-    coefficients=tuple(
+    parameters=tuple(
         Quantity(name=f"g_{knot}", unit="{effort}", meaning=f"torque at place {knot}")
         for knot in range(1, travel_curve.KNOTS + 1)
     ),

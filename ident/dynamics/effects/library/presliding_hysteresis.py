@@ -43,7 +43,7 @@ effect = Additive(
     equation="a (z / z_s - sgn v), z' = v - |v| z / z_s, a >= 0",
     axis="position",
     memory=True,
-    coefficients=(Quantity(name="a", unit="{effort}", meaning="dry friction that builds up", lower=0.0),),
+    parameters=(Quantity(name="a", unit="{effort}", meaning="dry friction that builds up", lower=0.0),),
     shapes=(
         Quantity(
             name="z_s",

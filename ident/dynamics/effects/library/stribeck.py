@@ -4,7 +4,6 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
-from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats
 
 _INSTANT = 1e-4
@@ -33,9 +32,9 @@ effect = Additive(
     symptom="The residual peaks on both sides of a reversal and vanishes above some speed.",
     causes="grease that carries the sliding parts only at speed; seals; a dry or worn bearing",
     remedy="lubricate; keep reversals away from where precision matters; add the term to the feed-forward",
-    equation="a exp(-(v / v_s)^2) sgn v, a >= 0",
     axis="velocity",
-    coefficients=(Quantity(name="a", unit="{effort}", meaning="friction at standstill beyond Coulomb's", lower=0.0),),
+    formula=lambda qd, direction, v_s: np.exp(-((qd / v_s) ** 2)) * direction,
+    parameters=(Quantity(name="a", unit="{effort}", meaning="friction at standstill beyond Coulomb's", lower=0.0),),
     shapes=(
         Quantity(
             name="v_s",
@@ -47,5 +46,4 @@ effect = Additive(
         ),
     ),
     columns=columns,
-    c=CCode(expression="a * exp(-(qd / v_s) * (qd / v_s)) * direction"),
 )

@@ -1,21 +1,27 @@
 """Friction that decreases or increases during the run, as with temperature."""
 
+from typing import Any
+
 import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
+from ident.dynamics.effects import quantities
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from ident.dynamics.effects.c_code import CCode
 from recordings.recording import Floats
 
 
+def friction(qd: Any, direction: Any, t: Any, T: Any) -> Any:
+    """Viscous and dry friction at the beginning, which fade."""
+    fading = np.exp(-t / T)
+    return qd * fading, direction * fading
+
+
 def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
-    """v exp(-t / T) and sgn v exp(-t / T) (n, dof, 2)."""
-    # Growing friction reaches 1 at the end, whatever the length of the run.
+    """(n, dof, 2); growing friction reaches its size at the end, whatever the length of the run."""
     end = inputs.time.max() if inputs.end is None else inputs.end
     origin = end if shapes["T"] < 0 else 0.0
-    fading = np.exp(-(inputs.time - origin) / shapes["T"])[:, None]
-    pair: Floats = np.stack([inputs.motion.velocity * fading, inputs.motion.direction * fading], axis=2)
-    return pair
+    return quantities.columns(friction, inputs, {**shapes, "t": inputs.time[:, None] - origin})
 
 
 effect = Additive(
@@ -23,10 +29,10 @@ effect = Additive(
     symptom="The residual opposes the motion, and shrinks or grows from cycle to cycle.",
     causes="cold grease that warms up; a brake or seal that heats up and grips",
     remedy="warm the machine up before recording; let the feed-forward follow the temperature",
-    equation="(a v + b sgn v) exp(-t / T)",
     axis="time",
     same_sign=True,
-    coefficients=(
+    formula=friction,
+    parameters=(
         Quantity(name="a", unit="{effort} s/{position}", meaning="viscous part at the beginning"),
         Quantity(name="b", unit="{effort}", meaning="dry part at the beginning"),
     ),
@@ -43,7 +49,6 @@ effect = Additive(
     ),
     columns=columns,
     c=CCode(
-        expression="(a * qd + b * direction) * exp(-t / T)",
         impossible=lambda shapes: (
             "it grows until the end of the run, which is not known" if shapes["T"] < 0 else None
         ),

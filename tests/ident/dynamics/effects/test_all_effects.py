@@ -69,18 +69,6 @@ def test_every_effect_is_documented(name: str) -> None:
         assert "{" not in quantity.unit.format(effort="N", position="m", turn="2π m")
 
 
-@pytest.mark.parametrize("name", LIBRARY)
-def test_initial_guesses_are_inside_the_physical_ranges(name: str) -> None:
-    effect = LIBRARY[name]
-    searched = (*(effect.parameters if isinstance(effect, Signal) else ()), *effect.shapes)
-    assert all(
-        quantity.lower < quantity.upper for quantity in (*Term(name, effect, (0,)).local_parameters, *effect.shapes)
-    )
-    for quantity in searched:
-        assert quantity.initial_guesses or effect.suggest
-        assert all(quantity.lower <= guess <= quantity.upper for guess in quantity.initial_guesses)
-
-
 _WITHOUT_GUESSES = {"t_c": 1.0, "t_e": 1e9, "t_r": 0.4}
 """Values of shapes that only a residual suggests."""
 
@@ -98,25 +86,21 @@ def test_columns_have_the_shape_of_the_motion_and_are_finite_where_it_is(name: s
     assert isinstance(effect, Additive)
     for shapes in _shapes(name):
         columns = effect.columns(inputs, shapes)
-        assert columns.shape == (*inputs.motion.position.shape, len(effect.coefficients))
+        assert columns.shape == (*inputs.motion.position.shape, len(effect.parameters))
         known = np.isfinite(inputs.motion.acceleration).all(axis=1) & np.isfinite(inputs.motion.direction).all(axis=1)
         assert np.isfinite(columns[known]).all()
-
-
-def _motion_with_gap(inputs: EffectInputs) -> EffectInputs:
-    motion = Motion(
-        *(getattr(inputs.motion, field).copy() for field in ("position", "velocity", "acceleration", "direction"))
-    )
-    for field in ("position", "velocity", "acceleration", "direction"):
-        getattr(motion, field)[700] = np.nan
-    return replace(inputs, motion=motion)
 
 
 @pytest.mark.parametrize("name", ADDITIVE)
 def test_columns_are_nan_in_a_gap_of_the_motion_and_nowhere_else(name: str, inputs: EffectInputs) -> None:
     effect = LIBRARY[name]
     assert isinstance(effect, Additive)
-    columns = effect.columns(_motion_with_gap(inputs), _shapes(name)[0])
+    signals = [
+        np.array(getattr(inputs.motion, field)) for field in ("position", "velocity", "acceleration", "direction")
+    ]
+    for signal in signals:
+        signal[700] = np.nan
+    columns = effect.columns(replace(inputs, motion=Motion(*signals)), _shapes(name)[0])
     assert np.isnan(columns[700]).all()
     assert np.isfinite(columns[750:800]).all()
 

@@ -5,13 +5,19 @@ import pytest
 
 from ident.data.prepared_recording import prepare
 from ident.dynamics.effect_inputs import EffectInputs
+from ident.dynamics.effects.base import Additive, Shapes
 from ident.dynamics.effects.library import load
-from ident.dynamics.effects.library.payload_change import columns
 from ident.estimation.predicted_torque import TorquePredictor
 from recordings.recording import Floats, Recording
 
 TRANSITION = 1e-3
 """Transition time of an almost instantaneous change [s]."""
+
+
+def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
+    effect = load("payload_change")
+    assert isinstance(effect, Additive)
+    return effect.columns(inputs, shapes)
 
 
 @pytest.fixture(scope="module")

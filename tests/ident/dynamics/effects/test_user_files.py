@@ -24,7 +24,7 @@ ADDITIVE = """
 def columns(inputs, shapes):
     {body}
 
-effect = Additive(**TEXT, coefficients=(Quantity(name="a", unit="1", meaning="it"),), columns=columns)
+effect = Additive(**TEXT, parameters=(Quantity(name="a", unit="1", meaning="it"),), columns=columns)
 """
 
 

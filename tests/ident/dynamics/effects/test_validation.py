@@ -24,8 +24,8 @@ def test_the_effects_of_the_library_are_valid(name: str) -> None:
         ({"axis": "colour"}, "axis: one of position, velocity"),
         ({"replaces": "friction"}, "replaces: one of c_v, c_c expected, 'friction' found"),
         ({"needs": ("luck",)}, "needs: any of temperature, both directions expected, 'luck' found"),
-        ({"coefficients": ()}, "at least one Quantity expected"),
-        ({"coefficients": ("a",)}, "coefficients: a tuple of Quantity expected"),
+        ({"parameters": ()}, "at least one Quantity expected"),
+        ({"parameters": ("a",)}, "parameters: a tuple of Quantity expected"),
         ({"local_shapes": True, "whole_robot": True}, "local_shapes: an additive effect of single joints expected"),
         ({"suggest": None}, "v_s: initial_guesses .* expected, none found"),
     ],
@@ -51,7 +51,7 @@ def test_an_error_in_an_effect_is_named(changed: dict[str, Any], message: str) -
 )
 def test_an_error_in_a_quantity_is_named(changed: dict[str, Any], message: str) -> None:
     coefficient = Quantity(**({"name": "a", "unit": "1", "meaning": "something"} | changed))
-    assert_matches(validation_error(replace(library()["stribeck"], coefficients=(coefficient,))), message)
+    assert_matches(validation_error(replace(library()["stribeck"], parameters=(coefficient,))), message)
 
 
 def assert_matches(error: str | None, message: str) -> None:

@@ -13,6 +13,7 @@ import ident
 from ident.dynamics.effects.library import library
 from ident.dynamics.torque_map import voltage_from_torque
 from ident.export import paths
+from ident.export.c_source import code_of
 from ident.export.targets import ExportRequest, c
 from ident.identification.model import Model, rig_of
 from recordings.errors import BadInput
@@ -23,7 +24,7 @@ from tests.ident.export.targets.compilers import SANITIZERS, compile_c
 from tests.ident.kept_models import MODELS
 
 LIBRARY = library()
-EXPORTABLE = [name for name, effect in LIBRARY.items() if effect.c]
+EXPORTABLE = [name for name, effect in LIBRARY.items() if code_of(effect)]
 DELTA = [name for name in EXPORTABLE if "delta" in LIBRARY[name].mechanisms]
 AXES = [name for name in EXPORTABLE if "axes" in LIBRARY[name].mechanisms]
 BENCH = (Axis(), Axis(type="prismatic", gravity=True), Axis(gravity=True))

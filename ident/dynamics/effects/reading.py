@@ -1,0 +1,49 @@
+"""True positions from what an encoder reads."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from ident.dynamics.effects.formula import Formula, derivative, evaluate, traced
+from recordings.recording import Floats
+
+ITERATIONS = 3
+"""Steps of Newton's method: the reading is nearly the position."""
+MIN_SLOPE = 0.1
+"""Smallest slope of a reading that is believed."""
+
+
+@dataclass(frozen=True)
+class PositionCorrection:
+    """The inverse of a `reading`, a formula of the true position q, with parameters and shapes by name."""
+
+    reading: Formula
+    values: Mapping[str, Floats]
+
+    def __call__(self, measured: Floats) -> Floats:
+        """Solve reading(q) = measured for the true positions q (n, dof), by Newton's method."""
+        true = measured
+        for _ in range(ITERATIONS):
+            slope, _ = self._derivatives(true)
+            true = true - (self.reading(q=true, **self.values) - measured) / np.maximum(slope, MIN_SLOPE)
+        return true
+
+    def slopes(self, true: Floats) -> tuple[Floats, Floats]:
+        """First and second derivative (n, dof) of the true position by the measured one, at `true` positions."""
+        slope, bend = self._derivatives(true)
+        return 1 / slope, -bend / slope**3
+
+    def _derivatives(self, true: Floats) -> tuple[Floats, Floats]:
+        slope, bend = derivatives(self.reading)
+        values = {"q": true, **self.values}
+        return evaluate(slope, values) + 0 * true, evaluate(bend, values) + 0 * true
+
+
+@cache
+def derivatives(reading: Formula) -> tuple[object, object]:
+    """First and second derivative of a `reading` by the true position, as expressions."""
+    (expression,) = traced(reading)
+    slope = derivative(expression, "q")
+    return slope, derivative(slope, "q")
