@@ -6,7 +6,8 @@ Each has a function `find(facts)` that returns the problem, or None.
 from collections.abc import Iterator
 
 from ident import plugins
-from ident.data_problems.facts import DataProblem, Facts
+from ident.data_problems.facts import Facts
+from recordings.data_problems import DataProblem
 
 _KINDS = "ident.data_problems.kinds"
 

@@ -1,31 +1,28 @@
-"""What the kinds of data problems look at, and what they say."""
+"""What the kinds of data problems look at."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
-from recordings.config import ConfigSection
-from recordings.recording import Floats, Recording
+import numpy as np
+
+from ident.data.prepared_recording import PreparedRecording
+from ident.data_problems.arrangement import Arrangements
+from recordings.recording import Floats
 
 
 @dataclass(frozen=True, eq=False)
 class Facts:
-    """Recordings as they were read, and what a fit says of their noise."""
+    """Recordings as every model reads them."""
 
-    recordings: Sequence[Recording]
-    torque_rms: Floats
-    """(dof,) of the torque within the analysis band [N m]."""
-    noise_rms: Floats
-    """(dof,) noise floor of the model [N m]."""
+    recordings: Sequence[PreparedRecording]
 
+    @cached_property
+    def arrangements(self) -> Arrangements:
+        """Fits of the mechanism with other signs and orders of the joints."""
+        return Arrangements(self.recordings)
 
-class DataProblem(ConfigSection):
-    """One problem, as all documents list it."""
-
-    kind: str
-    joints: tuple[int, ...]
-    """From 1; empty for all."""
-    blocks: bool
-    """Whether the program cannot take it out itself."""
-    why: str
-    remedy: str
-    """A command, or a sentence that says what to record."""
+    @cached_property
+    def torque_rms(self) -> Floats:
+        """(dof,) within the analysis band [N m or N]."""
+        return np.sqrt(np.nanmean(np.concatenate([each.torque for each in self.recordings]) ** 2, axis=0))

@@ -1,0 +1,50 @@
+"""Data problems that need no model: what cannot be right about a recording. One kind is one module, found by its name.
+
+Each module of `kinds` has a function `find(recording)` that returns the problem, or None. Those that take a model live
+in `ident.data_problems`.
+"""
+
+import importlib
+import pkgutil
+import shlex
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from recordings.config import ConfigSection
+from recordings.data_problems import kinds
+from recordings.recording import Recording
+
+
+class DataProblem(ConfigSection):
+    """One problem, as all documents list it."""
+
+    kind: str
+    joints: tuple[int, ...]
+    """From 1; empty for all."""
+    blocks: bool
+    """Whether the program cannot take it out itself."""
+    why: str
+    remedy: str
+    """A command that heals the file, or a sentence that says what to record."""
+
+
+def problems(recording: Recording) -> Iterator[DataProblem]:
+    """Yield the problems of a `recording`, by kind in alphabetical order."""
+    for module in pkgutil.iter_modules(kinds.__path__):
+        found = importlib.import_module(f"{kinds.__name__}.{module.name}").find(recording)
+        if found is not None:
+            yield found
+
+
+def healing_command(path: Path, options: Sequence[str]) -> str:
+    """The command that writes the recording `path` anew with these `options` of `daq import`, under a free name."""
+    out, number = path.with_name(f"{path.stem}-healed.mcap"), 1
+    while out.exists():
+        number += 1
+        out = path.with_name(f"{path.stem}-healed-{number}.mcap")
+    return shlex.join(["daq", "import", str(path), "--out", str(out), *options])
+
+
+def joint_list(joints: Sequence[int]) -> str:
+    """The `joints` (from 1) in words."""
+    return f"joint{'s' if len(joints) > 1 else ''} {', '.join(map(str, joints))}"

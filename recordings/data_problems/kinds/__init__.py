@@ -1,0 +1,1 @@
+"""Kinds of data problems of recordings, one module each."""

@@ -1,0 +1,36 @@
+"""Torque that is mostly empty, or constant while the joint moves."""
+
+import numpy as np
+
+from recordings.data_problems import DataProblem, joint_list
+from recordings.data_problems.signals import MIN_TRAVEL, drive_signal, of_motion, travel
+from recordings.recording import Floats, Recording
+
+MAX_EMPTY = 0.5
+"""Largest share of the rows of the motion that may be empty."""
+
+
+def find(recording: Recording) -> DataProblem | None:
+    """Return the problem if a joint that moves has hardly any torque, voltage or current."""
+    rows = of_motion(recording)
+    name, signal = drive_signal(recording)
+    columns = zip(recording.position[rows].T, signal[rows].T, strict=True)
+    faults = {joint: fault for joint, (q, x) in enumerate(columns, 1) if travel(q) > MIN_TRAVEL and (fault := _fault(x))}
+    if not faults:
+        return None
+    text = "; ".join(f"{name} {joint} {fault}" for joint, fault in faults.items())
+    return DataProblem(
+        kind="missing-torque",
+        joints=tuple(faults),
+        blocks=True,
+        why=f"While {joint_list(tuple(faults))} moves, {text}: it cannot be the torque that moves it.",
+        remedy="Record the torque, the current or the voltage of every sample of every joint, and check the mapping.",
+    )
+
+
+def _fault(signal: Floats) -> str | None:
+    known = signal[np.isfinite(signal)]
+    empty = 1 - len(known) / max(len(signal), 1)
+    if empty > MAX_EMPTY:
+        return f"is empty in {empty:.0%} of the rows"
+    return f"is {known[0]:g} throughout" if np.ptp(known) == 0 else None
