@@ -10,7 +10,7 @@ import numpy as np
 from ident.data.prepared_recording import PreparedRecording
 from recordings.recording import Floats
 
-MIN_PRESENT = 0.3
+MIN_PRESENT = 0.25
 """Error of the present arrangement, as a share of the torque, below which it is not bad."""
 MAX_OTHER = 0.4
 """Another arrangement is far better if its error is smaller than this share of the present one's."""
@@ -49,6 +49,12 @@ class Arrangements:
         self._products = sum((np.einsum("njk,ni->jik", columns, torque) for columns, torque in rows))
         """(dof, dof, k) of the columns of each joint with the torque of each."""
         self._square = float(sum((torque**2).sum() for _, torque in rows))
+
+    @cached_property
+    def parameters(self) -> Floats:
+        """(k,) of the mechanism in the present arrangement, by least squares."""
+        solution: Floats = np.linalg.lstsq(self._gram, np.einsum("jjk->k", self._products), rcond=_TINY)[0]
+        return solution
 
     @cached_property
     def best(self) -> tuple[Arrangement, float, float] | None:

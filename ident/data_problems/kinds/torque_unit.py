@@ -1,7 +1,10 @@
 """Efforts in another unit than N m or N, off by a power of ten, where the manufacturer's model says how large they are."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from ident.data.prepared_recording import PreparedRecording
 from ident.data.samples import holds_torque
 from ident.data_problems.facts import Facts
 from recordings.data_problems import DataProblem, healing_command
@@ -9,8 +12,8 @@ from recordings.data_problems.signals import drive_signal
 
 _MIN_POWER = 2
 """A friction that the reference leaves out may be as large as the rest, and a gear may be ten."""
-_MIN_CORRELATION = 0.7
-"""Correlation with the reference below which it says nothing."""
+_MAX_LEFT = 0.5
+"""Share of the torque that reference and friction may leave; beyond, the reference says nothing."""
 
 
 def find(facts: Facts) -> DataProblem | None:
@@ -18,16 +21,9 @@ def find(facts: Facts) -> DataProblem | None:
     recording = facts.recordings[0].recording
     if not holds_torque(recording) or any(each.nominal is None for each in facts.recordings):
         return None
-    torque, nominal = (
-        np.concatenate([values.ravel() for values in each])
-        for each in ([r.torque for r in facts.recordings], [r.nominal for r in facts.recordings])
-    )
-    known = np.isfinite(torque) & np.isfinite(nominal)
-    torque, nominal = torque[known], nominal[known]
-    scale = float(torque @ nominal / (nominal @ nominal))
-    correlation = float(torque @ nominal / np.sqrt((torque @ torque) * (nominal @ nominal)))
+    scale, left = _scale(facts.recordings)
     power = round(np.log10(scale)) if scale > 0 else 0
-    if abs(power) < _MIN_POWER or correlation < _MIN_CORRELATION:
+    if abs(power) < _MIN_POWER or left > _MAX_LEFT:
         return None
     units = recording.rig.effort_units
     name = drive_signal(recording)[0]
@@ -39,3 +35,17 @@ def find(facts: Facts) -> DataProblem | None:
         why=f"The efforts are {scale:.2g} times those of the manufacturer's model: their unit is off by 10^{power}.",
         remedy=healing_command(recording.path, [word for entry in mapped for word in ("--map", entry)]),
     )
+
+
+def _scale(recordings: Sequence[PreparedRecording]) -> tuple[float, float]:
+    """What the reference is to be multiplied by, beside friction, and the RMS share of the torque that is left."""
+    friction = [parameter.friction for parameter in recordings[0].mechanism.parameters]
+    columns = np.concatenate(
+        [np.concatenate([each.nominal[:, :, None], each.regressor[:, :, friction]], 2) for each in recordings if each.nominal is not None]
+    )
+    torque = np.concatenate([each.torque for each in recordings])
+    known = np.isfinite(torque) & np.isfinite(columns).all(axis=2)
+    columns, torque = columns[known], torque[known]
+    solution = np.linalg.lstsq(columns, torque, rcond=None)[0]
+    left = torque - columns @ solution
+    return float(solution[0]), float(np.sqrt((left @ left) / (torque @ torque)))

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ident.data_problems.facts import DataProblem, Facts
+from ident.data_problems.facts import Facts
+from recordings.data_problems import DataProblem
 
 MAX_NOISE_SHARE = 0.5
 """Share of the torque's mean square that noise may have."""

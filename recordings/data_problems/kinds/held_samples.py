@@ -44,12 +44,12 @@ def held_count(values: Floats, rows: Bools, step: float) -> int:
     step: time between samples [s].
     """
     changed = np.flatnonzero(np.diff(values) != 0) + 1
-    changed = changed[rows[changed] & np.isfinite(values[changed])]
+    changed = changed[rows[changed] & np.isfinite(values[changed]) & np.isfinite(values[changed - 1])]
     if len(changed) < _MIN_CHANGES:
         return 0
     gaps = np.diff(changed)
     usual = int(np.median(gaps))
     sizes = np.abs(values[changed] - values[changed - 1])
-    large = np.nanmedian(sizes) > _STEPS * (resolution(values) or 0.0)
+    large = np.median(sizes) > _STEPS * (resolution(values) or 0.0)
     regular = np.mean(gaps % usual == 0) > _REGULAR
     return usual if usual > 1 and usual * step > LONGEST and regular and large else 0

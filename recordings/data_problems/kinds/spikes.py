@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.data_problems.facts import DataProblem, Facts
+from recordings.data_problems import DataProblem, healing_command
 from recordings.outliers import outliers
 from recordings.recording import Floats, Recording
 
 
-def find(facts: Facts) -> DataProblem | None:
+def find(recording: Recording) -> DataProblem | None:
     """Return the problem if any sample of a position or a torque is a spike."""
-    found = [(joint, text) for recording in facts.recordings for joint, text in _spikes(recording)]
+    found = [*_spikes(recording)]
     if not found:
         return None
     return DataProblem(
@@ -20,7 +20,7 @@ def find(facts: Facts) -> DataProblem | None:
         joints=tuple(sorted({joint + 1 for joint, _ in found})),
         blocks=False,
         why=f"Single samples far outside of all others are left out: {'; '.join(text for _, text in found)}.",
-        remedy="Look for lost frames and for interference on the cable of the sensor.",
+        remedy=healing_command(recording.path, ["--drop-outliers"]),
     )
 
 
@@ -39,7 +39,7 @@ def _spikes(recording: Recording) -> Iterator[tuple[int, str]]:
             if len(rows):
                 count = f"{len(rows)} sample{'s' if len(rows) > 1 else ''}"
                 first = f"the first {column[rows[0]]:.3g} at {recording.time[rows[0]]:.3f} s"
-                yield joint, f"{recording.path.name}, {name} {joint + 1}: {count}, {first}"
+                yield joint, f"{name} {joint + 1}: {count}, {first}"
 
 
 def _signals(recording: Recording) -> Iterator[tuple[str, Floats]]:

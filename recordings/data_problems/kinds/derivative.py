@@ -1,0 +1,46 @@
+"""Positions that are the derivative or the integral of what their name says."""
+
+import numpy as np
+
+from recordings.data_problems import DataProblem, joint_list
+from recordings.data_problems.signals import of_motion
+from recordings.recording import Floats, Recording
+
+_NEAR, _FAR = 0.98, 0.5
+"""Correlation above which two signals are the same, and below which they are not."""
+
+
+def find(recording: Recording) -> DataProblem | None:
+    """Return the problem if a position is the derivative of its command, or of what its velocity says."""
+    rows = of_motion(recording)
+    joints = [joint for joint in range(1, recording.rig.dof + 1) if _is_velocity(recording, joint - 1, rows)]
+    if not joints:
+        return None
+    return DataProblem(
+        kind="derivative",
+        joints=tuple(joints),
+        blocks=True,
+        why=f"The position of {joint_list(joints)} is a velocity: it is the derivative of the command, or equals the "
+        "velocity that was recorded.",
+        remedy="Map the column that holds the position (--map 'position_1=COLUMN:rad'), or record it.",
+    )
+
+
+def _is_velocity(recording: Recording, joint: int, rows: np.ndarray) -> bool:
+    position, time = recording.position[rows, joint], recording.time[rows]
+    command = recording.command[rows, joint]
+    if _correlation(np.gradient(command, time), position) > _NEAR and abs(_correlation(command, position)) < _FAR:
+        return True
+    if recording.velocity is None:
+        return False
+    velocity = recording.velocity[rows, joint]
+    slope = np.gradient(position, time)
+    return _correlation(velocity, position) > _NEAR and abs(_correlation(velocity, slope)) < _FAR
+
+
+def _correlation(x: Floats, y: Floats) -> float:
+    """Correlation of two signals (n,) where both are known; 0 where one is constant."""
+    known = np.isfinite(x) & np.isfinite(y)
+    if known.sum() < 10 or not np.ptp(x[known]) or not np.ptp(y[known]):
+        return 0.0
+    return float(np.corrcoef(x[known], y[known])[0, 1])
