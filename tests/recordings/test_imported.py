@@ -6,35 +6,16 @@ import pytest
 
 from recordings.errors import BadInput
 from recordings.imported import imported_rig, measured_torque
-from recordings.rig import Axis, Rig, Torque
+from recordings.rig import Rig, Torque
 
 
-def test_three_joints_default_to_the_delta_robot() -> None:
+def test_three_joints_are_a_delta_robot_and_others_axes_unless_said() -> None:
     rig = imported_rig("lab.csv", 3, 200.0)
-    assert (rig.mechanism, rig.dof, rig.rate) == ("delta", 3, 200.0)
-    assert rig.torque == Torque()
+    assert (rig.mechanism, rig.dof, rig.rate, rig.torque) == ("delta", 3, 200.0, Torque())
     assert imported_rig("lab.csv", 3, 200.0, mechanism="axes").joint_types == ("revolute",) * 3
-
-
-def test_other_joint_counts_default_to_axes() -> None:
-    rig = imported_rig("bench.csv", 2, 100.0, joints=("prismatic",), torque=Torque(map="linear"))
-    assert rig.joint_types == ("prismatic", "prismatic")
-    assert rig.torque.gain == (1.0, 1.0)
-    assert Rig.model_validate_json(rig.model_dump_json()) == rig
-
-
-def test_measured_effort_has_unit_gain() -> None:
-    torque = imported_rig("axis.csv", 1, 1000.0, torque=measured_torque(1)).torque
-    assert (torque.map, torque.gain, torque.gain_source, torque.gain_uncertainty) == (
-        "linear",
-        (1.0,),
-        "calibrated",
-        0,
-    )
-
-
-def test_gravity_loads_a_single_axis() -> None:
-    assert imported_rig("axis.csv", 1, 1000.0, gravity=True).axes == (Axis(gravity=True),)
+    axes = imported_rig("bench.csv", 2, 100.0, joints=("prismatic",), torque=Torque(map="linear"))
+    assert (axes.joint_types, axes.torque.gain) == (("prismatic", "prismatic"), (1.0, 1.0))
+    assert Rig.model_validate_json(axes.model_dump_json()) == axes
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from recordings.importing import Description, import_data
 from recordings.plausible import LARGEST
 from recordings.reader import read
 from recordings.recording import Run
+from tests.arrays import assert_same
 
 AXES = Description(mechanism="axes")
 NUMBERS = st.floats(allow_infinity=False, width=64)
@@ -80,11 +81,6 @@ def test_exported_and_imported_arrays_are_equal(tmp_path: Path, samples_and_run:
     exporting.export(tmp_path / "a.mcap", "csv", tmp_path / "a.csv")
     import_data(tmp_path / "a.csv", tmp_path / "b.mcap", AXES)
     original, imported = read(tmp_path / "a.mcap"), read(tmp_path / "b.mcap")
-    for name in ("time", "position", "command", "voltage", "repeat"):
-        np.testing.assert_array_equal(getattr(imported, name), getattr(original, name), err_msg=name)
-    assert (imported.effort is None) == (original.effort is None)
-    if original.effort is not None:
-        np.testing.assert_array_equal(imported.effort, original.effort)
+    assert_same(imported, original, "time", "position", "command", "voltage", "effort", "repeat")
     assert list(imported.extra) == list(original.extra)
-    for name in original.extra:
-        np.testing.assert_array_equal(imported.extra[name], original.extra[name])
+    assert_same(imported.extra, original.extra, *original.extra)
