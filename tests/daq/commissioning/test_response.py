@@ -59,8 +59,3 @@ def test_hidden_delay_is_no_resonance(daq: Runner, ident: Runner, tmp_path: Path
     document = measure(daq, ident, tmp_path, ("actuation_delay", "delay", delay))
     assert document["resonance_hz"] is None
     assert document["delay"] == pytest.approx(delay, abs=2e-4)
-
-
-def test_bad_input_is_explained(daq_in_process: Runner) -> None:
-    assert "1 to 3 expected, 4 found" in daq_in_process("response", "--joint", 4).err
-    assert daq_in_process("response", "--joint", 1, "--amplitude", 0).code == 2

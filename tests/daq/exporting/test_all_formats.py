@@ -148,5 +148,8 @@ def test_export_command_writes_the_file(recording: Path) -> None:
 
 
 def test_help_imports_no_heavy_package() -> None:
-    code = "import sys; from daq.commands import export; assert not {'numpy', 'scipy', 'pyarrow'} & set(sys.modules)"
+    code = (
+        "import sys; from daq.commands import export, trajectories; "
+        "assert not {'numpy', 'scipy', 'pyarrow', 'matplotlib', 'pydantic'} & set(sys.modules)"
+    )
     subprocess.run([sys.executable, "-c", code], check=True)

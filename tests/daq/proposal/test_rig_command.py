@@ -91,30 +91,3 @@ def test_drives_on_the_bus_are_read(daq: Runner, tmp_path: Path) -> None:
         f"node_id = {n}" for n in (5, 9, 12)
     ]
     assert 'torque_source = "current_actual"' in text
-
-
-@pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [
-        ((), "either --eds FILE or --scan expected"),
-        (("--scan", "--eds", "drive.eds"), "either --eds FILE or --scan expected"),
-        (("--eds", "missing.eds"), "missing.eds does not exist"),
-        (("--eds", "drive.eds", "--bus", "can0"), "INTERFACE:CHANNEL expected"),
-        (("--eds", "drive.eds", "--bus", "usb:0"), "'interface'"),
-        (("--eds", "drive.eds", "--nodes", "1,1,2"), "different node ids"),
-        (("--eds", "drive.eds", "--nodes", "a"), "node ids such as 1,2,3"),
-        (("--eds", "drive.eds", "--eds", "drive.eds"), "one file for all joints or 3"),
-        (("--eds", "drive.sim.toml"), "an EDS or DCF file"),
-        (("--eds", "drive.eds", "--out", "drive.eds", "--force"), "one of the inputs"),
-        (("--eds", "drive.eds", "--out", "there.toml"), "there.toml should not exist yet"),
-    ],
-)
-def test_bad_input_is_explained(
-    arguments: tuple[str, ...], reason: str, daq_in_process: Runner, tmp_path: Path
-) -> None:
-    MADE_UP["slow"].write(tmp_path)
-    (tmp_path / "there.toml").write_text("mine")
-    done = daq_in_process("rig", "propose", *arguments)
-    assert (done.code, reason in done.err, len(done.err.splitlines()) <= 2) == (2, True, True), done.err
-    assert not (tmp_path / "rig.toml").exists()
-    assert (tmp_path / "there.toml").read_text() == "mine"
