@@ -95,19 +95,6 @@ def test_jacobian_and_its_derivative_agree_with_finite_differences() -> None:
     assert J_dot == pytest.approx(difference / (2 * step), abs=1e-8)
 
 
-def test_joint_motion_is_consistent_with_the_jacobian() -> None:
-    generator = np.random.default_rng(1)
-    theta, theta_dot, theta_ddot = (generator.uniform(-0.5, 0.5, (200, 3)) * scale for scale in (1, 8, 100))
-    P = kinematics.forward(GEOMETRY, theta)
-    J = kinematics.jacobian(GEOMETRY, theta, P)
-    J_dot = kinematics.jacobian_derivative(GEOMETRY, theta, P, theta_dot, J)
-    P_dot = np.einsum("nij,nj->ni", J, theta_dot)
-    P_ddot = np.einsum("nij,nj->ni", J, theta_ddot) + np.einsum("nij,nj->ni", J_dot, theta_dot)
-    speed, acceleration = kinematics.joint_motion(GEOMETRY, theta, P, P_dot, P_ddot)
-    assert speed == pytest.approx(theta_dot, abs=1e-11)
-    assert acceleration == pytest.approx(theta_ddot, abs=1e-9)
-
-
 def test_margin_vanishes_where_arm_and_rod_align() -> None:
     height = np.sqrt((GEOMETRY.L1 + GEOMETRY.L2) ** 2 - (GEOMETRY.R - GEOMETRY.r) ** 2)
     P = np.array([[0.0, 0.0, -0.7], [0.0, 0.0, -height * (1 - 1e-12)]])

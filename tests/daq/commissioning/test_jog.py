@@ -12,8 +12,7 @@ from tests.conftest import Runner, launcher
 
 def test_jog_moves_one_joint_and_leaves_the_drives_off(daq: Runner, tmp_path: Path) -> None:
     done = daq("jog", "--joint", 2, "--by", 0.05, "--rate", 100, "--out", "jog.mcap", "--json")
-    assert done.code == 0, done.err
-    figures = json.loads(done.out)
+    figures = done.figures
     assert figures["to"] - figures["from"] == pytest.approx(0.05, abs=2e-3)
     recording = read(tmp_path / "jog.mcap")
     assert recording.run.trajectory == "jog-2"

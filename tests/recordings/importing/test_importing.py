@@ -8,6 +8,7 @@ import pytest
 
 from daq.commands.import_ import command
 from recordings.importing import Description, import_data
+from recordings.importing.repetitions import mean_step
 from recordings.reader import read
 from tests.running import invoke, printed
 
@@ -147,3 +148,16 @@ def test_columns_of_text_and_infinity_are_left_out_and_noted(tmp_path: Path) -> 
     result = import_data(tmp_path / "data.csv", tmp_path / "r.mcap", AXES)
     assert result.notes == ("left out, because not finite numbers throughout: state, load",)
     assert not read(tmp_path / "r.mcap").extra
+
+
+@pytest.mark.parametrize("unit", [1, 10, 256, 1000, 100_000])
+def test_rounded_times_do_not_change_the_step(unit: int) -> None:
+    stamp = np.rint(np.arange(5000) * 2_000_000 / unit).astype(np.int64) * unit
+    assert mean_step(stamp) == pytest.approx(2_000_000, rel=1e-5)
+
+
+def test_a_gap_holds_several_steps() -> None:
+    stamp = np.delete(np.arange(5000) * 2_000_000, slice(1000, 3500)) + np.random.default_rng(0).integers(
+        0, 300, 2500
+    )
+    assert mean_step(stamp) == pytest.approx(2_000_000, rel=1e-6)
