@@ -53,9 +53,9 @@ def last_told(lines: Iterable[str]) -> dict[str, Any]:
     return statuses[-1] if statuses else {}
 
 
-def free_port() -> int:
-    """UDP port that is free now."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+def free_port(kind: socket.SocketKind = socket.SOCK_DGRAM) -> int:
+    """A port that is free now, of UDP unless another kind is asked for."""
+    with socket.socket(socket.AF_INET, kind) as probe:
         probe.bind(("", 0))
         port: int = probe.getsockname()[1]
         return port

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from daq.commands.info import command
-from recordings.recording import Recording, Run
+from recordings.recording import Recording
 from recordings.rig import simulated_rig
 from recordings.writer import RecordingWriter
+from tests.made_up import run_of
 from tests.running import invoke, printed
 
 Record = Callable[..., Path]
@@ -21,18 +22,7 @@ def record(tmp_path: Path) -> Record:
     """Write a recording of 101 SYNCs with a gap, frames and events."""
 
     def write(simulated: bool = True, exit_status: int = 0, robot: str | None = None) -> Path:
-        run = Run(
-            trajectory="fig5a",
-            trajectory_digest="d1f0",
-            period=0.1,
-            cycles=2,
-            rate=500.0,
-            software="0.1.0",
-            simulated=simulated,
-            pace="realtime",
-            start="2023-11-14T22:13:20+00:00",
-            robot=robot,
-        )
+        run = run_of(period=0.1, pace="realtime", simulated=simulated, robot=robot)
         path = tmp_path / "run.mcap"
         with RecordingWriter(path, simulated_rig(), run) as writer:
             for k in range(101):

@@ -16,6 +16,7 @@ from recordings.plausible import LARGEST
 from recordings.reader import read
 from recordings.recording import Run
 from tests.arrays import assert_same
+from tests.made_up import run_of
 
 AXES = Description(mechanism="axes")
 NUMBERS = st.floats(allow_infinity=False, width=64)
@@ -49,25 +50,11 @@ def measurements(draw: st.DrawFn) -> tuple[SampleTable, Run]:
         voltage=voltage,
         extra={name: draw(arrays(np.float64, n, elements=NUMBERS)) for name in names},
     )
-    return samples, draw(st.sampled_from([run(0.0), run(0.5)]))
+    return samples, run_of(period=draw(st.sampled_from([0.0, 0.5])), cycles=1, rate=100.0)
 
 
 def is_plain(name: str) -> bool:
     return bool(name) and name.isprintable() and not name.startswith(("time", "cycle", "position", "\ufeff"))
-
-
-def run(period: float) -> Run:
-    return Run(
-        trajectory="t",
-        trajectory_digest="",
-        period=period,
-        cycles=1,
-        rate=100.0,
-        software="0",
-        simulated=True,
-        pace="lockstep",
-        start="",
-    )
 
 
 @given(measurements())
