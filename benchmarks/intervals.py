@@ -16,9 +16,10 @@ from typing import Any
 import click
 import numpy as np
 
-from benchmarks.hidden_effects.cases import Case
+from benchmarks.hidden_effects.cases import HiddenCase
 from benchmarks.hidden_effects.drawn_cases import drawn_cases
 from benchmarks.hidden_effects.figures import Figure
+from benchmarks.hidden_effects.foreign import setting_of
 from ident.diagnosis.diagnosis import DiagnosisOptions, prepare_inputs
 from ident.diagnosis.split.parameter_intervals import confidence_intervals
 from ident.dynamics.effects.library import library
@@ -28,7 +29,7 @@ from ident.identification.identify import FitOptions, identify
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from tests.foreign import robots
-from tests.foreign.pairs import TRAIN, VALIDATE, Setting, make
+from tests.foreign.pairs import TRAIN, VALIDATE, make
 
 EFFECTS = (
     "stribeck",
@@ -47,17 +48,10 @@ Hits = dict[str, list[bool]]
 """Whether each interval holds the truth, by the name of the parameter without its joint."""
 
 
-def record(case: Case, folder: Path) -> tuple[Truth, list[dict[str, Any]]] | None:
+def record(case: HiddenCase, folder: Path) -> tuple[Truth, list[dict[str, Any]]] | None:
     """Write the recordings of `case`; return the true parameters and the effects, or None if they are impossible."""
-    signal = (case.reports_command, case.repeats, case.signal, case.signal_bits)
     try:
-        truth = make(
-            folder,
-            case.effects,
-            case.sizes,
-            case.seed,
-            Setting(case.robot, case.volts, case.bits, case.rate, *signal),
-        )
+        truth = make(folder, case.effects, case.sizes, case.seed, setting_of(case))
     except BadInput:
         return None
     robot = robots.draw(  # the first that `make` draws

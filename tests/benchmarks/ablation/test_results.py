@@ -5,16 +5,16 @@ from pathlib import Path
 import pytest
 
 from benchmarks.ablation.results import Results
-from benchmarks.ablation.subjects import TODAY, Outcome, Pair, Subject, Trial, try_
+from benchmarks.ablation.subjects import TODAY, Pair, Subject, Trial, VariantOutcome, try_
 
 VARIANTS = ("a.idea off", "a.LIMIT/2", "a.LIMIT*2", "a.idle off")
 
 
-def _adequate() -> Outcome:
-    return Outcome("adequate", 1)
+def _adequate() -> VariantOutcome:
+    return VariantOutcome("adequate", 1)
 
 
-def _broken() -> Outcome:
+def _broken() -> VariantOutcome:
     raise ValueError("no rows")
 
 
@@ -22,7 +22,7 @@ ROBOT, AXIS = Subject("robot", _adequate), Subject("axis", _adequate)
 
 
 def _watched(case: str, near: set[str], used: frozenset[str] = frozenset()) -> Trial:
-    return Trial(case, TODAY, 2.0, Outcome("missing-effect; cogging\t1", 10), frozenset(near), used)
+    return Trial(case, TODAY, 2.0, VariantOutcome("missing-effect; cogging\t1", 10), frozenset(near), used)
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def test_each_variant_is_tried_once_before_any_is_tried_twice(results: Results) 
 
 
 def test_what_was_tried_is_kept_and_not_tried_again(results: Results, tmp_path: Path) -> None:
-    results.add(Trial("robot", "a.LIMIT/2", 1.5, Outcome("adequate", 0)))
+    results.add(Trial("robot", "a.LIMIT/2", 1.5, VariantOutcome("adequate", 0)))
     results.add(Trial("axis", "a.LIMIT*2", 0.5, results.today["axis"].outcome))
     again = _again(tmp_path)
     assert (again.today, again.tried, again.seconds) == (results.today, results.tried, 2.0)
@@ -70,9 +70,9 @@ def test_results_of_other_sources_are_refused(results: Results, tmp_path: Path) 
 
 
 def test_table_counts_what_changed_and_names_who_needs_it(results: Results) -> None:
-    results.add(Trial("robot", "a.LIMIT/2", 1.0, Outcome("adequate", 0)))
+    results.add(Trial("robot", "a.LIMIT/2", 1.0, VariantOutcome("adequate", 0)))
     results.add(Trial("axis", "a.LIMIT/2", 1.0, results.today["axis"].outcome))
-    results.add(Trial("robot", "a.idea off", 1.0, Outcome("adequate", 11)))
+    results.add(Trial("robot", "a.idea off", 1.0, VariantOutcome("adequate", 11)))
     rows = [line.split() for line in results.table(1)]
     assert rows[0][1:9] == ["near", "used", "tried", "not", "tried", "changed", "better", "worse"]
     assert rows[1:] == [
@@ -87,4 +87,4 @@ def test_error_is_an_outcome(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ident.threads.compute_alone", lambda: None)
     trial = try_(Pair(Subject("broken", _broken)))
     assert (trial.outcome.text, trial.outcome.score) == ("error ValueError: no rows", -99)
-    assert try_(Pair(ROBOT)).outcome == Outcome("adequate", 1)
+    assert try_(Pair(ROBOT)).outcome == VariantOutcome("adequate", 1)
