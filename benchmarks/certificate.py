@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.programs import record_demo, timed
+from benchmarks.programs import claim, record_demo, timed
 from ident.data.prepared_recording import prepare
 from ident.estimation.estimators import pso
 from ident.estimation.lad_certificate import certify
@@ -17,7 +17,7 @@ from recordings.reader import read
 
 SEEDS = 20
 NEAR = 1e-6
-"""Relative excess that 19 of 20 seeds must not exceed."""
+"""Relative excess that all seeds but one must not exceed."""
 
 
 def problem(recording: Path, preprocessing: str) -> Problem:
@@ -29,6 +29,7 @@ def problem(recording: Path, preprocessing: str) -> Problem:
 
 def main() -> None:
     """Print the excesses of both neighbourhoods after all iterations, and the time of the proof."""
+    fewest = SEEDS
     with tempfile.TemporaryDirectory() as folder:
         (path,) = record_demo(Path(folder), "fig5a")
         for preprocessing in ("parallel", "central"):
@@ -45,10 +46,12 @@ def main() -> None:
                     for seed in range(SEEDS)
                 ]
                 excesses = [proof.excess(objective) for objective in found]
+                fewest = min(fewest, near := sum(value <= NEAR for value in excesses))
                 print(
-                    f"  pso, {neighbourhood} best: {sum(value <= NEAR for value in excesses)} of {SEEDS} seeds "
+                    f"  pso, {neighbourhood} best: {near} of {SEEDS} seeds "
                     f"within {NEAR:g}; excess median {np.median(excesses):.1e}, largest {max(excesses):.1e}"
                 )
+    claim(f"at least {SEEDS - 1} of {SEEDS} seeds come within {NEAR:g} of the minimum", fewest >= SEEDS - 1)
 
 
 if __name__ == "__main__":

@@ -54,3 +54,8 @@ def ratio(values: Sequence[float], others: Sequence[float]) -> str:
     interval = f", 95 % interval {ratios[rank - 1]:.3f} to {ratios[-rank]:.3f}" if rank else ""
     pairs = f"median of {len(ratios)} pairs{interval}; single pairs {ratios[0]:.3f} to {ratios[-1]:.3f}"
     return f"{statistics.median(ratios):.3f} ({pairs})"
+
+
+def claim(what: str, reached: bool) -> None:
+    """Print as the last line of a benchmark what it is about, and whether that is so."""
+    print(f"{what}: {'so it is' if reached else 'FALLS SHORT'}", flush=True)

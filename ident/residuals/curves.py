@@ -149,5 +149,5 @@ def _statistics(values: Floats, residual: Floats, visit: Ints) -> tuple[float, .
     error = half_width = np.nan
     if visits >= MIN_VISITS:
         error = float(np.sqrt((deviation**2).sum() * visits / (visits - 1)) / samples)
-        half_width = float(statistics.half_width(visits - 1)) * error
+        half_width = float(statistics.half_width(np.array(visits - 1))) * error
     return float(values.mean()), mean, error, half_width, float(np.sqrt(np.mean(residual**2))), samples
