@@ -68,7 +68,7 @@ def structure_of(model: ModelFile, rig: Rig, library: Mapping[str, Effect]) -> t
         mechanism = mechanisms.create(rig, model.form)
         return ModelStructure(mechanism, rig), _values(model, mechanism.parameters)
     terms = []
-    for term in model.terms or [EffectTerm(name=name, joints=_all_joints(rig)) for name in model.effects]:
+    for term in model.terms or [EffectTerm(name=name, joints=tuple(range(1, rig.dof + 1))) for name in model.effects]:
         if term.name not in library:
             raise BadInput(
                 f"effect {term.name} of the model: an effect of the library or of an effect file expected, none "
@@ -152,10 +152,6 @@ def _values(model: ModelFile, parameters: Sequence[ParameterEntry | Parameter]) 
             f"parameters {', '.join(expected)} expected in the model, {', '.join(actual)} found; fit it again"
         )
     return np.array([parameter.value for parameter in model.parameters])
-
-
-def _all_joints(rig: Rig) -> tuple[int, ...]:
-    return tuple(range(1, rig.dof + 1))
 
 
 def check_model_rig(model: ModelFile, recording: Recording) -> None:
