@@ -10,7 +10,7 @@ from ident.output.report.contents import ReportContents, ReportRequest, gather
 from ident.output.report.sections import causes, response
 from ident.output.report.sections.reproduce import file_names
 from ident.output.tables import ResultTable
-from tests.ident.estimation.test_axis_response import made_up
+from tests.ident.estimation.test_axis_model import made_up
 from tests.ident.kept_models import MODELS
 
 
