@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -114,7 +114,7 @@ def command(
     with progress_bar("reading") as progress:
         start = ident.load_model(model_path, effect_files) if model_path else None
         own = () if start else effect_files
-        choices = {"cutoff": cutoff, "only": only, "without": without, "progress": progress}
+        choices: dict[str, Any] = {"cutoff": cutoff, "only": only, "without": without, "progress": progress}
         result = ident.diagnose(files, validate, model=start, effect_files=own, preprocessing=preprocess, **choices)
         if learned_curve:
             progress("learning curves for the unexplained residual")
