@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.compare_sentences import CASES, Axes, Delta
+from benchmarks.compare_sentences import CASES, OnAxes, OnDelta
 from ident.identification.model_file import FloorVerdict, ResidualTest
 from ident.residuals.analysis import WINDOWS, ResidualAnalysis, analyse
 from recordings.recording import Floats
@@ -55,7 +55,7 @@ FAST = [CASES[index] for index in (0, 2, 5, 7, 12)]
 
 
 @pytest.mark.parametrize("case", FAST, ids=lambda case: case.expected)
-def test_the_first_sentence_names_the_variable(case: Axes | Delta) -> None:
+def test_the_first_sentence_names_the_variable(case: OnAxes | OnDelta) -> None:
     sentence = case.sentence()
     assert case.expected in sentence
     assert case is not CASES[0] or sentence.endswith(": 14.0 periods per turn.")
