@@ -53,6 +53,7 @@ class RuledCommand(click.Command):
         self._rules = rules
 
     def invoke(self, ctx: click.Context) -> Any:
+        """See click: the rules of the options are checked first."""
         typed = click.core.ParameterSource.COMMANDLINE
         values = {max(each.opts, key=len): each.name or "" for each in self.params}
         given = {

@@ -46,6 +46,7 @@ class FolderOrCommand(click.Group):
     """A group whose first argument is a subcommand, or else the first argument of its first command."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """See click: without a command, the fleet is updated."""
         if not args or args[0] not in self.commands:
             args = [_UPDATE, *args]
         return super().parse_args(ctx, args)
@@ -53,6 +54,7 @@ class FolderOrCommand(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
+        """See click."""
         name, chosen, rest = super().resolve_command(ctx, args)
         return None if name == _UPDATE else name, chosen, rest
 

@@ -113,6 +113,7 @@ class ChangeScreener(Screener):
         }
 
     def columns(self, term: Term, guess: Floats, shapes: Floats) -> Floats:
+        """See `Screener`."""
         if term.name in self._parameters:
             return self._only_changed(self._own_regressor[:, self._parameters[term.name]])
         return self._only_changed(super().columns(term, guess, shapes))
