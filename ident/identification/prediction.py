@@ -128,10 +128,7 @@ def _searched_values(term: Term, saved: EffectTerm) -> list[float]:
     """Values found by search: parameters of a signal effect, instance by instance, then the shape parameters."""
     try:
         local_values = [row[parameter.name] for row in saved.parameters for parameter in term.local_parameters]
-        shapes = zip(_shape_names(term), term.shapes, strict=True)
-        # All joints share the shapes in a file of an earlier version.
-        keys = (name if name in saved.shapes else shape.name for name, shape in shapes)
-        return [*local_values, *(saved.shapes[key] for key in keys)]
+        return [*local_values, *(saved.shapes[name] for name in _shape_names(term))]
     except KeyError as error:
         raise BadInput(
             f"effect {term.name}: a value of {error} expected in the model, none found; fit it again"
