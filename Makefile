@@ -7,7 +7,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 # Where it is set, as in many containers, every test process would compile all modules and rewrite all assertions anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup demo demo-control test test-all test-fast test-slow test-realtime test-vcan lint faults fuzz hidden-effects golden docs docs-output pictures bench samples lock
+.PHONY: setup demo demo-control test test-all test-fast test-slow test-realtime test-vcan lint faults fuzz hidden-effects golden mutants docs docs-output pictures bench samples lock
 
 setup: $(READY)
 
@@ -89,6 +89,15 @@ hidden-effects: $(READY)
 # Runs fit, compare and diagnose on kept recordings and compares all numbers with those that were kept.
 golden: $(READY)
 	$(BIN)/python -m tests.golden compare
+
+# Changes one place of the code at a time, and prints which of these changes no fast test notices.
+MUTATED ?= ident/diagnosis ident/uncertainty ident/data ident/residuals recordings
+SEED ?= 1
+COUNT ?= 40
+mutants: $(READY)
+	for folder in $(MUTATED); do \
+	    $(BIN)/python -m benchmarks.mutants --folder $$folder --seed $(SEED) --count $(COUNT) || exit 1; \
+	done
 
 # The documentation as a site: build/docs/index.html. Fails at the first warning, as a broken link is.
 docs: $(READY) .venv/.docs

@@ -16,7 +16,6 @@ NAMES = (
     "reading",
     "cycle",
     "certificate",
-    "coverage",
     "intervals",
     "swarm",
     "nonlinear_swarm",

@@ -1,12 +1,12 @@
 """Measure the excess of the paper's PSO over the certified minimum, for each seed, on the demo recording."""
 
 import tempfile
-import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.demo import record
+from benchmarks.programs import claim, record_demo, timed
 from ident.data.prepared_recording import prepare
 from ident.estimation.estimators import pso
 from ident.estimation.lad_certificate import certify
@@ -17,7 +17,7 @@ from recordings.reader import read
 
 SEEDS = 20
 NEAR = 1e-6
-"""Relative excess that 19 of 20 seeds must not exceed."""
+"""Relative excess that all seeds but one must not exceed."""
 
 
 def problem(recording: Path, preprocessing: str) -> Problem:
@@ -29,30 +29,29 @@ def problem(recording: Path, preprocessing: str) -> Problem:
 
 def main() -> None:
     """Print the excesses of both neighbourhoods after all iterations, and the time of the proof."""
+    fewest = SEEDS
     with tempfile.TemporaryDirectory() as folder:
-        (path,) = record(Path(folder), "fig5a")
+        (path,) = record_demo(Path(folder), "fig5a")
         for preprocessing in ("parallel", "central"):
             given = problem(path, preprocessing)
-            start = time.perf_counter()
-            proof = certify(given.regressor, given.torque, given.bounds)
-            seconds = time.perf_counter() - start
+            proof, seconds = timed(partial(certify, given.regressor, given.torque, given.bounds))
             print(
                 f"certificate: {preprocessing}, {len(given.torque)} rows: minimum {proof.objective:.9g} N m, proven "
                 f"to {proof.excess(proof.objective):.0e} in {1e3 * seconds:.0f} ms"
             )
             for neighbourhood in ("current", "personal"):
                 settings = pso.Settings(neighbourhood=neighbourhood, tolerance=0.0)
-                excesses = [_excess(given, settings, seed) for seed in range(SEEDS)]
+                found = [
+                    pso.estimate(given, np.random.default_rng(seed), lambda *_: None, settings).objective
+                    for seed in range(SEEDS)
+                ]
+                excesses = [proof.excess(objective) for objective in found]
+                fewest = min(fewest, near := sum(value <= NEAR for value in excesses))
                 print(
-                    f"  pso, {neighbourhood} best: {sum(value <= NEAR for value in excesses)} of {SEEDS} seeds "
+                    f"  pso, {neighbourhood} best: {near} of {SEEDS} seeds "
                     f"within {NEAR:g}; excess median {np.median(excesses):.1e}, largest {max(excesses):.1e}"
                 )
-
-
-def _excess(given: Problem, settings: pso.Settings, seed: int) -> float:
-    result = pso.estimate(given, np.random.default_rng(seed), lambda *_: None, settings)
-    assert result.certificate is not None
-    return result.certificate.excess(result.objective)
+    claim(f"at least {SEEDS - 1} of {SEEDS} seeds come within {NEAR:g} of the minimum", fewest >= SEEDS - 1)
 
 
 if __name__ == "__main__":

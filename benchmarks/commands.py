@@ -14,8 +14,8 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.demo import program, record
 from benchmarks.long_recording import make
+from benchmarks.programs import program, ratio, record_demo
 
 SECONDS = (20.0, 600.0, 3600.0)
 """Lengths of the recordings [s]."""
@@ -42,7 +42,7 @@ def compare(other: Path) -> None:
     """Print the ratio of the times of this checkout and of the `other`, pair by pair."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        demo, held_out = record(folder, "fig5a", "fig5b")
+        demo, held_out = record_demo(folder, "fig5a", "fig5b")
         long = _long_and_fast(folder)
         validate, page = ["--validate", str(held_out)], ["--report", str(folder / "page.html"), "--force"]
         for title, arguments in (
@@ -65,10 +65,9 @@ def _ident(code: Path, arguments: Sequence[str]) -> tuple[float, float]:
 
 
 def _print_ratio(title: str, unit: str, here: Sequence[float], there: Sequence[float]) -> None:
-    ratios = sorted(a / b for a, b in zip(here, there, strict=True))
     print(
         f"command: {title}: {statistics.median(here):.2f} {unit} here, {statistics.median(there):.2f} {unit} there; "
-        f"ratio {statistics.median(ratios):.2f} ({ratios[0]:.2f} to {ratios[-1]:.2f})",
+        f"ratio {ratio(here, there)}",
         flush=True,
     )
 
@@ -78,7 +77,7 @@ def measure() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         _measure("ident --help", [program("ident"), "--help"])
-        demo, other = record(folder, "fig5a", "fig5b")
+        demo, other = record_demo(folder, "fig5a", "fig5b")
         run(_fit_command(demo, folder))
         run(_diagnose_command(folder, demo))
         _measure("ident fit, demo recording", _fit_command(demo, folder))
@@ -100,7 +99,7 @@ def measure() -> None:
 
 def _long_and_fast(folder: Path) -> Path:
     """Recording of LONG seconds at FAST samples per second."""
-    (fast,) = record(folder / "fast", "fig5a", rate=FAST)
+    (fast,) = record_demo(folder / "fast", "fig5a", rate=FAST)
     path = folder / "long-and-fast.mcap"
     make(fast, path, LONG)
     return path

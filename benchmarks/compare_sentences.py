@@ -31,7 +31,7 @@ JOINTS = 2
 
 
 @dataclass(frozen=True)
-class Axes:
+class OnAxes:
     """A cause on the first of two axes, whose torque is planted."""
 
     expected: str
@@ -58,7 +58,7 @@ class Axes:
 
 
 @dataclass(frozen=True)
-class Delta:
+class OnDelta:
     """An effect hidden in a delta robot of another plant, compared on the motion that was not fitted."""
 
     expected: str
@@ -89,41 +89,41 @@ def _load(motion: Motion) -> Floats:
     return load
 
 
-CASES: tuple[Axes | Delta, ...] = (
-    Axes("wave over its position", _ripple(14), 0.5, 1),
-    Axes("wave over its position", _ripple(7), 0.15, 2),
-    Axes("over its position", lambda motion, time: motion.position[:, 0], 1.0, 3),
-    Axes("over its position", lambda motion, time: motion.position[:, 0] ** 3, 0.5, 4),
-    Axes("over its velocity", lambda motion, time: motion.velocity[:, 0] * np.abs(motion.velocity[:, 0]), 2.0, 5),
-    Axes(
+CASES: tuple[OnAxes | OnDelta, ...] = (
+    OnAxes("wave over its position", _ripple(14), 0.5, 1),
+    OnAxes("wave over its position", _ripple(7), 0.15, 2),
+    OnAxes("over its position", lambda motion, time: motion.position[:, 0], 1.0, 3),
+    OnAxes("over its position", lambda motion, time: motion.position[:, 0] ** 3, 0.5, 4),
+    OnAxes("over its velocity", lambda motion, time: motion.velocity[:, 0] * np.abs(motion.velocity[:, 0]), 2.0, 5),
+    OnAxes(
         "over its velocity",
         lambda motion, time: np.exp(-((motion.velocity[:, 0] / 0.3) ** 2)) * motion.direction[:, 0],
         0.4,
         6,
     ),
-    Axes("over its velocity", lambda motion, time: np.abs(motion.velocity[:, 0]), 0.5, 7),
-    Axes("computed load, reversed with", lambda motion, time: _load(motion) * motion.direction[:, 0], 1.0, 8),
-    Axes("over its acceleration", lambda motion, time: motion.acceleration[:, 0], 0.5, 9, parameter=True),
-    Axes("over the time", lambda motion, time: time, 0.5, 10),
-    Axes("over the time, reversed with", lambda motion, time: np.exp(-time / 5) * motion.direction[:, 0], 1.0, 11),
-    Axes("rate of change of its computed load", _delayed, 0.5, 12),
-    Axes("over joint 2's acceleration", lambda motion, time: motion.acceleration[:, 1], 0.4, 13),
-    Axes("over joint 2's position", lambda motion, time: np.cos(motion.position[:, 1]), 0.4, 14),
-    Axes(
+    OnAxes("over its velocity", lambda motion, time: np.abs(motion.velocity[:, 0]), 0.5, 7),
+    OnAxes("computed load, reversed with", lambda motion, time: _load(motion) * motion.direction[:, 0], 1.0, 8),
+    OnAxes("over its acceleration", lambda motion, time: motion.acceleration[:, 0], 0.5, 9, parameter=True),
+    OnAxes("over the time", lambda motion, time: time, 0.5, 10),
+    OnAxes("over the time, reversed with", lambda motion, time: np.exp(-time / 5) * motion.direction[:, 0], 1.0, 11),
+    OnAxes("rate of change of its computed load", _delayed, 0.5, 12),
+    OnAxes("over joint 2's acceleration", lambda motion, time: motion.acceleration[:, 1], 0.4, 13),
+    OnAxes("over joint 2's position", lambda motion, time: np.cos(motion.position[:, 1]), 0.4, 14),
+    OnAxes(
         "over its position, reversed with",
         lambda motion, time: motion.position[:, 0] * motion.direction[:, 0],
         0.4,
         15,
     ),
-    Delta("over its position", "cogging", 0.05, 1),
-    Delta("over its position", "joint_spring", 0.05, 2),
-    Delta("over its velocity", "stribeck", 0.05, 3),
-    Delta("over its velocity", "asymmetric_viscous", 0.05, 4),
-    Delta("rate of change of its computed load", "actuation_delay", 0.05, 5),
+    OnDelta("over its position", "cogging", 0.05, 1),
+    OnDelta("over its position", "joint_spring", 0.05, 2),
+    OnDelta("over its velocity", "stribeck", 0.05, 3),
+    OnDelta("over its velocity", "asymmetric_viscous", 0.05, 4),
+    OnDelta("rate of change of its computed load", "actuation_delay", 0.05, 5),
 )
 
 
-def misses(cases: tuple[Axes | Delta, ...] = CASES) -> Iterator[tuple[Axes | Delta, str]]:
+def misses(cases: tuple[OnAxes | OnDelta, ...] = CASES) -> Iterator[tuple[OnAxes | OnDelta, str]]:
     """Yield the cases whose first sentence does not name the variable, with that sentence."""
     for case in cases:
         sentence = case.sentence()

@@ -7,18 +7,16 @@ Files are kept in runs/control.
 """
 
 import json
-import subprocess
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from benchmarks.demo import program
+from benchmarks import programs
 from ident.data.following_error import Following, following
 from ident.dynamics.mechanisms import create
 from ident.dynamics.motion import Motion
@@ -48,7 +46,7 @@ CASES = {
 
 
 @dataclass(frozen=True)
-class Case:
+class ClosedLoop:
     """Four runs with one hidden effect."""
 
     hidden: str
@@ -77,7 +75,7 @@ def main() -> None:
     print(f"picture: {PICTURE}")
 
 
-def run(name: str) -> Case:
+def run(name: str) -> ClosedLoop:
     """Record, fit, diagnose and run four times with the hidden effect `name`."""
     folder = FOLDER / name
     folder.mkdir(parents=True, exist_ok=True)
@@ -88,12 +86,12 @@ def run(name: str) -> Case:
     sim.write_text(SERVO + CASES[name])
     train, none = _record(folder, sim, "fig5a", "train"), _record(folder, sim, "fig5b", "none")
     base, better = folder / "base.model.json", folder / "better.model.json"
-    _call("ident", "fit", train, "--validate", none, "-o", base)
-    diagnosis = _call("ident", "diagnose", train, "--validate", none, "--apply", "-o", better, "--json")
+    programs.call("ident", "fit", train, "--validate", none, "-o", base)
+    diagnosis = programs.call("ident", "diagnose", train, "--validate", none, "--apply", "-o", better, "--json")
     feeds = [_table_1(folder), base, better]
     paths = [none, *(_record(folder, sim, "fig5b", f"feed-{k}", feed) for k, feed in enumerate(feeds, start=1))]
     effects = tuple(finding["effect"] for finding in json.loads(diagnosis)["findings"])
-    case = Case(name, effects, tuple(following(read(path)) for path in paths))
+    case = ClosedLoop(name, effects, tuple(following(read(path)) for path in paths))
     print(f"{name}: {', '.join(f'{run.overall * 1e3:.3f}' for run in case.runs)} mrad", file=sys.stderr, flush=True)
     return case
 
@@ -101,18 +99,8 @@ def run(name: str) -> Case:
 def _record(folder: Path, sim: Path, motion: str, name: str, feed: Path | None = None) -> Path:
     out = folder / f"{name}.mcap"
     # Each run has noise of its own.
-    options: list[Any] = ["--cycles", CYCLES[motion], "--seed", len(list(folder.glob("*.mcap"))), "--sim", sim]
-    sealed = folder / f"{name}.truth.json"
-    sealed.unlink(missing_ok=True)
-    _call("daq", "record", "--traj", motion, *options, *(["--feedforward", feed] if feed else []), "--out", out)
-    return out
-
-
-def _call(name: str, *arguments: object) -> str:
-    done = subprocess.run([program(name), *map(str, arguments)], capture_output=True, text=True)
-    if done.returncode:
-        raise SystemExit(f"{name} {' '.join(map(str, arguments))}\n{done.stderr}")
-    return done.stdout
+    options = ["--cycles", CYCLES[motion], "--seed", len(list(folder.glob("*.mcap"))), "--sim", sim]
+    return programs.record(out, motion, *options, *(["--feedforward", feed] if feed else []))
 
 
 def _table_1(folder: Path) -> Path:
@@ -129,7 +117,7 @@ def _table_1(folder: Path) -> Path:
     return folder / "table_1.csv"
 
 
-def show(cases: Sequence[Case]) -> None:
+def show(cases: Sequence[ClosedLoop]) -> None:
     """Print one row per run."""
     print("Following error of fig5b [mrad]: RMS (worst) of joints 1, 2, 3; platform error [mm]: RMS (worst)")
     for case in cases:
@@ -146,7 +134,7 @@ def show(cases: Sequence[Case]) -> None:
         print(f"  {steps}; with the effect {case.ratio:.0%} of the base model's")
 
 
-def draw(cases: Sequence[Case]) -> None:
+def draw(cases: Sequence[ClosedLoop]) -> None:
     """Draw the RMS over all joints, one group of bars per hidden effect."""
     figure = Figure(figsize=(9, 4.2), layout="constrained")
     axes = figure.add_subplot()

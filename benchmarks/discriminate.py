@@ -7,14 +7,13 @@ together, first with parts of them held out, then with fig5b held out, which doe
 
 import json
 import shlex
-import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks.demo import program
+from benchmarks.programs import call, record
 
 HIDDEN = (
     ("arm_mass_mismatch", 0.01, [2]),
@@ -43,7 +42,7 @@ def main() -> None:
 def _test_effect(folder: Path, effect: str, size: float, joints: list[int]) -> None:
     sim = folder / "sim.toml"
     sim.write_text(f'[[effects]]\nname = "{effect}"\nsize = {size}\njoints = {joints}\n', encoding="utf-8")
-    first = _record("fig5a", sim, folder / "first.mcap")
+    first = record(folder / "first.mcap", "fig5a", "--sim", sim)
     before = _diagnose([first])
     _print_row("fig5a", _summary(before))
     if not any(finding["confusable_with"] for finding in _new_findings(before)):
@@ -51,14 +50,14 @@ def _test_effect(folder: Path, effect: str, size: float, joints: list[int]) -> N
     motion = folder / "next.toml"
     command = shlex.split(before["next_motion"]["command"])
     try:
-        designed = json.loads(_run(*command[:-1], motion, "--json"))
-    except subprocess.CalledProcessError as error:
-        _print_row("design", error.stderr.strip())
+        designed = json.loads(call(*command[:-1], motion, "--json"))
+    except SystemExit as error:
+        _print_row("design", str(error))
         return
     _print_row("separation", f"{_separation(designed['before'])} on fig5a")
     _print_row("", f"{_separation(designed['after'])} with {designed['trajectory']}, {_limit_use(designed['after'])}")
-    recordings = [first, _record(motion, sim, folder / "second.mcap")]
-    validation = ["--validate", _record("fig5b", sim, folder / "other.mcap")]
+    recordings = [first, record(folder / "second.mcap", motion, "--sim", sim)]
+    validation = ["--validate", record(folder / "other.mcap", "fig5b", "--sim", sim)]
     for title, after in (("both", _diagnose(recordings)), ("and fig5b", _diagnose([*recordings, *validation]))):
         names = [(finding["effect"], finding["confusable_with"]) for finding in _new_findings(after)]
         _print_row(title, f"{_summary(after)}: {'right' if names == [(effect, [])] else 'NOT RIGHT'}")
@@ -77,13 +76,8 @@ def _limit_use(quality: dict[str, Any]) -> str:
     return f"{share:.0%} of {limit}"
 
 
-def _record(motion: object, sim: Path, out: Path) -> Path:
-    _run("daq", "record", "--traj", motion, "--sim", sim, "--out", out)
-    return out
-
-
 def _diagnose(arguments: Sequence[object]) -> dict[str, Any]:
-    document: dict[str, Any] = json.loads(_run("ident", "diagnose", *arguments, "--json", "--force"))
+    document: dict[str, Any] = json.loads(call("ident", "diagnose", *arguments, "--json", "--force"))
     return document
 
 
@@ -95,11 +89,6 @@ def _new_findings(document: dict[str, Any]) -> list[dict[str, Any]]:
 def _summary(document: dict[str, Any]) -> str:
     names = [" or ".join((finding["effect"], *finding["confusable_with"])) for finding in _new_findings(document)]
     return ", ".join(names) or document["verdict"]
-
-
-def _run(command: str, *arguments: object) -> str:
-    line = [program(command), *map(str, arguments)]
-    return subprocess.run(line, check=True, capture_output=True, text=True).stdout
 
 
 if __name__ == "__main__":

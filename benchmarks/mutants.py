@@ -48,7 +48,7 @@ _FUNCTIONS = {
 }
 _NO_CODE = ("annotation", "returns", "decorator_list", "bases")
 """Fields of nodes."""
-_GUARDS = ("_TINY", "_SEED")
+_GUARDS = ("_TINY", "TINY", "_SEED")
 _COSMETIC = ("strict", "rcond")
 """Arguments that change nothing while the code is right."""
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.hidden_effects import foreign, scoring
-from benchmarks.hidden_effects.cases import Case, Kind
+from benchmarks.hidden_effects.cases import HiddenCase, Kind
 from benchmarks.hidden_effects.diagnosing import Answers, engine
 from benchmarks.hidden_effects.drawn_cases import drawn_cases
 from benchmarks.hidden_effects.work import run_all
@@ -67,7 +67,7 @@ def main() -> None:
     report([row_of(case, lines[case.name]) for case in cases if "impossible" not in lines[case.name]])
 
 
-def drawn(count: int) -> list[Case]:
+def drawn(count: int) -> list[HiddenCase]:
     """As many cases of each kind, which nothing was tuned on; their order is that of their kinds in turn."""
     cases = [
         replace(case, repeats=False)
@@ -78,7 +78,7 @@ def drawn(count: int) -> list[Case]:
     return list(chain(*zip(*by_kind, strict=False)))[:count]
 
 
-def examine(case: Case, version: str) -> dict[str, Any]:
+def examine(case: HiddenCase, version: str) -> dict[str, Any]:
     """Record and diagnose a case; return the line to store, or why its robot cannot have the effect."""
     from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose
     from ident.diagnosis.document.verdict import to_document
@@ -127,7 +127,7 @@ def true_noise(model: FittedModel, perfect: Sequence[Path]) -> np.ndarray:
     return rms(differences, model.split.scored)
 
 
-def row_of(case: Case, line: dict[str, Any]) -> Row:
+def row_of(case: HiddenCase, line: dict[str, Any]) -> Row:
     """The result of a case from its stored line."""
     pairs = zip(line["noise"], line["ci95"], strict=True)
     return Row(

@@ -28,7 +28,7 @@ PASSING = (35.0, 120.0)
 
 
 @dataclass(frozen=True)
-class Named:
+class NamedRipple:
     """What was said of one recorded ripple."""
 
     order: int
@@ -48,7 +48,7 @@ class Named:
         )
 
 
-def name_ripple(number: int) -> Named:
+def name_ripple(number: int) -> NamedRipple:
     """Record and analyse case `number`."""
     rng = np.random.default_rng([31, number])
     order = int(rng.integers(*ORDERS, endpoint=True))
@@ -59,7 +59,9 @@ def name_ripple(number: int) -> Named:
     structure = prepared[0].base_structure
     selection = Search(split, effects, lambda text: None).select(structure, building.start(structure))
     ripple = find_ripple(selection.model, effects)
-    return Named(order, (*_below(selection), *_above(ripple)), tuple(each.frequency for each in ripple.vibrations))
+    return NamedRipple(
+        order, (*_below(selection), *_above(ripple)), tuple(each.frequency for each in ripple.vibrations)
+    )
 
 
 def _record(rng: np.random.Generator, order: int, phase: float, corner: float) -> PreparedRecording:

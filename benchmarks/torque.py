@@ -2,15 +2,14 @@
 
 import re
 import subprocess
-import sys
 import tempfile
-import time
 import timeit
 from pathlib import Path
 
 import numpy as np
 
 import ident
+from benchmarks.programs import call, timed
 from ident.export import paths
 from ident.export.targets import ExportRequest, c
 from ident.identification.model import Model, rig_of
@@ -66,10 +65,7 @@ def hour(model_path: Path, folder: Path, rate: int, ending: str) -> None:
     np.savetxt(
         table, np.column_stack([t, *q]), "%.10g", ",", header="time,position_1,position_2,position_3", comments=""
     )
-    program = [sys.executable, "-c", "from ident.cli import main; main()"]
-    start = time.perf_counter()
-    subprocess.run([*program, "torque", model_path, "--csv", table, "-o", out], check=True, capture_output=True)
-    elapsed = time.perf_counter() - start
+    _, elapsed = timed(lambda: call("ident", "torque", model_path, "--csv", table, "-o", out))
     print(f"ident torque: an hour at {rate} Hz to {ending} in {elapsed:.1f} s")
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks import long_recording
-from benchmarks.demo import program
+from benchmarks.programs import program, record
 
 HOUR = 3600.0
 ZOOMS = 5
@@ -26,12 +26,7 @@ def main() -> None:
         return
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        source = folder / "made.mcap"
-        subprocess.run(
-            [program("daq"), "record", "--traj", "fig5a", "--cycles", "2", "--out", str(source)],
-            check=True,
-            capture_output=True,
-        )
+        source = record(folder / "made.mcap", "fig5a", "--cycles", 2)
         long_recording.make(source, folder / "hour.mcap", HOUR)
         source.unlink()
         server = subprocess.Popen(

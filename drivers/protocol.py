@@ -23,6 +23,10 @@ Report = Callable[[Level, str, str], None]
 """Callback for messages to the user: level ("info", "warning", "error"), source, message."""
 
 
+def unheard(*told: object) -> None:
+    """A report that nobody reads, or another callback for what nobody follows."""
+
+
 class Goal(Enum):
     """Requested state of all drives."""
 

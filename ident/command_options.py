@@ -1,17 +1,28 @@
-"""Options that several commands of `ident` have in common."""
+"""Options that several commands of `ident` have in common, rules about options, and how results are printed."""
 
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from ident import plugins
-from recordings.command_line import FiniteRange, NameChoice
+from recordings.command_line import FiniteRange, NameChoice, refuse_existing
+from recordings.errors import BadInput
 
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ident.export.paths import TorquePath
+    from ident.identification.model import Model
+    from recordings.rig import Rig
+
+FILE = click.Path(path_type=Path)
 EFFECT_FILES = click.option(
     "--effect-file",
     "effect_files",
     multiple=True,
-    type=click.Path(path_type=Path),
+    type=FILE,
     metavar="PY",
     help="Python file with an effect of your own. It is executed.",
 )
@@ -28,3 +39,145 @@ CUTOFF = click.option(
     metavar="HZ",
     help="Cut-off of the low-pass (-3 dB).  [default: from the spectra]",
 )
+JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
+
+Rule = Callable[[Mapping[str, object]], str | None]
+"""Says what is wrong with the given options, by name with their values; None: nothing."""
+
+
+class RuledCommand(click.Command):
+    """A command that declares which options exclude or need each other."""
+
+    def __init__(self, *arguments: Any, rules: Sequence[Rule] = (), **attributes: Any) -> None:
+        super().__init__(*arguments, **attributes)
+        self._rules = rules
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """See click: the rules of the options are checked first."""
+        typed = click.core.ParameterSource.COMMANDLINE
+        values = {max(each.opts, key=len): each.name or "" for each in self.params}
+        given = {
+            option: ctx.params[name] for option, name in values.items() if ctx.get_parameter_source(name) is typed
+        }
+        for rule in self._rules:
+            if problem := rule(given):
+                raise BadInput(problem)
+        return super().invoke(ctx)
+
+
+def excludes(option: str, *others: str, note: str = "") -> Rule:
+    """Rule that `option` stands beside none of the `others`."""
+
+    def rule(given: Mapping[str, object]) -> str | None:
+        found = [other for other in others if {option, other} <= set(given)]
+        return f"{found[0]} or {option}{note} expected, both found; leave one out" if found else None
+
+    return rule
+
+
+def needs(option: str, other: str, otherwise: str) -> Rule:
+    """Rule that `option` stands only beside `other`; `otherwise`: what to do without it, or what happens."""
+
+    def rule(given: Mapping[str, object]) -> str | None:
+        alone = option in given and other not in given
+        return f"{other} expected beside {option}, not found; {otherwise}" if alone else None
+
+    return rule
+
+
+def belongs(options: Sequence[str], to: str, instead: str, others: Sequence[str]) -> Rule:
+    """Rule that `options` say something of what `to` says, and not of the `others`, which have their own."""
+
+    def rule(given: Mapping[str, object]) -> str | None:
+        wrong = set(options) & set(given) and set(others) & set(given)
+        verb = "belongs" if len(options) == 1 else "belong"
+        return f"{' and '.join(options)} {verb} to {to}; {instead}" if wrong else None
+
+    return rule
+
+
+def one_of(names: Mapping[str, str], why: str, least: int = 0) -> Rule:
+    """Rule that at most one, and at `least` so many, of the options is given; names: of each option in a sentence."""
+
+    def rule(given: Mapping[str, object]) -> str | None:
+        count, (*first, last) = len(set(names) & set(given)), names.values()
+        found = ", several found" if not least else ""
+        return None if least <= count <= 1 else f"one of {', '.join(first)} and {last} expected{found}; {why}"
+
+    return rule
+
+
+def sets(option: str, *others: str, unless: Mapping[str, object] | None = None) -> Rule:
+    """Rule that none of the `others` is given, which `option` sets, `unless` it is given so."""
+
+    def rule(given: Mapping[str, object]) -> str | None:
+        for other in others:
+            if option in given and other in given and given[other] != (unless or {}).get(other):
+                value = given[other]
+                return f"{other} cannot be combined with {option}, which sets it; '{value}' found; leave one out"
+        return None
+
+    return rule
+
+
+def ends(option: str, suffix: str, what: str, otherwise: str) -> Rule:
+    """Rule that the file of an `option` has a `suffix`; what: that is written."""
+
+    def rule(given: Mapping[str, object]) -> str | None:
+        name = given.get(option)
+        wrong = name is not None and not str(name).endswith(suffix)
+        return f"{name}: {what} that ends in {suffix} expected; {otherwise}" if wrong else None
+
+    return rule
+
+
+def check_outputs(*paths: Path | None, force: bool, read: Sequence[Path] = ()) -> None:
+    """Check before the work that outputs can be written: no folder in their place, and as `refuse_existing`."""
+    for path in filter(None, paths):
+        if path.is_dir():
+            raise BadInput(f"{path}: a file's name expected, a folder found; choose another name")
+    refuse_existing(*paths, force=force, read=read)
+
+
+def chosen_path(
+    model: "Model",
+    rig: "Rig",
+    recording: Path | None,
+    table: Path | None,
+    traj: str | None,
+    temperature: float | None,
+    cycles: int | None = None,
+    rate: float | None = None,
+) -> "TorquePath | None":
+    """The path of a recording, of a table or of a trajectory, whichever is given; None: none is."""
+    from ident.export import paths
+
+    if recording:
+        return paths.from_recording(recording, model.file)
+    if table:
+        return paths.from_table(table, rig).at_temperature(temperature)
+    return paths.from_trajectory(traj, rig, cycles, rate).at_temperature(temperature) if traj else None
+
+
+def say_written(**paths: Path | None) -> None:
+    """Say on stderr what was written, by what it is."""
+    for label, path in paths.items():
+        if path:
+            click.echo(f"{label}: {path}", err=True)
+
+
+def print_result(document: Mapping[str, Any] | Callable[[], Mapping[str, Any]]) -> None:
+    """Print a `document`, or that which a function returns, as JSON."""
+    import json
+
+    click.echo(json.dumps(document() if callable(document) else document, indent=2, allow_nan=False))
+
+
+def show_result(as_json: bool, document: Callable[[], Mapping[str, Any]], show: "Callable[[Console], None]") -> None:
+    """Print a result as a JSON `document`, or let `show` print it on a console."""
+    if as_json:
+        print_result(document)
+    else:
+        from rich.console import Console
+
+        show(Console())

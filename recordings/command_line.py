@@ -103,6 +103,7 @@ class NameChoice(click.Choice[str]):
     """A choice of names that tells which one a mistyped name may mean."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """See click."""
         if str(value) not in self.choices:
             listing = ", ".join(self.choices)
             advice = did_you_mean(str(value), self.choices) or " choose one of them"
@@ -114,6 +115,7 @@ class FiniteRange(click.FloatRange):
     """A finite number in a range; click's own type accepts infinity, and NaN in any range."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """See click."""
         number: float = super().convert(value, param, ctx)
         if not math.isfinite(number):
             self.fail(f"a finite number expected, {number} found", param, ctx)
@@ -128,9 +130,11 @@ class CommandFolder(click.Group):
         self._package = package
 
     def list_commands(self, ctx: click.Context) -> list[str]:
+        """See click."""
         return sorted(self._modules())
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """See click."""
         file = self._modules().get(cmd_name)
         if file is None:
             return None
@@ -143,6 +147,7 @@ class CommandFolder(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
+        """See click."""
         mistyped = args[0] not in self._modules() and not args[0].startswith("-")
         if mistyped and not ctx.resilient_parsing:
             advice = did_you_mean(args[0], self._modules()) or f" {ctx.command_path} --help lists the commands"

@@ -2,6 +2,7 @@
 
 import gc
 import importlib
+import json
 import os
 import shutil
 import subprocess
@@ -9,6 +10,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -53,6 +55,12 @@ class Finished:
     code: int
     out: str
     err: str
+
+    @property
+    def figures(self) -> Any:
+        """The JSON document of a command that succeeded."""
+        assert self.code == 0, self.err
+        return json.loads(self.out)
 
 
 Runner = Callable[..., Finished]

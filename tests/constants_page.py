@@ -10,7 +10,7 @@ from tests.documents import ROOT
 
 PAGE = ROOT / "docs" / "explanation" / "constants.md"
 ROOMS = ("data", "data_problems", "diagnosis", "estimation", "fleet", "residuals", "uncertainty")
-_GUARDS = {"_TINY", "_SEED"}
+_GUARDS = {"_TINY", "TINY", "_SEED"}
 """Guards against division by zero, and seeds, shape no verdict."""
 _INTRODUCTION = """# The constants behind a verdict
 
@@ -25,14 +25,14 @@ The constants were chosen on the simulated rig and checked on a plant that share
 def page() -> str:
     """The text of the page."""
     parts = [_INTRODUCTION]
-    for room in ROOMS:
-        for path in sorted((ROOT / "ident" / room).rglob("*.py")):
-            rows = list(_rows(path))
-            if rows:
-                module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
-                parts.append(
-                    "\n".join([f"\n## `{module}`\n", "| name | value | meaning |", "|---|---|---|", *rows]) + "\n"
-                )
+    of_rooms = [path for room in ROOMS for path in sorted((ROOT / "ident" / room).rglob("*.py"))]
+    for path in [*of_rooms, ROOT / "ident" / "statistics.py"]:
+        rows = list(_rows(path))
+        if rows:
+            module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+            parts.append(
+                "\n".join([f"\n## `{module}`\n", "| name | value | meaning |", "|---|---|---|", *rows]) + "\n"
+            )
     return "".join(parts)
 
 

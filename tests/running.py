@@ -3,7 +3,8 @@
 import json
 import socket
 import subprocess
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,8 @@ import click
 from click.testing import CliRunner, Result
 
 from recordings.errors import BadInput
+from recordings.reader import read, read_can
+from recordings.recording import CanFrames, Recording
 from tests.conftest import launcher
 
 
@@ -50,23 +53,31 @@ def last_told(lines: Iterable[str]) -> dict[str, Any]:
     return statuses[-1] if statuses else {}
 
 
-def free_port() -> int:
-    """UDP port that is free now."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+def free_port(kind: socket.SocketKind = socket.SOCK_DGRAM) -> int:
+    """A port that is free now, of UDP unless another kind is asked for."""
+    with socket.socket(socket.AF_INET, kind) as probe:
         probe.bind(("", 0))
         port: int = probe.getsockname()[1]
         return port
 
 
-def serve(folder: Path, *arguments: object) -> "subprocess.Popen[str]":
-    """Start `daq sim` and wait until it is ready."""
-    process = subprocess.Popen(
-        [*launcher("daq"), "sim", *map(str, arguments)],
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stdout is not None
-    assert "simulated drives" in process.stdout.readline()
-    return process
+@contextmanager
+def served(folder: Path, *arguments: object) -> Iterator["subprocess.Popen[str]"]:
+    """Run `daq sim` until the end of the block, which begins when it is ready; it ends orderly."""
+    command = [*launcher("daq"), "sim", *map(str, arguments)]
+    with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert "simulated drives" in process.stdout.readline()
+        try:
+            yield process
+        finally:
+            process.terminate()
+    assert process.returncode == 0
+
+
+def accounted_for(path: Path, figures: dict[str, Any]) -> tuple[Recording, CanFrames]:
+    """The samples and frames of a run in real time, whose `figures` account for every cycle and answer."""
+    recording, frames = read(path), read_can(path)
+    assert len(recording.time) == figures["cycles"] + figures["cycles_missed"]
+    assert recording.gaps.sum() == figures["answers_lost"] + 3 * figures["cycles_missed"]
+    return recording, frames

@@ -81,7 +81,8 @@ def assemble(motion: PlannedMotion, rig: Rig, cycles: int | None = None, rate: f
         Unreachable: the robot cannot reach a position; the error names the first instant.
     """
     rate = rig.rate if rate is None else rate
-    cycles = _default_cycles(motion) if cycles is None else cycles
+    if cycles is None:
+        cycles = max(1, round(DEFAULT_SECONDS / motion.duration)) if motion.periodic else 1
     _check_cycles_and_rate(motion, cycles, rate)
     timing = _timing(motion, rate)
     rows = np.r_[
@@ -109,10 +110,6 @@ def assemble(motion: PlannedMotion, rig: Rig, cycles: int | None = None, rate: f
         joint_acceleration=acceleration,
         repeat=repeat,
     )
-
-
-def _default_cycles(motion: PlannedMotion) -> int:
-    return max(1, round(DEFAULT_SECONDS / motion.duration)) if motion.periodic else 1
 
 
 def _check_cycles_and_rate(motion: PlannedMotion, cycles: int, rate: float) -> None:
@@ -175,17 +172,15 @@ def _joint_states(motion: PlannedMotion, rig: Rig, timing: _Timing) -> tuple[Flo
     velocity: Floats = slope * timing.speed[:, None]
     acceleration: Floats = bend * timing.speed[:, None] ** 2 + slope * timing.acceleration[:, None]
     if motion.space == "joint":
-        _check_joint_count(motion, position.shape[1], rig)
+        if (joints := position.shape[1]) != rig.dof:
+            raise BadInput(
+                f"{motion.name}: a motion of {rig.dof} joints expected, one of {joints} found; choose another"
+            )
         return _platform(rig, position), position, velocity, acceleration
     if rig.mechanism != "delta":
         raise BadInput(f"{motion.name}: a motion of joints expected for {rig.mechanism}, one of a platform found")
     theta = kinematics.inverse(rig.geometry, position)
     return position, theta, *kinematics.joint_motion(rig.geometry, theta, position, velocity, acceleration)
-
-
-def _check_joint_count(motion: PlannedMotion, joints: int, rig: Rig) -> None:
-    if joints != rig.dof:
-        raise BadInput(f"{motion.name}: a motion of {rig.dof} joints expected, one of {joints} found; choose another")
 
 
 def _platform(rig: Rig, position: Floats) -> Floats:

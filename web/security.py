@@ -42,6 +42,7 @@ class Guard:
         self._cookie = f"token_{port}"
 
     async def __call__(self, scope: MutableMapping[str, Any], receive: Receive, send: Send) -> None:
+        """See ASGI."""
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
             return

@@ -1,4 +1,4 @@
-"""`python -m benchmarks.ablation [--cases N] [--hours H]`: which rules and constants the verdicts need."""
+"""`python -m benchmarks.ablation [--cases N] [--hours H]`: which constants the verdicts need."""
 
 import signal
 from collections.abc import Sequence
@@ -37,8 +37,8 @@ RESULTS = Path("benchmarks/ablation")
 def main(count: int, traps: int, data: Path, hours: float, seed: int, jobs: int, folder: Path) -> None:
     """Watch the diagnosis of all cases, then diagnose pairs of case and variant that can matter; print a table.
 
-    Variants are a rule of the judge or another idea off, and half or twice a constant of `ident/diagnosis`. Cases are
-    the first of the part `chosen`, traps, and real machines. What is done is not repeated: the same command
+    Variants are half or twice a constant of `ident/diagnosis`. Cases are the first of the part `chosen`, traps, and
+    real machines. What is done is not repeated: the same command
     continues. Ctrl-C stops.
     """
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from benchmarks.ablation.subjects import TODAY, Outcome, Pair, Subject, Trial
+from benchmarks.ablation.subjects import TODAY, Pair, Subject, Trial, VariantOutcome
 
 _SAME = "="
 """In place of a text: that of today."""
@@ -64,7 +64,7 @@ class Results:
         case, variant, seconds, score, text, *bits = columns
         text = self.today[case].outcome.text if text == _SAME else text
         near, used = (self._set(each) for each in bits or ("0", "0"))
-        return Trial(case, variant, float(seconds), Outcome(text, int(score)), near, used)
+        return Trial(case, variant, float(seconds), VariantOutcome(text, int(score)), near, used)
 
     def _bits(self, chosen: Iterable[str]) -> str:
         return f"{sum(1 << self.variants.index(variant) for variant in chosen if variant in self.variants):x}"

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.ablation import variants, watching
-from benchmarks.hidden_effects.cases import Case
+from benchmarks.hidden_effects.cases import HiddenCase
 from benchmarks.real.data_set import Manifest
 
 if TYPE_CHECKING:  # it imports what is watched
@@ -27,7 +27,7 @@ _CLAIMS = {"right": 2, "or": 1, "wrong": -1}
 
 
 @dataclass(frozen=True)
-class Outcome:
+class VariantOutcome:
     """What a diagnosis said."""
 
     text: str
@@ -41,38 +41,38 @@ class Subject:
     """A case."""
 
     name: str
-    diagnose: Callable[[], Outcome]
+    diagnose: Callable[[], VariantOutcome]
 
 
-def robot(case: Case, root: Path) -> Outcome:
+def robot(case: HiddenCase, root: Path) -> VariantOutcome:
     """Diagnose a case of `benchmarks.hidden_effects`: 10 points if it is right, 1 less for each name of nothing."""
     from benchmarks.hidden_effects import diagnosing, scoring
     from drivers.simulated.seal import sealed_path, unseal
 
     line = diagnosing.diagnose(case, root, "")
     if "error" in line:
-        return Outcome(f"error {line['error']}", _FAILED)
+        return VariantOutcome(f"error {line['error']}", _FAILED)
     judgement = scoring.judge(case, unseal(sealed_path(root / case.name / "train.mcap")), line)
-    return Outcome(text_of(line["document"]), 10 * judgement.right - judgement.extra)
+    return VariantOutcome(text_of(line["document"]), 10 * judgement.right - judgement.extra)
 
 
-def trap(kind: "Kind", seed: int) -> Outcome:
+def trap(kind: "Kind", seed: int) -> VariantOutcome:
     """Make and diagnose a trap: 2 points if nothing is named, 1 if another name than the false ones is."""
     from benchmarks.hidden_effects import traps
 
     document = traps.diagnose_trap(kind, seed)
     score = 0 if traps.false_names(document) else 1 if document.findings else 2
-    return Outcome(text_of(document.as_json()), score)
+    return VariantOutcome(text_of(document.as_json()), score)
 
 
-def machine(manifest: Manifest, folder: Path) -> Outcome:
+def machine(manifest: Manifest, folder: Path) -> VariantOutcome:
     """Import and diagnose the data of a real machine: the sum of the points of all claims."""
     from benchmarks.real import diagnosing
 
     with tempfile.TemporaryDirectory() as scratch:
         outcome = diagnosing.diagnose(manifest, folder, Path(scratch))
     points = sum(_CLAIMS.get(judgement, 0) for _, judgement in outcome.claims)
-    return Outcome(text_of(outcome.document or {}), points)
+    return VariantOutcome(text_of(outcome.document or {}), points)
 
 
 def text_of(document: Mapping[str, Any]) -> str:
@@ -111,7 +111,7 @@ class Trial:
     variant: str
     seconds: float
     """Time of the processor."""
-    outcome: Outcome
+    outcome: VariantOutcome
     near: frozenset[str] = frozenset()
     """Variants that change a comparison; known where the case was watched."""
     used: frozenset[str] = frozenset()
@@ -139,7 +139,7 @@ def try_(pair: Pair) -> Trial:
             with _alarm():
                 outcome = pair.subject.diagnose()
         except Exception as error:  # any error is an outcome; the other pairs continue
-            outcome = Outcome(f"error {type(error).__name__}: {error}", _FAILED)
+            outcome = VariantOutcome(f"error {type(error).__name__}: {error}", _FAILED)
         seconds = time.process_time() - start
     return Trial(pair.subject.name, pair.variant, round(seconds, 2), outcome)
 

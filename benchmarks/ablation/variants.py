@@ -1,28 +1,23 @@
-"""Variants of the diagnosis: a rule of the judge or another idea off, a numeric constant halved or doubled.
+"""Variants of the diagnosis: a numeric constant halved or doubled.
 
 A constant is a name in capitals at the top of a module of `ident/diagnosis` whose value is a number, or a tuple or
 dictionary of numbers, which change together. Its key is its module below that folder and its name. A variant is a
-text: `judge.price.PRICE/2`, `judge.price.PRICE*2` or `judge.rules.reach.reason off`.
+text: `judge.price.PRICE/2` or `judge.price.PRICE*2`.
 """
 
 import ast
 import importlib
 import re
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from functools import cache
 from typing import Any
 from unittest.mock import patch
 
-from benchmarks.ablation import ideas
 from benchmarks.hidden_effects.sources import ROOT
 
 PACKAGE = "ident.diagnosis"
 FACTORS = ("/2", "*2")
-SWITCHED_OFF = " off"
-Holder = dict[str, Any] | type
-"""Of a function or a constant."""
-_RULES = "judge.rules."
 _CAPITALS = re.compile("_?[A-Z][A-Z0-9_]*")
 _LEVEL = "LEVEL"
 """End of the names of probabilities near 1: their distance from 1 is halved or doubled."""
@@ -80,32 +75,7 @@ def _key(module: str, name: str) -> str:
 def variants() -> tuple[str, ...]:
     """All variants, in the order of the table."""
     keys = [_key(module, name) for module, tree in trees().items() for name in defined(tree)]
-    return (*(path + SWITCHED_OFF for path in functions()), *(key + factor for key in keys for factor in FACTORS))
-
-
-@cache
-def functions() -> dict[str, Callable[..., Any]]:
-    """Functions that can be off, and what takes their place: the rules of the judge, and the other ideas."""
-    modules = (module.removeprefix(PACKAGE + ".") for module in trees())
-    rules = {f"{module}.reason": _no_reason for module in modules if module.startswith(_RULES)}
-    return {**rules, **ideas.OFF}
-
-
-def _no_reason(*arguments: Any) -> None:
-    return None
-
-
-def places(path: str) -> Iterator[tuple[Holder, str]]:
-    """Wherever the function of a `path` is known: its class; or modules, and dictionaries in them."""
-    home, *of_class, name = re.split(r"\.(?=_?[A-Z])|\.(?=[a-z_]+$)", path)
-    modules = {name: vars(importlib.import_module(name)) for name in trees()}
-    if of_class:
-        yield modules[f"{PACKAGE}.{home}"][of_class[0]], name
-        return
-    function = modules[f"{PACKAGE}.{home}"][name]
-    holders = [each for module in modules.values() for each in (module, *module.values()) if isinstance(each, dict)]
-    for holder in {id(each): each for each in holders}.values():
-        yield from [(holder, key) for key, value in holder.items() if value is function]
+    return tuple(key + factor for key in keys for factor in FACTORS)
 
 
 def scaled(value: Any, key: str, factor: str) -> Any:
@@ -124,23 +94,13 @@ def scaled(value: Any, key: str, factor: str) -> Any:
 @contextmanager
 def applied(variant: str) -> Iterator[None]:
     """Let the diagnosis be the `variant` of itself."""
-    if variant.endswith(SWITCHED_OFF):
-        path = variant.removesuffix(SWITCHED_OFF)
-        changes = [(holder, name, functions()[path]) for holder, name in places(path)]
-    else:
-        changes = list(_assigned(variant[:-2], variant[-2:]))
     with ExitStack() as stack:
-        for holder, name, value in changes:
-            stack.enter_context(replaced(holder, name, value))
+        for namespace, name, value in list(_assigned(variant[:-2], variant[-2:])):
+            stack.enter_context(patch.dict(namespace, {name: value}))
         yield
 
 
-def replaced(holder: Holder, name: str, value: Any) -> AbstractContextManager[Any]:
-    """Put a `value` in the place of another, as long as the context lasts."""
-    return patch.dict(holder, {name: value}) if isinstance(holder, dict) else patch.object(holder, name, value)
-
-
-def _assigned(key: str, factor: str) -> Iterator[tuple[Holder, str, Any]]:
+def _assigned(key: str, factor: str) -> Iterator[tuple[dict[str, Any], str, Any]]:
     """Another value of the constant `key`, and of those that are computed from it, wherever they are known."""
     namespaces = {name: vars(importlib.import_module(name)) for name in trees()}  # all, before any value is another
     home, name = f"{PACKAGE}.{key}".rsplit(".", 1)

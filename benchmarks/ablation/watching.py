@@ -1,17 +1,15 @@
-"""Watch a diagnosis: which ideas act, and which comparisons half or twice a constant would turn.
+"""Watch a diagnosis: which comparisons half or twice a constant would turn.
 
-A function that can be off acts where its result is another than that of what would take its place. The modules of
-the diagnosis are rewritten when they are imported: a comparison, minimum, maximum, clipping or slice that holds a
-constant is evaluated three times, with the constant, with half and with twice its value. Where the result is another,
-that variant is *near* in this case; where it never is, the comparison changes nothing. Wherever else a constant is
-read, such as in a sum that is compared later, it is *used*, and its nearness is not known.
+The modules of the diagnosis are rewritten when they are imported: a comparison, minimum, maximum, clipping or slice
+that holds a constant is evaluated three times, with the constant, with half and with twice its value. Where the
+result is another, that variant is *near* in this case; where it never is, the comparison changes nothing. Wherever
+else a constant is read, such as in a sum that is compared later, it is *used*, and its nearness is not known.
 """
 
 import ast
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from copy import deepcopy
-from functools import wraps
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from typing import Any
 
@@ -29,16 +27,11 @@ _NOT_MOVED = (ast.NamedExpr, ast.Yield, ast.YieldFrom, ast.Await)
 
 
 def install() -> None:
-    """Rewrite the diagnosis, which must not have been imported yet, and watch the functions that can be off."""
+    """Rewrite the diagnosis, which must not have been imported yet."""
     if not any(isinstance(finder, type) and issubclass(finder, _Finder) for finder in sys.meta_path):
         if variants.PACKAGE in sys.modules:
             raise RuntimeError(f"a process without {variants.PACKAGE} expected: it can be watched no more")
         sys.meta_path.insert(0, _Finder)
-        for path, off in variants.functions().items():
-            for holder, name in list(variants.places(path)):
-                function = holder[name] if isinstance(holder, dict) else getattr(holder, name)
-                call = watched(path + variants.SWITCHED_OFF, function, off)
-                variants.replaced(holder, name, call).__enter__()  # for as long as the process lives
 
 
 class _Finder(PathFinder):
@@ -145,27 +138,6 @@ def use(key: str, value: Any) -> Any:
     """The `value` of the constant `key`, which is read outside of any comparison."""
     USED.add(key)
     return value
-
-
-def watched(variant: str, function: Callable[..., Any], off: Callable[..., Any]) -> Callable[..., Any]:
-    """The `function`, which notes the `variant` where its result is another than that of `off`."""
-
-    @wraps(function)
-    def call(*arguments: Any) -> Any:
-        result = function(*arguments)
-        if isinstance(result, Iterator):
-            return _noted(variant, result)
-        if variant not in NEAR and not _equal(result, off(*arguments)):
-            NEAR.add(variant)
-        return result
-
-    return call
-
-
-def _noted(variant: str, items: Iterator[Any]) -> Iterator[Any]:
-    for item in items:
-        NEAR.add(variant)
-        yield item
 
 
 def _is_same(result: Any, function: Callable[..., Any], values: list[Any]) -> bool:

@@ -40,7 +40,7 @@ _YEAR = 365.25
 
 
 @dataclass(frozen=True)
-class Event:
+class PlannedEvent:
     """An effect that appears on one robot."""
 
     robot: int
@@ -61,13 +61,13 @@ class Event:
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class FleetPlan:
     """A fleet of R robots over N nights."""
 
     seed: int
     robots: int
     nights: int
-    events: tuple[Event, ...]
+    events: tuple[PlannedEvent, ...]
     missing: frozenset[tuple[int, int]]
     """Robots and nights without a recording."""
     faults: dict[tuple[int, int], Fault]
@@ -79,7 +79,7 @@ class Plan:
     """(R, N) of the drives [degC]."""
 
 
-def draw(seed: int, robots: int, nights: int, events: int, outside: bool = False) -> Plan:
+def draw(seed: int, robots: int, nights: int, events: int, outside: bool = False) -> FleetPlan:
     """Draw a fleet with so many `events`, each on another robot as far as there are enough.
 
     Every third one grows; the second is a drive that is exchanged. outside: instead each is an effect of OUTSIDE.
@@ -93,7 +93,7 @@ def draw(seed: int, robots: int, nights: int, events: int, outside: bool = False
     broken = {cell: FAULTS[rng.integers(len(FAULTS))] for cell in cells if rng.random() < _BROKEN}
     other = frozenset(cell for cell in cells if rng.random() < _OTHER_MOTION)
     clock = {cell: float(rng.uniform(-_CLOCK_ERROR, _CLOCK_ERROR)) for cell in cells if rng.random() < _WRONG_CLOCK}
-    return Plan(seed, robots, nights, drawn, missing, broken, other, clock, _temperature(rng, robots, nights))
+    return FleetPlan(seed, robots, nights, drawn, missing, broken, other, clock, _temperature(rng, robots, nights))
 
 
 def _temperature(rng: np.random.Generator, robots: int, nights: int) -> Floats:
@@ -105,13 +105,15 @@ def _temperature(rng: np.random.Generator, robots: int, nights: int) -> Floats:
     return celsius
 
 
-def _draw_event(rng: np.random.Generator, robot: int, index: int, quiet: int, nights: int, outside: bool) -> Event:
+def _draw_event(
+    rng: np.random.Generator, robot: int, index: int, quiet: int, nights: int, outside: bool
+) -> PlannedEvent:
     growing = index % 3 == 2
     effects: tuple[str, ...] = GROWING if growing else (EXCHANGED_DRIVE,) if index == 1 else SUDDEN
     if outside:
         effects = (OUTSIDE[index % len(OUTSIDE)],)
     last = nights - max(nights // 2, 5) if growing else nights - 4
-    return Event(
+    return PlannedEvent(
         robot=robot,
         effect=effects[rng.integers(len(effects))],
         joint=int(rng.integers(1, 4)),

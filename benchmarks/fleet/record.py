@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.fleet.plan import Event, Fault, Plan
+from benchmarks.fleet.plan import Fault, FleetPlan, PlannedEvent
 from drivers.simulated.config import Friction
 from drivers.simulated.effect import HiddenEffect
 from drivers.simulated.hidden import draw_effect
@@ -45,10 +45,10 @@ class _FleetRobot:
     usual: Plant
     other: Plant
     effect: HiddenEffect | None
-    event: Event | None
+    event: PlannedEvent | None
 
 
-def make(folder: Path, plan: Plan, progress: Callable[[int, int], None] = lambda done, total: None) -> None:
+def make(folder: Path, plan: FleetPlan, progress: Callable[[int, int], None] = lambda done, total: None) -> None:
     """Write the recordings of `plan` that `folder` lacks, and the sealed truth."""
     fleet = cache(lambda robot: _robot(plan, robot))
     cells = [(robot, night) for robot in range(plan.robots) for night in range(plan.nights)]
@@ -68,7 +68,7 @@ def name(robot: int) -> str:
     return f"r{robot + 1:02d}"
 
 
-def truth(plan: Plan) -> dict[str, object]:
+def truth(plan: FleetPlan) -> dict[str, object]:
     """What happened, as it is sealed."""
     events = [
         {
@@ -83,7 +83,7 @@ def truth(plan: Plan) -> dict[str, object]:
     return {"schema": 1, "seed": plan.seed, "nights": plan.nights, "events": events, "broken": broken}
 
 
-def _robot(plan: Plan, robot: int) -> _FleetRobot:
+def _robot(plan: FleetPlan, robot: int) -> _FleetRobot:
     rng = np.random.default_rng([plan.seed, robot, 1])
     kind: robots.Kind = ("default", "heavy", "light")[int(rng.integers(3))]
     drawn = robots.draw(kind, rng, rate=RATE, bits=_BITS, reports_command=False)
@@ -100,7 +100,7 @@ def _robot(plan: Plan, robot: int) -> _FleetRobot:
     return _FleetRobot(usual, other, effect, event)
 
 
-def _effect_of_size(plant: Plant, event: Event, rng: np.random.Generator) -> HiddenEffect:
+def _effect_of_size(plant: Plant, event: PlannedEvent, rng: np.random.Generator) -> HiddenEffect:
     sizer = EffectSizer(plant)
     for _ in range(_TRIES):
         outside = event.effect in KINDS
@@ -111,7 +111,7 @@ def _effect_of_size(plant: Plant, event: Event, rng: np.random.Generator) -> Hid
     raise BadInput(f"{event.effect}: a size of {event.size:.3f} on this robot expected, none found; another seed")
 
 
-def _truth_outside(event: Event) -> dict[str, object]:
+def _truth_outside(event: PlannedEvent) -> dict[str, object]:
     """Joints of an effect that no library has, and variables on which it depends."""
     if event.effect not in KINDS:
         return {}
@@ -119,14 +119,14 @@ def _truth_outside(event: Event) -> dict[str, object]:
     return {"joints": effect.joints, "outside": effect.depends_on()}
 
 
-def _outside(event: Event, rng: np.random.Generator | None = None) -> HiddenEffect:
+def _outside(event: PlannedEvent, rng: np.random.Generator | None = None) -> HiddenEffect:
     """The effect of an event that no library has, with a shape drawn by `rng`."""
     kind = KINDS[event.effect]
     joints = {event.joint, event.joint % 3 + 1} if kind.between_joints else {event.joint}
     return kind.model_validate({"joints": tuple(sorted(joints)), **(kind.draw_shape(rng) if rng else {})})
 
 
-def _record(path: Path, plan: Plan, robot: _FleetRobot, number: int, night: int) -> None:
+def _record(path: Path, plan: FleetPlan, robot: _FleetRobot, number: int, night: int) -> None:
     rng = np.random.default_rng([plan.seed, number, night, 2])
     plant = robot.other if (number, night) in plan.other_motion else robot.usual
     celsius = float(plan.temperature[number, night])

@@ -18,9 +18,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import click
-from scipy import stats
 
 from benchmarks.fleet import cluster, plan, record
+from benchmarks.programs import ratio
 from ident.fleet import engines
 from ident.fleet.engines import ONE_THREAD, EngineOptions
 from ident.fleet.recording_rows import examine
@@ -114,7 +114,7 @@ def main(folder: Path, count: int, repeats: int, items: int) -> None:
             memory = max(memory, *(analysis.memory for analysis in analyses))
             print(f"{name}: {rate:.2f} recordings/s", flush=True)
     for name, plain in _PAIRS:
-        print(f"{name} / {plain}: {_ratio(rates[name], rates[plain])}")
+        print(f"{name} / {plain}: {ratio(rates[name], rates[plain])}")
     print(f"peak memory of a worker: {memory:.0f} MiB")
     _overhead(items)
     print(_needs({1: statistics.median(rates["dask 1"]), 2: statistics.median(rates["tcp 2"])}))
@@ -140,15 +140,6 @@ def _rate(ends: Sequence[float]) -> float:
     ends = sorted(ends)
     first = max(int(_WARM_UP * len(ends)), 2)
     return (len(ends) - first) / (ends[-1] - ends[first - 1])
-
-
-def _ratio(rates: Sequence[float], others: Sequence[float]) -> str:
-    """Median over the pairs, with its 95 % interval by order statistics, and the extremes, as text."""
-    ratios = sorted(rate / other for rate, other in zip(rates, others, strict=True))
-    rank = int(stats.binom.ppf(0.025, len(ratios), 0.5))
-    interval = f", 95 % interval {ratios[rank - 1]:.3f} to {ratios[-rank]:.3f}" if rank else ""
-    pairs = f"median of {len(ratios)} pairs{interval}; single pairs {ratios[0]:.3f} to {ratios[-1]:.3f}"
-    return f"{statistics.median(ratios):.3f} ({pairs})"
 
 
 def _overhead(items: int) -> None:

@@ -9,10 +9,10 @@ from typing import Any
 import click
 
 from benchmarks.hidden_effects import diagnosing, recording, sources, tables, work
-from benchmarks.hidden_effects.cases import Case, Part, PlantName
+from benchmarks.hidden_effects.cases import HiddenCase, Part, PlantName
 from benchmarks.hidden_effects.figures import figures
 from benchmarks.hidden_effects.parts import PARTS, cases
-from benchmarks.hidden_effects.scoring import Judgement, judge
+from benchmarks.hidden_effects.scoring import ScoredCase, judge
 
 FOLDERS: dict[PlantName, Path] = {"simulated": Path("runs/hidden_effects"), "foreign": Path("runs/foreign")}
 STAGES = ("record", "diagnose", "score")
@@ -52,7 +52,7 @@ def main(
     root.mkdir(parents=True, exist_ok=True)
     digest = lock or sources.commit()
 
-    def select(part: Part) -> list[Case]:
+    def select(part: Part) -> list[HiddenCase]:
         return [case for case in cases(plant, part, digest) if _is_selected(case, only)][:count]
 
     selected = select(part)
@@ -72,17 +72,17 @@ def main(
         _score(select, root, digest, strict)
 
 
-def _is_selected(case: Case, only: Sequence[str]) -> bool:
+def _is_selected(case: HiddenCase, only: Sequence[str]) -> bool:
     return not only or any(word in case.name for word in only)
 
 
-def _record(selected: Sequence[Case], root: Path, jobs: int) -> None:
+def _record(selected: Sequence[HiddenCase], root: Path, jobs: int) -> None:
     todo = [case for case in selected if not recording.is_recorded(case, root)]
     for _ in work.run_all(partial(recording.record, root=root), todo, jobs, "record"):
         pass
 
 
-def _diagnose(selected: Sequence[Case], root: Path, jobs: int) -> None:
+def _diagnose(selected: Sequence[HiddenCase], root: Path, jobs: int) -> None:
     engine, answers = diagnosing.engine(), diagnosing.Answers(root)
     diagnosed = answers.of(engine)
     todo = [case for case in _recorded(selected, root) if case.name not in diagnosed]
@@ -91,7 +91,7 @@ def _diagnose(selected: Sequence[Case], root: Path, jobs: int) -> None:
         answers.append(line)
 
 
-def _score(select: Callable[[Part], list[Case]], root: Path, digest: str, strict: bool) -> None:
+def _score(select: Callable[[Part], list[HiddenCase]], root: Path, digest: str, strict: bool) -> None:
     answers = diagnosing.Answers(root)
     engine = answers.last_engine()
     diagnoses = answers.of(engine) if engine else {}
@@ -110,7 +110,9 @@ def _score(select: Callable[[Part], list[Case]], root: Path, digest: str, strict
         raise SystemExit(f"clearly missed: {', '.join(missed)}")
 
 
-def _judged(selected: Sequence[Case], root: Path, diagnoses: Mapping[str, Mapping[str, Any]]) -> list[Judgement]:
+def _judged(
+    selected: Sequence[HiddenCase], root: Path, diagnoses: Mapping[str, Mapping[str, Any]]
+) -> list[ScoredCase]:
     from drivers.simulated.seal import sealed_path, unseal
 
     return [
@@ -120,7 +122,7 @@ def _judged(selected: Sequence[Case], root: Path, diagnoses: Mapping[str, Mappin
     ]
 
 
-def _recorded(selected: Sequence[Case], root: Path) -> list[Case]:
+def _recorded(selected: Sequence[HiddenCase], root: Path) -> list[HiddenCase]:
     return [case for case in selected if recording.is_recorded(case, root) and recording.is_possible(case, root)]
 
 

@@ -30,7 +30,7 @@ PAIR_SIZES = ((0.03, 0.03), (0.10, 0.03))
 
 
 @dataclass(frozen=True)
-class Case:
+class HiddenCase:
     """A pair of recordings, and what is hidden in it."""
 
     plant: PlantName

@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from benchmarks.hidden_effects.cases import Case
+from benchmarks.hidden_effects.cases import HiddenCase
 from benchmarks.hidden_effects.sources import digest
 
 _PACKAGES = ("ident", "recordings", "trajectories")
@@ -43,7 +43,7 @@ class Answers:
         return [json.loads(line) for line in self._path.read_text(encoding="utf-8").splitlines()]
 
 
-def diagnose(case: Case, root: Path, engine: str) -> dict[str, Any]:
+def diagnose(case: HiddenCase, root: Path, engine: str) -> dict[str, Any]:
     """Diagnose a case; return the line to store: the document of `ident diagnose`, or the error."""
     from ident.diagnosis.diagnosis import DiagnosisOptions
     from ident.diagnosis.diagnosis import diagnose as run

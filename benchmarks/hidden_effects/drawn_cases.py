@@ -14,7 +14,7 @@ from benchmarks.hidden_effects.cases import (
     NOISE,
     PAIR_SIZES,
     VOLTAGE_ONLY,
-    Case,
+    HiddenCase,
     Kind,
     Part,
 )
@@ -33,7 +33,7 @@ _COARSE = 10
 _SHARE_OF_COARSE = 1 / 3
 
 
-def drawn_cases(part: Part, digest: str = "") -> list[Case]:
+def drawn_cases(part: Part, digest: str = "") -> list[HiddenCase]:
     """All cases of a part, in a random order: the first n are a representative sample.
 
     digest: that of the commit, which determines the cases of the locked part.
@@ -43,7 +43,7 @@ def drawn_cases(part: Part, digest: str = "") -> list[Case]:
     drawn = []
     for i in rng.permutation(len(hidden)).tolist():
         kind, effects, sizes = hidden[i]
-        drawn.append(_with_conditions(Case("foreign", kind, effects, sizes, "any", i + 1, part, digest)))
+        drawn.append(_with_conditions(HiddenCase("foreign", kind, effects, sizes, "any", i + 1, part, digest)))
     return drawn
 
 
@@ -69,7 +69,7 @@ def _evenly(rng: np.random.Generator, effects: Sequence[str], count: int) -> lis
     return [effects[order[number % len(effects)]] for number in range(count)]
 
 
-def _with_conditions(case: Case) -> Case:
+def _with_conditions(case: HiddenCase) -> HiddenCase:
     rng = np.random.default_rng([6, case.seed])
     effort = bool(rng.random() < 0.5) and not set(case.effects) & set(VOLTAGE_ONLY)
     return replace(

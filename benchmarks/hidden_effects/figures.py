@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.stats import binom, binomtest
 
-from benchmarks.hidden_effects.scoring import REACHED, Judgement
+from benchmarks.hidden_effects.scoring import REACHED, ScoredCase
 
 _REQUIRED = {0.01: 98.5, 0.03: 99.0}
 """Share [%] of single effects named first, by size."""
@@ -66,7 +66,7 @@ class Figure:
         return interval.low, interval.high
 
 
-def figures(judgements: Sequence[Judgement]) -> Iterator[Figure]:
+def figures(judgements: Sequence[ScoredCase]) -> Iterator[Figure]:
     """Yield the scores of a part; always the same criteria in the same order."""
     singles, pairs = _of(judgements, "single"), _of(judgements, "pair")
     nothing, outside = _of(judgements, "nothing"), _of(judgements, "outside")
@@ -96,5 +96,5 @@ def figures(judgements: Sequence[Judgement]) -> Iterator[Figure]:
     yield Figure("nothing said beyond what is there", [j.extra == 0 for j in (*singles, *pairs)])
 
 
-def _of(judgements: Sequence[Judgement], kind: str) -> list[Judgement]:
+def _of(judgements: Sequence[ScoredCase], kind: str) -> list[ScoredCase]:
     return [j for j in judgements if j.case.kind == kind]

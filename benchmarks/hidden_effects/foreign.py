@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from benchmarks.hidden_effects.cases import Case
+from benchmarks.hidden_effects.cases import HiddenCase
 from recordings.errors import BadInput
 from tests.foreign.pairs import Setting, make
 
@@ -11,13 +11,9 @@ _ROBOTS = 8
 """Number of robots drawn at most, until the effects can have their sizes. A tuned case has one."""
 
 
-def record(case: Case, folder: Path) -> dict[str, Any]:
-    """Write train.mcap and validate.mcap into `folder`; return the truth.
-
-    Raises:
-        BadInput: the effects cannot have their sizes on any of the robots drawn.
-    """
-    setting = Setting(
+def setting_of(case: HiddenCase) -> Setting:
+    """Robot, sensors and signals of a `case`."""
+    return Setting(
         case.robot,
         case.volts,
         case.bits,
@@ -27,6 +23,15 @@ def record(case: Case, folder: Path) -> dict[str, Any]:
         case.signal,
         case.signal_bits,
     )
+
+
+def record(case: HiddenCase, folder: Path) -> dict[str, Any]:
+    """Write train.mcap and validate.mcap into `folder`; return the truth.
+
+    Raises:
+        BadInput: the effects cannot have their sizes on any of the robots drawn.
+    """
+    setting = setting_of(case)
     last = case.seed + (_ROBOTS - 1 if case.part != "tuned" else 0)
     for seed in range(case.seed, last):
         try:

@@ -6,12 +6,12 @@ cases are drawn from the digest of the commit, so that each commit has others.
 
 from typing import get_args
 
-from benchmarks.hidden_effects.cases import Case, Part, PlantName
+from benchmarks.hidden_effects.cases import HiddenCase, Part, PlantName
 
 PARTS: tuple[Part, ...] = get_args(Part)
 
 
-def cases(plant: PlantName, part: Part = "tuned", digest: str = "") -> list[Case]:
+def cases(plant: PlantName, part: Part = "tuned", digest: str = "") -> list[HiddenCase]:
     """All cases of a part, in random order; digest: what the locked part is drawn from.
 
     The simulated rig has the tuned part only.

@@ -6,24 +6,24 @@ import shutil
 from dataclasses import asdict
 from pathlib import Path
 
-from benchmarks.hidden_effects.cases import Case
+from benchmarks.hidden_effects.cases import HiddenCase
 from recordings.errors import BadInput
 
 IMPOSSIBLE = "impossible.json"
 """File in place of the recordings if the effect cannot have that size on that robot."""
 
 
-def is_recorded(case: Case, root: Path) -> bool:
+def is_recorded(case: HiddenCase, root: Path) -> bool:
     """Whether the folder of the case exists."""
     return (root / case.name).is_dir()
 
 
-def is_possible(case: Case, root: Path) -> bool:
+def is_possible(case: HiddenCase, root: Path) -> bool:
     """Whether the effects of a recorded case can have their sizes on its robot."""
     return not (root / case.name / IMPOSSIBLE).exists()
 
 
-def record(case: Case, root: Path) -> str:
+def record(case: HiddenCase, root: Path) -> str:
     """Create the complete folder of the case, or none; return a short text on the result."""
     from drivers.simulated.seal import seal, sealed_path
 

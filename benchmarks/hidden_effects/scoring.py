@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from benchmarks.hidden_effects.cases import Case
+from benchmarks.hidden_effects.cases import HiddenCase
 from benchmarks.hidden_effects.strengths import errors, interval_coverage
 
 _MANDATORY = "rod_inertia"
@@ -37,10 +37,10 @@ class NamedEffect:
 
 
 @dataclass(frozen=True)
-class Judgement:
+class ScoredCase:
     """Score of one case."""
 
-    case: Case
+    case: HiddenCase
     truth: tuple[dict[str, Any], ...]
     """The hidden effects."""
     verdict: str
@@ -120,11 +120,11 @@ def _count_named(findings: Sequence[NamedEffect], effects: Sequence[str]) -> int
     return max([_count_named(findings, rest), *counts])
 
 
-def judge(case: Case, truth: Mapping[str, Any], line: Mapping[str, Any]) -> Judgement:
+def judge(case: HiddenCase, truth: Mapping[str, Any], line: Mapping[str, Any]) -> ScoredCase:
     """Compare a stored line of `diagnosing` with the sealed truth."""
     hidden = tuple(truth["effects"])
     if "error" in line:
-        return Judgement(case, hidden, "error", (), (), math.inf, {}, (), False, line["seconds"], line["error"])
+        return ScoredCase(case, hidden, "error", (), (), math.inf, {}, (), False, line["seconds"], line["error"])
     document = line["document"]
     findings = tuple(
         NamedEffect(entry["effect"], (entry["effect"], *entry["confusable_with"]), tuple(entry["joints"]))
@@ -133,7 +133,7 @@ def judge(case: Case, truth: Mapping[str, Any], line: Mapping[str, Any]) -> Judg
     )
     last = document["steps"][-1]
     values = {name: entry["value"] for name, entry in last["parameters"].items()}
-    return Judgement(
+    return ScoredCase(
         case=case,
         truth=hidden,
         verdict=document["verdict"],

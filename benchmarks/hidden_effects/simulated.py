@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from benchmarks.hidden_effects.cases import Case, RobotName
+from benchmarks.hidden_effects.cases import HiddenCase, RobotName
 from daq.cycle.session import RunRequest, Session
 from daq.simulation import simulated
 from drivers.simulated.config import ROBOTS, EffectSpec, SimConfig, load_sim
@@ -21,7 +21,7 @@ _SLOW = ("thermal_drift", "payload_change")
 """Effects that need more cycles to be visible."""
 
 
-def record(case: Case, folder: Path) -> dict[str, Any]:
+def record(case: HiddenCase, folder: Path) -> dict[str, Any]:
     """Write train.mcap and validate.mcap into `folder`; return the truth.
 
     Raises:
@@ -40,7 +40,7 @@ def record(case: Case, folder: Path) -> dict[str, Any]:
     return truth(rig, config, case.seed, _sizer(case.robot, case.reports_command) if case.effects else None)
 
 
-def _effects(case: Case) -> tuple[EffectSpec, ...]:
+def _effects(case: HiddenCase) -> tuple[EffectSpec, ...]:
     drawn: tuple[EffectSpec, ...] = ()
     for effect, size in zip(case.effects, case.sizes, strict=True):
         sizer = _sizer(case.robot, case.reports_command)
@@ -51,7 +51,7 @@ def _effects(case: Case) -> tuple[EffectSpec, ...]:
     return drawn
 
 
-def _rig(case: Case) -> Rig:
+def _rig(case: HiddenCase) -> Rig:
     rig = _base_rig(case.reports_command).at_rate(case.rate)
     drives = tuple(
         drive.model_copy(update={"counts_per_turn": round(2**case.bits / drive.gear)}) for drive in rig.drives

@@ -7,7 +7,7 @@ import numpy as np
 
 from benchmarks.hidden_effects.cases import Part
 from benchmarks.hidden_effects.figures import Figure, figures
-from benchmarks.hidden_effects.scoring import REACHED, Judgement
+from benchmarks.hidden_effects.scoring import REACHED, ScoredCase
 
 _WORST = 0.9
 """Quantile that is printed with the median."""
@@ -15,7 +15,7 @@ _NAME, _REQUIRED, _CELL = 50, 10, 32
 """Widths of the columns."""
 
 
-def lines(parts: Mapping[Part, Sequence[Judgement]]) -> Iterator[str]:
+def lines(parts: Mapping[Part, Sequence[ScoredCase]]) -> Iterator[str]:
     """Yield the lines of all tables: the scores side by side, then the details of each part."""
     yield _row("", "required", parts)
     for row in zip(*(figures(judgements) for judgements in parts.values()), strict=True):
@@ -34,12 +34,12 @@ def _row(name: str, required: str, cells: Iterable[str]) -> str:
     return f"{name:{_NAME}}{required:{_REQUIRED}}{''.join(f'{cell:{_CELL}}' for cell in cells)}".rstrip()
 
 
-def _seconds(judgements: Sequence[Judgement]) -> str:
+def _seconds(judgements: Sequence[ScoredCase]) -> str:
     seconds = [j.seconds for j in judgements]
     return f"{np.median(seconds):.1f} s, at most {max(seconds):.1f} s"
 
 
-def _confusion(judgements: Sequence[Judgement]) -> Iterator[str]:
+def _confusion(judgements: Sequence[ScoredCase]) -> Iterator[str]:
     yield "\nhidden effect: first finding and count (in brackets: its group contains the right effect)"
     rows: dict[str, Counter[str]] = {}
     for j in judgements:
@@ -51,7 +51,7 @@ def _confusion(judgements: Sequence[Judgement]) -> Iterator[str]:
         yield f"  {effect:28}" + ", ".join(f"{diagnosed} {count}" for diagnosed, count in rows[effect].most_common())
 
 
-def _parameters(judgements: Sequence[Judgement]) -> Iterator[str]:
+def _parameters(judgements: Sequence[ScoredCase]) -> Iterator[str]:
     yield "\nrelative error of the strength: median (90 % quantile)"
     errors: dict[str, list[float]] = {}
     for j in judgements:
@@ -64,7 +64,7 @@ def _parameters(judgements: Sequence[Judgement]) -> Iterator[str]:
             yield f"  {effect:28}{100 * median:7.1f} % ({100 * worst:.1f} %) of {len(finite)}"
 
 
-def _failures(judgements: Sequence[Judgement]) -> Iterator[str]:
+def _failures(judgements: Sequence[ScoredCase]) -> Iterator[str]:
     right = [j for j in judgements if j.right]
     kinds = {
         "that were not right": [j for j in judgements if not j.right],
@@ -79,7 +79,7 @@ def _failures(judgements: Sequence[Judgement]) -> Iterator[str]:
             yield from _details(j)
 
 
-def _details(j: Judgement) -> Iterator[str]:
+def _details(j: ScoredCase) -> Iterator[str]:
     diagnosed = ", ".join("|".join(f.group) + f" {list(f.joints)}" for f in j.findings)
     variables = f" on {', '.join(j.variables) or 'nothing'}" if j.verdict == "unknown-structure" else ""
     truth = "; ".join(f"{effect['name']} {effect['joints']} {100 * effect['size']:.1f} %" for effect in j.truth)

@@ -11,7 +11,7 @@ from benchmarks.hidden_effects.cases import (
     NEVER_TOGETHER,
     NOISE,
     PAIR_SIZES,
-    Case,
+    HiddenCase,
     Kind,
     PlantName,
     RobotName,
@@ -24,14 +24,14 @@ _RATES = {"simulated": (200, 250, 400, 500, 800, 900), "foreign": (200, 250, 400
 """Sampling rates [Hz]; the bus of the simulated rig does not allow 1 kHz."""
 
 
-def tuned_cases(plant: PlantName) -> list[Case]:
+def tuned_cases(plant: PlantName) -> list[HiddenCase]:
     """All tuned cases of a plant, in a fixed random order: the first n are a representative sample."""
     ordered = list(_simulated() if plant == "simulated" else _foreign())
     order = np.random.default_rng(0).permutation(len(ordered))
     return [ordered[i] for i in order]
 
 
-def _simulated() -> Iterator[Case]:
+def _simulated() -> Iterator[HiddenCase]:
     for size, times in ((0.005, 1), (0.01, 2), (0.03, 2), (0.10, 1)):
         yield from _single_effects("simulated", library(), size, times)
     yield from _nothing("simulated", 110)
@@ -40,7 +40,7 @@ def _simulated() -> Iterator[Case]:
         yield from _single_effects("simulated", out_of_library_effects(), size, times, "outside")
 
 
-def _foreign() -> Iterator[Case]:
+def _foreign() -> Iterator[HiddenCase]:
     from tests.foreign.out_of_library import KINDS
 
     for size, times in ((0.01, 2), (0.03, 2), (0.10, 1)):
@@ -52,14 +52,14 @@ def _foreign() -> Iterator[Case]:
 
 def _single_effects(
     plant: PlantName, effects: Sequence[str], size: float, times: int, kind: Kind = "single"
-) -> Iterator[Case]:
+) -> Iterator[HiddenCase]:
     """Each effect, `times` times on each robot."""
     for effect in effects:
         for number in range(times * len(ROBOTS)):
             yield _case(plant, kind, (effect,), (size,), ROBOTS[number % len(ROBOTS)], number + 1)
 
 
-def _pairs(plant: PlantName, count: int) -> Iterator[Case]:
+def _pairs(plant: PlantName, count: int) -> Iterator[HiddenCase]:
     possible = [pair for pair in combinations(library(), 2) if frozenset(pair) not in NEVER_TOGETHER]
     for number, index in enumerate(np.random.default_rng(1).permutation(len(possible))[:count]):
         first, second = possible[index]
@@ -68,7 +68,7 @@ def _pairs(plant: PlantName, count: int) -> Iterator[Case]:
         yield _case(plant, "pair", pair, sizes, ROBOTS[number % len(ROBOTS)], number + 1)
 
 
-def _nothing(plant: PlantName, count: int) -> Iterator[Case]:
+def _nothing(plant: PlantName, count: int) -> Iterator[HiddenCase]:
     """Cases without hidden effects; half of them cover the whole range of encoder resolution and rate."""
     conditions = list(product(range(12, 21), _RATES[plant]))
     order = np.random.default_rng(4).permutation(len(conditions))
@@ -76,7 +76,7 @@ def _nothing(plant: PlantName, count: int) -> Iterator[Case]:
         rng = np.random.default_rng([2, number])
         varied = number % 2 == 1
         bits, rate = conditions[order[number // 2 % len(order)]] if varied else (int(rng.choice(BITS)), 500)
-        yield Case(
+        yield HiddenCase(
             plant,
             "nothing",
             (),
@@ -92,9 +92,9 @@ def _nothing(plant: PlantName, count: int) -> Iterator[Case]:
 
 def _case(
     plant: PlantName, kind: Kind, effects: tuple[str, ...], sizes: tuple[float, ...], robot: RobotName, number: int
-) -> Case:
+) -> HiddenCase:
     rng = np.random.default_rng([3, *"".join(effects).encode(), number])
-    return Case(
+    return HiddenCase(
         plant,
         kind,
         effects,

@@ -9,7 +9,7 @@ from multiprocessing import get_context
 from typing import Protocol, TypeVar
 
 
-class Named(Protocol):
+class Task(Protocol):
     """What can be processed."""
 
     @property
@@ -17,7 +17,7 @@ class Named(Protocol):
         """Shown when it is done."""
 
 
-C = TypeVar("C", bound=Named)
+C = TypeVar("C", bound=Task)
 T = TypeVar("T")
 
 

@@ -24,7 +24,7 @@ def main(folder: Path, only: str) -> None:
             try:
                 outcomes.append(diagnosing.diagnose(manifest, folder, Path(scratch)))
             except BadInput as error:
-                outcomes.append(diagnosing.Outcome(manifest, None, str(error)))
+                outcomes.append(diagnosing.DiagnosedSet(manifest, None, str(error)))
             click.echo(f"{manifest.name}: done", err=True)
     for line in tables.lines(outcomes):
         click.echo(line)

@@ -19,7 +19,7 @@ _MEASURED = ("effort", "current", "voltage")
 
 
 @dataclass(frozen=True)
-class Outcome:
+class DiagnosedSet:
     """What was said about one data set."""
 
     manifest: Manifest
@@ -38,7 +38,7 @@ class Outcome:
         return [*known, *((f"{name} (found)", "unknown") for name in others)]
 
 
-def diagnose(manifest: Manifest, folder: Path, scratch: Path) -> Outcome:
+def diagnose(manifest: Manifest, folder: Path, scratch: Path) -> DiagnosedSet:
     """Diagnose the data set of `manifest` in `folder`.
 
     Raises:
@@ -59,7 +59,7 @@ def diagnose(manifest: Manifest, folder: Path, scratch: Path) -> Outcome:
         for use, kept in _uses(part, columns["time"]):
             recording = _record(manifest, columns, kept, scratch / f"{manifest.name}-{len(train)}-{len(validate)}")
             (train if use == "train" else validate).append(recording)
-    return Outcome(manifest, ident.diagnose(train, validate=validate).as_json())
+    return DiagnosedSet(manifest, ident.diagnose(train, validate=validate).as_json())
 
 
 def _uses(part: Part, time: Floats) -> list[tuple[str, Any]]:

@@ -4,10 +4,10 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from benchmarks.real.diagnosing import Outcome
+from benchmarks.real.diagnosing import DiagnosedSet
 
 
-def lines(outcomes: Sequence[Outcome]) -> Iterator[str]:
+def lines(outcomes: Sequence[DiagnosedSet]) -> Iterator[str]:
     """Yield the table of every data set, and the sum of all claims."""
     total: Counter[str] = Counter()
     for outcome in outcomes:

@@ -34,12 +34,12 @@ def command(drives: DriveOptions, set_up: bool, show_all: bool, as_json: bool) -
     they are written. Exit code 1 where a problem was found that would end a recording.
     """
     from drivers import transports
+    from drivers.protocol import unheard
 
     bench = drives.bench()
     transport = transports.of(bench.rig)
     transport.check(bench.rig)
-    silent = lambda *line: None  # noqa: E731
-    with bench.serve(), closing(transport.connect(bench.rig, silent, silent, None)) as connected:
+    with bench.serve(), closing(transport.connect(bench.rig, unheard, unheard, None)) as connected:
         identities = connected.discover()
         findings = connected.check()
         if set_up and not _problems(findings):

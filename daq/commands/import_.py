@@ -121,6 +121,7 @@ def command(
     as_json: bool,
     **described: Any,
 ) -> None:
+    """Write the measurements in DATA, of another program, as a recording."""
     from recordings.importing import import_data
     from recordings.importing.observations import observe
     from recordings.importing.proposal import propose

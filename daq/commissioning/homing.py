@@ -6,6 +6,7 @@ from contextlib import closing, nullcontext
 from dataclasses import dataclass, replace
 
 from daq.cycle.clock import Clock, HostClock, LockstepClock
+from daq.cycle.exchange import RunParts
 from daq.cycle.progress import CycleProgress
 from daq.cycle.realtime import realtime_priority
 from daq.cycle.recorder import NullRecorder
@@ -13,7 +14,7 @@ from daq.cycle.stopping import StopRequest
 from daq.cycle.stream import MotionFault, Stream
 from daq.cycle.supervisor import JointArray, Supervisor
 from drivers import transports
-from drivers.protocol import Amplifiers, HomingAmplifiers, HomingState, Report, Sample
+from drivers.protocol import Amplifiers, HomingAmplifiers, HomingState, Report, Sample, unheard
 from recordings.errors import BadInput
 from recordings.recording import Floats, Pace
 from recordings.rig import Homing, Rig
@@ -63,7 +64,7 @@ class HomingStream(Stream):
         Raises:
             RunFailed: it was not homed; the drives are disabled (or the message names the others).
         """
-        self._supervisor, self._exchange.clock = HomingSupervisor(self._rig, joint), clock
+        self._supervisor, self._parts.clock = HomingSupervisor(self._parts.rig, joint), clock
         with self._supervised():
             self._wait_for_answers()
             held = self._enable()
@@ -72,12 +73,12 @@ class HomingStream(Stream):
         return sample.position[joint - 1]
 
     def _search(self, amplifiers: HomingAmplifiers, joint: int, timeout: float, held: Floats) -> Sample:
-        progress, count = self._progress, self._cycle_count(timeout)
+        progress, count = self._parts.progress, self._parts.cycle_count(timeout)
         progress.phase, progress.total = f"home {joint}", count
-        (setpoint,) = self._amplifiers.encode(held[None])
+        (setpoint,) = self._parts.amplifiers.encode(held[None])
         for cycle in range(count):
-            if self._stop.count:
-                raise MotionFault(self._stop.reason)
+            if self._parts.stop.count:
+                raise MotionFault(self._parts.stop.reason)
             sample = self._exchange.run(setpoint, held)
             self._raise_fault(self._supervisor.drives(sample) or self._supervisor.motion(sample, held))
             progress.done = cycle
@@ -100,7 +101,7 @@ def home(rig: Rig, joints: list[int], pace: Pace, log: Report, *, again: bool) -
     """
     lockstep = pace == "lockstep"
     simulated_clock = LockstepClock(rig.rate)
-    connected = transports.of(rig).connect(rig, log, lambda *frame: None, simulated_clock.now if lockstep else None)
+    connected = transports.of(rig).connect(rig, log, unheard, simulated_clock.now if lockstep else None)
     priority = nullcontext() if lockstep else realtime_priority(log)
     with StopRequest() as stop, closing(connected) as drives, priority:
         amplifiers = _homing_amplifiers(drives)
@@ -111,7 +112,7 @@ def home(rig: Rig, joints: list[int], pace: Pace, log: Report, *, again: bool) -
                 else "these simulated drives run in lockstep; home them with --pace lockstep"
             )
         amplifiers.configure(referenced=False)
-        stream = HomingStream(rig, drives, simulated_clock, NullRecorder(), stop, CycleProgress())
+        stream = HomingStream(RunParts(rig, drives, simulated_clock, NullRecorder(), stop, CycleProgress()))
         for joint in joints:
             settings = rig.drives[joint - 1].homing
             if settings is None:

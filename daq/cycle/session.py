@@ -13,6 +13,7 @@ from pathlib import Path
 import can
 
 from daq.cycle.clock import Clock, HostClock, LockstepClock
+from daq.cycle.exchange import RunParts
 from daq.cycle.progress import CycleProgress
 from daq.cycle.realtime import realtime_priority
 from daq.cycle.recorder import NullRecorder, Recorder
@@ -164,7 +165,8 @@ class Session:
         return Result(identities, self.progress, sent, len(self._early_frames) - sent), position.tolist()
 
     def _stream(self, drives: Amplifiers, recorder: Recorder | NullRecorder, stop: StopRequest) -> Stream:
-        return Stream(self._request.rig, drives, self._clock, recorder, stop, self.progress, self._feedforward)
+        rig = self._request.rig
+        return Stream(RunParts(rig, drives, self._clock, recorder, stop, self.progress, self._feedforward))
 
     def _connect(self) -> Amplifiers:
         clock = self._clock.now if self._request.pace == "lockstep" else None

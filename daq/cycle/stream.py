@@ -12,20 +12,14 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from daq.cycle.clock import Clock
-from daq.cycle.exchange import RecordedExchange
-from daq.cycle.progress import CycleProgress
-from daq.cycle.recorder import NullRecorder, Recorder
-from daq.cycle.stopping import StopRequest
+from daq.cycle.exchange import RecordedExchange, RunParts
 from daq.cycle.supervisor import Supervisor
-from daq.feedforward.planning import Feedforward
 from daq.feedforward.segments import Segment, segments
 from daq.feedforward.source import PlannedTorque
-from drivers.protocol import Amplifiers, Goal, Power, Setpoint
+from drivers.protocol import Goal, Power, Sample, Setpoint
 from recordings.errors import RunFailed
 from recordings.interpolation import interpolate_columns
 from recordings.recording import Floats
-from recordings.rig import Rig
 from trajectories import Trajectory, approach
 
 _POWER_TIMEOUT = 3.0
@@ -51,28 +45,12 @@ class StopRequested(Exception):
 class Stream:
     """Run of one trajectory on configured drives."""
 
-    def __init__(
-        self,
-        rig: Rig,
-        amplifiers: Amplifiers,
-        clock: Clock,
-        recorder: Recorder | NullRecorder,
-        stop: StopRequest,
-        progress: CycleProgress,
-        feedforward: Feedforward | None = None,
-    ) -> None:
-        self._rig = rig
-        self._amplifiers = amplifiers
-        self._recorder = recorder
-        self._stop = stop
-        self._progress = progress
-        self._exchange = RecordedExchange(
-            rig, amplifiers, clock, recorder, stop, progress, feedforward=feedforward is not None
-        )
-        self._supervisor = Supervisor(rig)
+    def __init__(self, parts: RunParts) -> None:
+        self._parts = parts
+        self._exchange = RecordedExchange(parts)
+        self._supervisor = Supervisor(parts.rig)
         self._target: Floats | None = None
-        self._feedforward = feedforward
-        self._offset: Floats | None = None if feedforward is None else np.zeros(rig.dof)
+        self._offset: Floats | None = None if parts.feedforward is None else np.zeros(parts.rig.dof)
 
     def run(self, trajectory: Trajectory, plan: Callable[[Floats], Trajectory] | None = None) -> None:
         """Stream `trajectory`, or what `plan` makes for the pose in which the robot stands; return when it is
@@ -88,7 +66,7 @@ class Stream:
                 trajectory = plan(position)
             torque = self._plan_torque(position, trajectory)
             start = self._enable()
-            for segment in segments(self._rig, start, trajectory, torque):
+            for segment in segments(self._parts.rig, start, trajectory, torque):
                 self._follow(segment)
 
     @contextmanager
@@ -122,91 +100,96 @@ class Stream:
         with _quiet_interpreter():
             try:
                 position = self._wait_for_answers()
-                for _ in range(self._cycle_count(1.0)):
-                    self._raise_fault(self._supervisor.drives(self._exchange.without_target()))
+                for _ in range(self._parts.cycle_count(1.0)):
+                    self._without_target()
                 torque = self._plan_torque(position, trajectory)
             except (MotionFault, StopRequested) as stop:
                 raise RunFailed(str(stop)) from None
-        for segment in segments(self._rig, position, trajectory, torque):
-            self._amplifiers.encode(segment.path, segment.torque)
+        for segment in segments(self._parts.rig, position, trajectory, torque):
+            self._parts.amplifiers.encode(segment.path, segment.torque)
         return position
 
     # Phases
 
     def _wait_for_answers(self) -> Floats:
-        for _ in range(self._cycle_count(_POWER_TIMEOUT)):
+        for _ in range(self._parts.cycle_count(_POWER_TIMEOUT)):
             self._raise_stop()
-            sample = self._exchange.without_target()
-            self._raise_fault(self._supervisor.drives(sample))
+            sample = self._without_target()
             if not sample.missing:
                 self._raise_fault(self._supervisor.standstill(sample.position))
                 return np.array(sample.position)
         raise MotionFault("no complete answer from all drives; check the bus")
 
+    def _without_target(self) -> Sample:
+        """Exchange a cycle without a motion, in which the drives must answer and have no fault."""
+        sample = self._exchange.without_target()
+        self._raise_fault(self._supervisor.drives(sample))
+        return sample
+
     def _plan_torque(self, position: Floats, trajectory: Trajectory) -> PlannedTorque | None:
         """Compute the torque to feed forward, while the drives are kept answering."""
-        if self._feedforward is None:
+        if self._parts.feedforward is None:
             return None
-        self._progress.phase = "torque"
-        path = approach(position, trajectory.joint_position[0], self._rig.limits, self._rig.rate)
-        return self._feedforward.plan(self._exchange.time, path, trajectory, self._idle)
+        self._parts.progress.phase = "torque"
+        path = approach(position, trajectory.joint_position[0], self._parts.rig.limits, self._parts.rig.rate)
+        return self._parts.feedforward.plan(self._exchange.time, path, trajectory, self._idle)
 
     def _idle(self) -> None:
         self._raise_stop()
-        if self._exchange.clock.simulated:
+        if self._parts.clock.simulated:
             # The number of cycles must not depend on how long the computation takes.
             time.sleep(_PAUSE)
         else:
-            self._raise_fault(self._supervisor.drives(self._exchange.without_target()))
+            self._without_target()
 
     def _enable(self) -> Floats:
         """Switch power on; returns the position at which the drives hold (dof,) [rad]."""
-        self._progress.phase = "enable"
+        self._parts.progress.phase = "enable"
         self._raise_stop()  # of the planning, which may have taken long
-        self._amplifiers.goal = Goal.ENABLED
-        for _ in range(self._cycle_count(self._rig.enable_timeout)):
+        self._parts.amplifiers.goal = Goal.ENABLED
+        timeout = self._parts.rig.enable_timeout
+        for _ in range(self._parts.cycle_count(timeout)):
             self._raise_stop()
-            sample = self._exchange.without_target()
-            self._raise_fault(self._supervisor.drives(sample))
+            sample = self._without_target()
             if all(power is Power.ON for power in sample.power) and not sample.missing:
                 self._target = np.array(sample.position)
                 return self._target
         late = [f"joint {j + 1} ({power.value})" for j, power in enumerate(sample.power) if power is not Power.ON]
         raise MotionFault(
-            f"not enabled within {self._rig.enable_timeout:g} s: {', '.join(late)}; check enable inputs and the "
+            f"not enabled within {timeout:g} s: {', '.join(late)}; check enable inputs and the "
             "supply, or raise enable_timeout in the rig file"
         )
 
     def _follow(self, segment: Segment) -> None:
         """Stream the targets of a segment; with a trajectory, record its platform path and repetitions too."""
-        progress, path, torque, trajectory = self._progress, segment.path, segment.torque, segment.trajectory
+        progress, path, torque, trajectory = self._parts.progress, segment.path, segment.torque, segment.trajectory
         progress.phase, progress.done, progress.total = segment.phase, 0, len(path)
-        setpoints = self._amplifiers.encode(path, torque)
+        setpoints = self._parts.amplifiers.encode(path, torque)
         for i, setpoint in enumerate(setpoints):
             repeat = -1 if trajectory is None else int(trajectory.repeat[i])
             platform = None if trajectory is None else trajectory.platform[i]
             self._move(setpoint, path[i], None if torque is None else torque[i], repeat, platform, segment.is_probe)
             progress.done = i + 1
             progress.following_error = self._supervisor.worst_following_error
-            if self._stop.count or self._recorder.error:
+            if self._parts.stop.count or self._parts.recorder.error:
                 self._ramp_down(path[i:], None if torque is None else torque[i:])
-                raise StopRequested(str(self._recorder.error or self._stop.reason))
+                raise StopRequested(str(self._parts.recorder.error or self._parts.stop.reason))
         if segment.is_probe:
             self._raise_fault(self._supervisor.offsets.judge_answers())
 
     def _ramp_down(self, ahead: Floats, torque: Floats | None) -> None:
         """Come to rest along the path ahead: the pace along the path and the offset fall smoothly to 0."""
-        self._progress.phase = "stop"
-        count = self._cycle_count(_RAMP_TIME)
+        self._parts.progress.phase = "stop"
+        count = self._parts.cycle_count(_RAMP_TIME)
         s = np.arange(1, count + 1) / count
         # Integral of the pace 1 - 3 s^2 + 2 s^3: rows of the path passed after each cycle.
         rows = np.minimum(count * (s - s**3 + s**4 / 2), len(ahead) - 1)
         index, pace = np.arange(len(ahead)), (1 - 3 * s**2 + 2 * s**3)[:, None]
         path = interpolate_columns(rows, index, ahead)
         offsets = None if torque is None else interpolate_columns(rows, index, torque) * pace
-        for i, setpoint in enumerate(self._amplifiers.encode(path, offsets)):
-            if self._stop.count > 1:
-                raise MotionFault(f"{self._stop.reason}, twice: quick stop")
+        for i, setpoint in enumerate(self._parts.amplifiers.encode(path, offsets)):
+            if self._parts.stop.count > 1:
+                raise MotionFault(f"{self._parts.stop.reason}, twice: quick stop")
             self._move(setpoint, path[i], None if offsets is None else offsets[i])
 
     def _move(
@@ -230,42 +213,38 @@ class Stream:
 
     def _disable(self) -> str:
         """Command a quick stop, then power off; return the joints that did not confirm."""
-        self._progress.phase = "disable"
+        self._parts.progress.phase = "disable"
         try:
             # A drive at standstill ends the quick stop at once, so the quick stop suits all drives.
             for goal in (Goal.STOPPED, Goal.DISABLED):
                 power = self._wait_off(goal)
         except RunFailed as error:
-            self._recorder.event(self._exchange.clock.now(), "error", "bus", str(error))
+            self._parts.recorder.event(self._parts.clock.now(), "error", "bus", str(error))
             power = (Power.UNKNOWN,)
         if not _all_off(power):
-            power = self._amplifiers.power_off()
+            power = self._parts.amplifiers.power_off()
         return ", ".join(f"joint {j + 1}" for j, p in enumerate(power) if not _all_off([p]))
 
     def _wait_off(self, goal: Goal) -> tuple[Power, ...]:
         """Wait until all drives are off, or one does not answer or react for long; return the power states."""
-        self._amplifiers.goal = goal
+        self._parts.amplifiers.goal = goal
+        patience = self._parts.cycle_count(_NO_REACTION_TIMEOUT)
         unanswered = unresponsive = 0
-        for _ in range(self._cycle_count(_POWER_TIMEOUT)):
+        for _ in range(self._parts.cycle_count(_POWER_TIMEOUT)):
             sample = self._exchange.without_target()
             unanswered = unanswered + 1 if sample.missing else 0
             unresponsive = unresponsive + 1 if Power.ON in sample.power else 0
-            if (not unanswered and _all_off(sample.power)) or max(unanswered, unresponsive) >= self._cycle_count(
-                _NO_REACTION_TIMEOUT
-            ):
+            if (not unanswered and _all_off(sample.power)) or max(unanswered, unresponsive) >= patience:
                 break
         return sample.power if not unanswered else (Power.UNKNOWN,)
 
     def _raise_stop(self) -> None:
-        if self._stop.count:
-            raise StopRequested(self._stop.reason)
+        if self._parts.stop.count:
+            raise StopRequested(self._parts.stop.reason)
 
     def _raise_fault(self, reason: str | None) -> None:
         if reason is not None:
             raise MotionFault(reason)
-
-    def _cycle_count(self, duration: float) -> int:
-        return max(1, round(duration * self._rig.rate))
 
 
 def _all_off(power: Sequence[Power]) -> bool:

@@ -10,6 +10,7 @@ from drivers.canopen.dictionary import STANDARD, DriveDictionary, read_dictionar
 from drivers.canopen.sdo import Sdo
 from drivers.canopen.units import OBJECTS
 from drivers.eds import Address, ObjectDescription, load_dictionary
+from drivers.protocol import unheard
 from recordings.buses import CanBus
 from recordings.errors import BadInput
 from recordings.rig import Drive
@@ -113,7 +114,7 @@ def from_bus(bus: CanBus) -> list[DriveFacts]:
 
 def _scan(link: Link) -> Iterator[DriveFacts]:
     for node in sorted(check.scan_nodes(link)):
-        sdo = Sdo(node, f"node {node}", link, lambda *frame: None)
+        sdo = Sdo(node, f"node {node}", link, unheard)
         device_type = sdo.read_optional(0x1000, 0, "<I")
         if device_type is None or device_type & 0xFFFF != _CIA_402:
             continue

@@ -157,17 +157,13 @@ class ProcessData:
         index, sub = address
         self._mappings.clear()
         if _RECEIVE <= index < _RECEIVE + _COUNT or _TRANSMIT <= index < _TRANSMIT + _COUNT:
-            if sub == 1:
-                self._check_cob_id(index, value)
+            present = self._objects.value(index, 1) if sub == 1 else value
+            if not (present | value) & _INVALID and (present ^ value) & _COB_ID:
+                raise SdoAbortedError(INVALID_VALUE)
         elif _RECEIVE_MAP <= index < _RECEIVE_MAP + _COUNT or _TRANSMIT_MAP <= index < _TRANSMIT_MAP + _COUNT:
             if operational:
                 raise SdoAbortedError(_WRONG_STATE)
             self._check_mapping(index, sub, value)
-
-    def _check_cob_id(self, index: int, value: int) -> None:
-        present = self._objects.value(index, 1)
-        if not (present | value) & _INVALID and (present ^ value) & _COB_ID:
-            raise SdoAbortedError(INVALID_VALUE)
 
     def _check_mapping(self, index: int, sub: int, value: int) -> None:
         if not self._objects.value(index - 0x200, 1) & _INVALID:

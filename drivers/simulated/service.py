@@ -25,13 +25,19 @@ class SimulatedDrive(Protocol):
     """The part of a simulated drive that the machine uses."""
 
     @property
-    def powered(self) -> bool: ...
+    def powered(self) -> bool:
+        """Whether the motor has power."""
+        ...
 
     @property
-    def generator(self) -> SetpointGenerator: ...
+    def generator(self) -> SetpointGenerator:
+        """What computes the set-points between two cycles."""
+        ...
 
     @property
-    def torque_offset(self) -> float: ...
+    def torque_offset(self) -> float:
+        """[N m], as commanded."""
+        ...
 
 
 def advance_machine(machine: SimulatedMachine, drives: Sequence[SimulatedDrive], duration: float) -> bool:

@@ -95,7 +95,11 @@ def _exchange_time(rig: Rig, axis: SerialAxis, power: Power, *, with_status: boo
 def check(rig: Rig) -> None:
     """See `Transport`."""
     for joint, drive in enumerate(rig.drives, start=1):
-        _check_no_canopen_options(joint, drive)
+        for name in _CANOPEN_OPTIONS:
+            if getattr(drive, name) != Drive.model_fields[name].default:
+                raise BadInput(
+                    f"'{name}' of joint {joint} is for CANopen drives and has no effect on a serial line; remove it"
+                )
         if drive.torque_offset and not rig.serial.registers.torque_offset:
             raise BadInput(
                 f"joint {joint}: a torque can be fed forward only to a drive with a register for it; name it as "
@@ -107,14 +111,6 @@ def check(rig: Rig) -> None:
             f"{rig.serial.max_load:.0%}, and its commands and replies take up to {1e3 * cycle_time(rig):.1f} ms; "
             f"choose --rate {math.floor(highest_rate(rig))} or less, a higher baud rate, or a line for each drive"
         )
-
-
-def _check_no_canopen_options(joint: int, drive: Drive) -> None:
-    for name in _CANOPEN_OPTIONS:
-        if getattr(drive, name) != Drive.model_fields[name].default:
-            raise BadInput(
-                f"'{name}' of joint {joint} is for CANopen drives and has no effect on a serial line; remove it"
-            )
 
 
 def describe(rig: Rig) -> str:

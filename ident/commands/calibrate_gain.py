@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ident.command_options import PREPROCESS
+from ident.command_options import FILE, JSON, PREPROCESS, print_result
 from recordings.command_line import check_readable, refuse_existing, say_next
 from recordings.next_command import OWN_RIG
 
 if TYPE_CHECKING:
     from ident.identification.torque_calibration import Calibration
     from recordings.recording import Recording
-
-FILE = click.Path(path_type=Path)
 
 
 @click.command(
@@ -31,7 +29,7 @@ FILE = click.Path(path_type=Path)
 @PREPROCESS
 @click.option("-o", "--out", type=FILE, metavar="FILE", help="Also write the [torque] section to this file.")
 @click.option("--force", is_flag=True, help="Replace an existing file.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead.")
+@JSON
 def command(
     empty: Path, loaded: Path, payload: float, preprocess: str, out: Path | None, force: bool, as_json: bool
 ) -> None:
@@ -49,7 +47,11 @@ def command(
     calibration = calibrate(*recordings, payload, preprocess)
     if out:
         out.write_text(torque_section(calibration), encoding="utf-8")
-    _show(calibration, recordings, payload, as_json)
+    if as_json:
+        print_result(_document(calibration, recordings, payload))
+    else:
+        click.echo("\n".join(_lines(calibration, recordings)), err=True)
+        click.echo(torque_section(calibration), nl=False)
     say_next("daq", "record", "--traj", recordings[0].run.trajectory, "--rig", "RIG.toml", note=OWN_RIG)
 
 
@@ -61,17 +63,6 @@ def torque_section(calibration: Calibration) -> str:
         f'[torque]\nmap = "{torque.map}"\ngain = [{gains}]\ngain_source = "calibrated"\n'
         f"gain_uncertainty = {torque.gain_uncertainty:.2g}\n"
     )
-
-
-def _show(calibration: Calibration, recordings: tuple[Recording, ...], payload: float, as_json: bool) -> None:
-    import json
-
-    if as_json:
-        click.echo(json.dumps(_document(calibration, recordings, payload), indent=2))
-        return
-    for line in _lines(calibration, recordings):
-        click.echo(line, err=True)
-    click.echo(torque_section(calibration), nl=False)
 
 
 def _lines(calibration: Calibration, recordings: tuple[Recording, ...]) -> list[str]:

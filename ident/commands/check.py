@@ -4,11 +4,9 @@ from pathlib import Path
 
 import click
 
-from ident.command_options import EFFECT_FILES
+from ident.command_options import EFFECT_FILES, FILE, JSON, show_result
 from recordings.command_line import FiniteRange, check_readable, repeated, say_next
 from recordings.next_command import diagnosis
-
-FILE = click.Path(path_type=Path)
 
 
 @click.command(
@@ -24,7 +22,7 @@ FILE = click.Path(path_type=Path)
     help="Size of the effects: RMS of their torque, as a share of that of the joint.",
 )
 @EFFECT_FILES
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
+@JSON
 def command(files: tuple[Path, ...], share: float, effect_files: tuple[Path, ...], as_json: bool) -> None:
     """Tell what the recordings FILE can show: sampling, resolution, motions, and which effects.
 
@@ -33,19 +31,14 @@ def command(files: tuple[Path, ...], share: float, effect_files: tuple[Path, ...
     """
     check_readable(*files)
 
-    import json
-
-    from rich.console import Console
+    from functools import partial
 
     from ident.diagnosis.visibility.check import check
     from ident.dynamics.effects.library import library
-    from ident.output.console import check as console_tables
+    from ident.output.console.check import show
     from recordings.progress import progress_bar
 
     with progress_bar("reading") as progress:
         document = check(files, library(effect_files), share, progress)
-    if as_json:
-        click.echo(json.dumps(document.as_json(), indent=2, allow_nan=False))
-    else:
-        console_tables.show(document, Console())
+    show_result(as_json, document.as_json, partial(show, document))
     say_next(*diagnosis(files, *repeated("--effect-file", effect_files)))

@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ident.command_options import EFFECT_FILES
+from ident.command_options import EFFECT_FILES, FILE, JSON, say_written, show_result
 from ident.model_name import model_stem
 from recordings.command_line import check_readable, refuse_existing, repeated, say_next
 from recordings.next_command import diagnosis, free_output
 
 if TYPE_CHECKING:
     from ident.identification.model_file import ModelFile
-
-FILE = click.Path(path_type=Path)
 
 
 @click.command(epilog="Example: ident compare fig5a.model.json fig5b.mcap")
@@ -30,7 +28,7 @@ FILE = click.Path(path_type=Path)
     help="Page with figures.  [default: names of first FILE and MODEL, .compare.html; none with --json]",
 )
 @click.option("--force", is_flag=True, help="Replace an existing page.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
+@JSON
 def command(
     model_path: Path,
     files: tuple[Path, ...],
@@ -44,32 +42,24 @@ def command(
     Shows the residual by joint, phase of the motion, time window, quantity and frequency, and its share above the
     noise.
     """
-    import json
-
-    from rich.console import Console
+    from functools import partial
 
     import ident
-    from ident.output.console import residuals as console_table
+    from ident.output.console.residuals import show
 
     model_name = model_stem(model_path.name)
     report = report or (None if as_json else files[0].with_suffix(f".{model_name}.compare.html"))
-    inputs = (model_path, *files, *effect_files)
     check_readable(model_path, *files)
-    refuse_existing(report, force=force, read=inputs)
+    refuse_existing(report, force=force, read=(model_path, *files, *effect_files))
     model = ident.load_model(model_path, effect_files)
     result = ident.compare(model, files)
     if report:
         from ident.output.report import contents, page
 
         request = contents.ReportRequest((model_path,), files, (), effect_files, diagnose=False)
-        name = model_path.name
-        page.write(contents.assemble(request, {name: model.file}, {name: result}), report)
-    if as_json:
-        click.echo(json.dumps(result.as_json(), indent=2, allow_nan=False))
-    else:
-        console_table.show(result, Console())
-    if report:
-        click.echo(f"report: {report}", err=True)
+        page.write(contents.assemble(request, {model_path.name: model.file}, {model_path.name: result}), report)
+    show_result(as_json, result.as_json, partial(show, result))
+    say_written(report=report)
     options = repeated("--effect-file", effect_files)
     train, held_out = _as_fitted(model.file, model_path, files)
     recorded = [*train, *repeated("--validate", held_out)]

@@ -8,13 +8,20 @@ from typing import Literal
 import click
 
 from ident import plugins
-from ident.command_options import EFFECT_FILES
+from ident.command_options import (
+    EFFECT_FILES,
+    FILE,
+    JSON,
+    RuledCommand,
+    ends,
+    excludes,
+    needs,
+    say_written,
+    show_result,
+)
 from recordings.command_line import FiniteRange, refuse_existing, say_next
 from recordings.errors import BadInput
 from recordings.next_command import OWN_RIG
-
-FILE = click.Path(path_type=Path)
-
 
 _TWO_NAMES_EXPECTED = (
     "--discriminate: the names of two effects expected, such as --discriminate arm_com_offset joint_spring, fewer "
@@ -22,7 +29,7 @@ _TWO_NAMES_EXPECTED = (
 )
 
 
-class _Command(click.Command):
+class _Command(RuledCommand):
     """Command that explains a missing name after --discriminate."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -44,7 +51,15 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, pairs: Pairs) -> Pair
 
 
 @click.command(
-    cls=_Command, epilog="Example: ident design --rig bench.toml -o best.toml, then: daq record --traj best.toml"
+    cls=_Command,
+    rules=[
+        excludes("--discriminate", "--with"),
+        excludes("--discriminate", "--criterion", note=" (which has its own)"),
+        needs("--joint", "--discriminate", "add it, or leave --joint out"),
+        excludes("--recording", "--rig", note=" (which contains its rig)"),
+        ends("--out", ".toml", "a trajectory file", "give another name"),
+    ],
+    epilog="Example: ident design --rig bench.toml -o best.toml, then: daq record --traj best.toml",
 )
 @click.option("--rig", "rig_file", type=FILE, metavar="FILE", help="Rig file (TOML).  [default: the simulated rig]")
 @click.option(
@@ -110,7 +125,7 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, pairs: Pairs) -> Pair
     "-o", "--out", type=FILE, default=Path("design.toml"), show_default=True, help="Trajectory file to write."
 )
 @click.option("--force", is_flag=True, help="Replace an existing trajectory file.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
+@JSON
 def command(
     rig_file: Path | None,
     criterion: Literal["d", "e"] | None,
@@ -133,51 +148,34 @@ def command(
     Writes a trajectory file for `daq record --traj`, a Fourier series of every joint. Shows the expected standard
     errors and the used share of each limit.
     """
-    if pairs and effects:
-        raise BadInput("--with or --discriminate expected, both found; leave one out")
-    if pairs and criterion:
-        raise BadInput("--criterion or --discriminate (which has its own) expected, both found; leave one out")
-    if joints and not pairs:
-        raise BadInput("--discriminate expected beside --joint, not found; add it, or leave --joint out")
-    if rig_file and recordings:
-        raise BadInput("--rig or --recording (which contains its rig) expected, both found; leave one out")
     if against and pairs and recordings:
         raise BadInput("--against or --recording (with which it is compared) expected, both found; leave one out")
-    if out.suffix != ".toml":
-        raise BadInput(f"{out}: a trajectory file that ends in .toml expected; give another name")
     refuse_existing(out, force=force)
 
-    import json
     from functools import partial
-
-    from rich.console import Console
 
     from ident.design.designs import DesignRequest, design_discrimination, design_excitation
     from ident.design.model import with_effects
-    from ident.design.recorded import read_recorded_motions as from_recordings
+    from ident.design.recorded import read_recorded_motions
     from ident.dynamics.effects.library import library
     from ident.output.console import design
     from recordings.progress import progress_bar
     from recordings.rig import is_default, load_rig, simulated_rig
 
-    recorded = from_recordings(recordings)
+    recorded = read_recorded_motions(recordings)
     rig = recorded[0].rig if recorded else load_rig(rig_file, driven=False) if rig_file else simulated_rig()
     order = DesignRequest(out.name, rig, period, harmonics, against, noise, seed)
     with progress_bar("searching") as show:
         progress = partial(show, "searching")
         if pairs:
-            joint_indices = [joint - 1 for joint in joints]
             outcome, series = design_discrimination(
-                order, pairs, library(effect_files), joint_indices, recorded, progress
+                order, pairs, library(effect_files), [joint - 1 for joint in joints], recorded, progress
             )
         else:
             outcome, series = design_excitation(order, with_effects(rig, effects), criterion or "d", progress)
     out.write_text(series.as_toml(), encoding="utf-8")
-    if as_json:
-        click.echo(json.dumps(design.as_json(outcome), indent=2, allow_nan=False))
-    else:
-        design.show(outcome, Console())
-    click.echo(f"trajectory: {out}", err=True)
+    show_result(as_json, partial(design.as_json, outcome), partial(design.show, outcome))
+    say_written(trajectory=out)
     if rig_file or is_default(rig):
         say_next("daq", "record", "--traj", out, *(["--rig", rig_file] if rig_file else []))
     else:

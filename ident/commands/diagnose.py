@@ -4,22 +4,37 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from ident.command_options import CUTOFF, EFFECT_FILES, PREPROCESS
-from recordings.command_line import check_readable, refuse_existing, repeated, say_next
-from recordings.errors import BadInput
+from ident.command_options import (
+    CUTOFF,
+    EFFECT_FILES,
+    FILE,
+    JSON,
+    PREPROCESS,
+    RuledCommand,
+    check_outputs,
+    ends,
+    needs,
+    say_written,
+    show_result,
+)
+from recordings.command_line import check_readable, repeated, say_next
 from recordings.next_command import diagnosis, free_name, free_output
 
 if TYPE_CHECKING:
     from ident.diagnosis.document.document import Document
-
-FILE = click.Path(path_type=Path)
+    from ident.diagnosis.document.result import DiagnosisResult
 
 
 @click.command(
+    cls=RuledCommand,
+    rules=[
+        needs("--out", "--apply", "without it no model is written"),
+        ends("--learn", ".py", "a name", "it becomes an effect file"),
+    ],
     short_help="Find the physical effects that the model lacks.",
     epilog="Example: ident diagnose fig5a.mcap --validate fig5b.mcap --apply -o better.model.json",
 )
@@ -61,7 +76,7 @@ FILE = click.Path(path_type=Path)
     help="Page with figures.  [default: first FILE's name, .diagnose.html; none with --json]",
 )
 @click.option("--force", is_flag=True, help="Replace an existing model, page and effect file.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
+@JSON
 def command(
     files: tuple[Path, ...],
     validate: tuple[Path, ...],
@@ -84,66 +99,68 @@ def command(
     and adds the one that explains most. Repeats this until the residual is noise, or until no effect of the library
     explains the rest.
     """
-    _check_options(apply, out, learned_curve)
     out = (out or files[0].with_suffix(".model.json")) if apply else None
     report = report or (None if as_json else files[0].with_suffix(".diagnose.html"))
     start_files = [model_path] if model_path else []
-    read = [*files, *validate, *effect_files, *start_files]
     check_readable(*files, *validate, *start_files)
-    _check_output_paths([path for path in (out, report, learned_curve) if path], force, read)
+    check_outputs(out, report, learned_curve, force=force, read=[*files, *validate, *effect_files, *start_files])
 
-    import json
-    from dataclasses import replace
-
-    from rich.console import Console
+    from functools import partial
 
     import ident
-    from ident.diagnosis.document import verdict
-    from ident.output.console import diagnosis as console_table
+    from ident.output.console.diagnosis import show
     from recordings.progress import progress_bar
 
-    start = ident.load_model(model_path, effect_files) if model_path else None
     with progress_bar("reading") as progress:
-        result = ident.diagnose(
-            files,
-            validate,
-            model=start,
-            effect_files=() if start else effect_files,
-            preprocessing=preprocess,
-            cutoff=cutoff,
-            only=only,
-            without=without,
-            progress=progress,
-        )
+        start = ident.load_model(model_path, effect_files) if model_path else None
+        own = () if start else effect_files
+        choices: dict[str, Any] = {"cutoff": cutoff, "only": only, "without": without, "progress": progress}
+        result = ident.diagnose(files, validate, model=start, effect_files=own, preprocessing=preprocess, **choices)
         if learned_curve:
             progress("learning curves for the unexplained residual")
-            curves = verdict.write_learned_curve(result.diagnosis, learned_curve)
-            result = replace(result, document=result.document.model_copy(update={"learned_curve": curves}))
+            result = _with_learned_curve(result, learned_curve)
         if out:
             result.apply().save(out)
         if report:
-            from ident.output.report import contents, page
-
             progress("drawing")
-            request = contents.ReportRequest((), files, validate, effect_files, diagnose=True, base_model=model_path)
-            page.write(contents.assemble(request, diagnosis=result), report)
-    if as_json:
-        click.echo(json.dumps(result.as_json(), indent=2, allow_nan=False))
-    else:
-        console_table.show(result.document, Console())
-        if learned_curve and not result.document.learned_curve:
-            click.echo(f"{learned_curve} not written: no curve explains the residual on rows that were not fitted.")
-    for label, written_path in (("model", out), ("report", report)):
-        if written_path:
-            click.echo(f"{label}: {written_path}", err=True)
+            _write_report(result, report, files, validate, effect_files, model_path)
+    document = result.document
+    show_result(as_json, result.as_json, partial(show, document))
+    if learned_curve and not document.learned_curve and not as_json:
+        click.echo(f"{learned_curve} not written: no curve explains the residual on rows that were not fitted.")
+    say_written(model=out, report=report)
+    given = [*repeated("--model", start_files), *repeated("--only", only), *repeated("--without", without)]
+    given += ["--preprocess", preprocess] if preprocess != "parallel" else []
+    given += ["--cutoff", f"{cutoff:g}"] if cutoff else []
     recorded = [*repeated("--validate", validate), *repeated("--effect-file", effect_files)]
-    choices = [*repeated("--model", start_files), *repeated("--only", only), *repeated("--without", without)]
-    choices += ["--preprocess", preprocess] if preprocess != "parallel" else []
-    choices += ["--cutoff", f"{cutoff:g}"] if cutoff else []
-    if result.document.next_motion:
-        click.echo(f"next: {result.document.next_motion.command}", err=True)
+    if document.next_motion:
+        click.echo(f"next: {document.next_motion.command}", err=True)
     else:
-        say_next(*_next(result.document, files, recorded, choices, out or model_path, applied=apply))
+        say_next(*_next(document, files, recorded, given, out or model_path, applied=apply))
+
+
+def _with_learned_curve(result: DiagnosisResult, path: Path) -> DiagnosisResult:
+    """The `result` with the curves that were learned for its unexplained residual, if rows held out confirm them."""
+    from dataclasses import replace
+
+    from ident.diagnosis.document.verdict import write_learned_curve
+
+    curves = write_learned_curve(result.diagnosis, path)
+    return replace(result, document=result.document.model_copy(update={"learned_curve": curves}))
+
+
+def _write_report(
+    result: DiagnosisResult,
+    out: Path,
+    files: tuple[Path, ...],
+    validate: tuple[Path, ...],
+    effect_files: tuple[Path, ...],
+    model: Path | None,
+) -> None:
+    from ident.output.report import contents, page
+
+    request = contents.ReportRequest((), files, validate, effect_files, diagnose=True, base_model=model)
+    page.write(contents.assemble(request, diagnosis=result), out)
 
 
 def _next(
@@ -171,20 +188,3 @@ def _next(
         page = free_output("-o", files[0].with_suffix(".report.html"))
         return ["ident", "report", model, *files, *recorded, *page]
     return ["ident", "fit", *files, *recorded, *free_output("-o", default)]
-
-
-def _check_output_paths(paths: Sequence[Path], force: bool, read: Sequence[Path]) -> None:
-    """Check output paths before the work, not after it."""
-    refuse_existing(*paths, force=force, read=read)
-    for path in paths:
-        if not path.parent.is_dir():
-            raise BadInput(f"folder {path.parent} does not exist; create it, or choose another name than {path}")
-        if path.is_dir():
-            raise BadInput(f"{path}: a file's name expected, a folder found; choose another name")
-
-
-def _check_options(apply: bool, out: Path | None, learned_curve: Path | None) -> None:
-    if out and not apply:
-        raise BadInput(f"--apply expected beside --out {out}, not found; without it no model is written")
-    if learned_curve and learned_curve.suffix != ".py":
-        raise BadInput(f"--learn {learned_curve}: a name that ends in .py expected; it becomes an effect file")

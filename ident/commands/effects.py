@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ident.command_options import EFFECT_FILES
+from ident.command_options import EFFECT_FILES, JSON, print_result
 from recordings.command_line import say_next
 
 if TYPE_CHECKING:
@@ -19,11 +19,9 @@ if TYPE_CHECKING:
 )
 @click.argument("name", required=False)
 @EFFECT_FILES
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead.")
+@JSON
 def command(name: str | None, effect_files: tuple[Path, ...], as_json: bool) -> None:
     """List the physical effects of the library, or explain the effect NAME."""
-    import json
-
     from ident.dynamics.effects.library import library
     from ident.identification.chosen_effects import check_effect_name
 
@@ -32,7 +30,7 @@ def command(name: str | None, effect_files: tuple[Path, ...], as_json: bool) -> 
         check_effect_name(name, effects)
     if as_json:
         chosen = {name: effects[name]} if name else effects
-        click.echo(json.dumps({"schema": 1, "effects": [_entry(*pair) for pair in chosen.items()]}, indent=2))
+        print_result({"schema": 1, "effects": [_entry(*pair) for pair in chosen.items()]})
     elif name:
         _explain(name, effects[name])
     else:

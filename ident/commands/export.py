@@ -8,17 +8,20 @@ from typing import TYPE_CHECKING, Literal, cast
 import click
 
 from ident import plugins
-from ident.command_options import EFFECT_FILES
+from ident.command_options import EFFECT_FILES, FILE, RuledCommand, belongs, chosen_path, one_of
 from recordings.command_line import FiniteRange, NameChoice, check_readable, refuse_existing, repeated, say, say_next
 
 if TYPE_CHECKING:
     from ident.export.paths import TorquePath
     from ident.identification.model import Model
 
-FILE = click.Path(path_type=Path)
-
 
 @click.command(
+    cls=RuledCommand,
+    rules=[
+        one_of({name: name for name in ("--traj", "--csv", "--on")}, "say along which motion"),
+        belongs(("--temperature",), "a motion that is given", "a recording has its own temperatures", ("--on",)),
+    ],
     short_help="Write the model for a controller or a simulator.",
     epilog="Example: ident export fig5a.model.json --to c -o controller",
 )
@@ -53,12 +56,7 @@ def command(
     import ident
     from ident.export import losses, targets
     from ident.export.torque_table import evaluate
-    from recordings.errors import BadInput
 
-    if sum(source is not None for source in (traj, table, recording)) > 1:
-        raise BadInput("one of --traj, --csv and --on expected, several found; say along which motion")
-    if recording and temperature is not None:
-        raise BadInput("--temperature belongs to a motion that is given; a recording has its own temperatures")
     inputs = [path for path in (model_path, table, recording, *effect_files) if path]
     exporter = targets.load(target)
     carried_file = exporter.carried_file(out)
@@ -96,15 +94,12 @@ def _motion(
     from ident.identification.model_file import find_recording
     from recordings.errors import BadInput
 
-    if recording:
-        return paths.from_recording(recording, model.file)
-    if table:
-        return paths.from_table(table, rig_of(model.file)).at_temperature(temperature)
-    if traj:
-        return paths.from_trajectory(traj, rig_of(model.file)).at_temperature(temperature)
+    rig = rig_of(model.file)
+    if path := chosen_path(model, rig, recording, table, traj, temperature):
+        return path
     source = model.file.train.recordings[0]
     if file := find_recording(source, model_path):
         return paths.from_recording(file, model.file)
     if model.file.mechanism != "delta":
         raise BadInput(f"{source.name}, the recording of the fit, is not beside the model; give --on or --csv")
-    return paths.from_trajectory("fig5a", rig_of(model.file)).at_temperature(temperature)
+    return paths.from_trajectory("fig5a", rig).at_temperature(temperature)

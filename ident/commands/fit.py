@@ -9,20 +9,21 @@ from typing import TYPE_CHECKING
 import click
 
 from ident import plugins
-from ident.command_options import CUTOFF, EFFECT_FILES
+from ident.command_options import CUTOFF, EFFECT_FILES, FILE, RuledCommand, say_written, sets, show_result
 from recordings.command_line import NameChoice, check_readable, refuse_existing, repeated, say_next
 from recordings.errors import BadInput
 from recordings.next_command import diagnosis
 
 if TYPE_CHECKING:
-    from ident.identification.identify import Identification
     from ident.identification.model import Model
     from ident.uncertainty.covariance import IntervalMethod
 
-FILE = click.Path(path_type=Path)
-
 
 @click.command(
+    cls=RuledCommand,
+    rules=[
+        sets("--paper", "--preprocess", "--cutoff", "--iterations", "--without", unless={"--preprocess": "central"})
+    ],
     short_help="Find the parameters of the dynamic model.",
     epilog="Example: ident fit fig5a.mcap --validate fig5b.mcap",
 )
@@ -118,10 +119,6 @@ def command(
     Writes the model beside the first recording. Prints the error of each joint, the noise floor, and
     what comes next; with --details everything that is known of the parameters.
     """
-    if paper:
-        other_preprocess = None if preprocess == "central" else preprocess
-        _check_beside_paper(preprocess=other_preprocess, cutoff=cutoff, iterations=iterations, without=without)
-    preprocess = preprocess or ("central" if paper else "parallel")
     out = out or files[0].with_suffix(".model.json")
     inputs = [*files, *([validate] if validate else [])]
     check_readable(*inputs)
@@ -140,7 +137,7 @@ def command(
             without=without,
             bare=paper,
             effect_files=effect_files,
-            preprocessing=preprocess,
+            preprocessing=preprocess or ("central" if paper else "parallel"),
             cutoff=cutoff,
             physical=physical,
             intervals=intervals,
@@ -148,10 +145,9 @@ def command(
             settings=given,
             progress=lambda done, total, *_: show("fitting", done, total),
         )
-    assert model.identification is not None
-    _write(model, model.identification, out, pictures)
+    _write(model, out, pictures)
     _show(model, as_json, details)
-    click.echo("\n".join([f"model: {out}", *([f"pictures: {pictures}"] if pictures else [])]), err=True)
+    say_written(model=out, pictures=pictures)
     options = [*(["--validate", validate] if validate else []), *repeated("--effect-file", effect_files)]
     say_next(*diagnosis(files, *options, model=out))
 
@@ -180,15 +176,19 @@ def _settings(method: str, texts: tuple[str, ...], paper: bool, options: Mapping
     return given
 
 
-def _check_beside_paper(**given: object) -> None:
-    for option, value in given.items():
-        if value:
-            raise BadInput(
-                f"--{option} cannot be combined with --paper, which sets it; '{value}' found; leave one out"
-            )
+def _show(model: Model, as_json: bool, details: bool) -> None:
+    from ident.output.console import fit as console
+
+    found = model.identification
+    assert found is not None
+    show_result(
+        as_json,
+        lambda: {**model.file.as_json(), "where": console.sentences(model.file, found)},
+        lambda screen: console.show(model.file, found, screen, details),
+    )
 
 
-def _write(model: Model, result: Identification, out: Path, pictures: Path | None) -> None:
+def _write(model: Model, out: Path, pictures: Path | None) -> None:
     """Write the model, and `pictures` if they are asked for; or nothing."""
     try:
         if pictures is None:
@@ -196,23 +196,9 @@ def _write(model: Model, result: Identification, out: Path, pictures: Path | Non
         else:
             from ident.output.pictures import draw, staged_folder
 
+            assert model.identification is not None
             with staged_folder(pictures) as folder:
-                draw(result, folder)
+                draw(model.identification, folder)
                 model.save(out)
     except OSError as error:
         raise BadInput(f"{error.filename or out} cannot be written: {error.strerror}; choose another place") from None
-
-
-def _show(model: Model, as_json: bool, details: bool) -> None:
-    import json
-
-    from rich.console import Console
-
-    from ident.output.console import fit
-
-    assert model.identification is not None
-    if as_json:
-        document = {**model.file.as_json(), "where": fit.sentences(model.file, model.identification)}
-        click.echo(json.dumps(document, indent=2))
-    else:
-        fit.show(model.file, model.identification, Console(), details)

@@ -8,12 +8,12 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from ident import plugins
-from ident.command_options import CUTOFF, PREPROCESS
+from ident.command_options import CUTOFF, FILE, JSON, PREPROCESS, print_result, say_written
 from ident.fleet import check_installed
 from recordings.command_line import NameChoice, refuse_existing, say, say_next
 from recordings.errors import BadInput
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from ident.fleet.update import Plan
     from recordings.progress import Show
 
-FILE = click.Path(path_type=Path)
 ALARMS_OPEN = 3
 """Exit code: done, alarms are open."""
 
@@ -47,6 +46,7 @@ class FolderOrCommand(click.Group):
     """A group whose first argument is a subcommand, or else the first argument of its first command."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """See click: without a command, the fleet is updated."""
         if not args or args[0] not in self.commands:
             args = [_UPDATE, *args]
         return super().parse_args(ctx, args)
@@ -54,6 +54,7 @@ class FolderOrCommand(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
+        """See click."""
         name, chosen, rest = super().resolve_command(ctx, args)
         return None if name == _UPDATE else name, chosen, rest
 
@@ -89,7 +90,7 @@ def command() -> None:
 @click.option("--scheduler-file", type=FILE, metavar="FILE", help="The same, by the file that its scheduler wrote.")
 @PREPROCESS
 @CUTOFF
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of a table.")
+@JSON
 def update_command(
     folders: tuple[Path, ...],
     folder: Path,
@@ -160,7 +161,7 @@ def report_command(folder: Path, out: Path, force: bool) -> None:
     content = alarms.load(store)
     with progress_bar("drawing"):
         page.write(store, content, out)
-    say(f"report: {out}")
+    say_written(report=out)
     opened = [alarm.id for alarm in content.alarms if not alarm.acknowledged]
     if opened:
         say_next("ident", "fleet", "ack", *opened, "--store", folder)
@@ -239,11 +240,9 @@ def _rated(show: Show, activity: str) -> Callable[[int, int], None]:
 
 
 def _show(result: FleetFile, as_json: bool) -> None:
-    import json
-
     if as_json:
-        document: dict[str, Any] = result.model_dump(mode="json", by_alias=True)
-        click.echo(json.dumps({name: document[name] for name in ("schema", "recordings", "alarms")}, indent=2))
+        document = result.model_dump(mode="json", by_alias=True)
+        print_result({name: document[name] for name in ("schema", "recordings", "alarms")})
         return
     counts = result.recordings
     click.echo(f"{counts['seen']} recordings, {counts['new']} of them new; {counts['failed']} cannot be used")

@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from ident import plugins
+from ident.command_options import JSON, print_result
 from recordings.command_line import NameChoice, say_next
 
 MODELS = {None: "Eq. (26)", "lagrange14": "Eqs. (37)-(40)"}
@@ -19,17 +20,15 @@ MODELS = {None: "Eq. (26)", "lagrange14": "Eqs. (37)-(40)"}
 @click.argument(
     "name", metavar="[NAME]", required=False, type=NameChoice(plugins.names("ident.estimation.estimators"))
 )
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead.")
+@JSON
 def command(name: str | None, as_json: bool) -> None:
     """List the methods of `ident fit --method`, or explain the method NAME and its settings.
 
     A setting is changed by `--set NAME=VALUE`; one with a symbol of the paper also by that, such as c0=0.7.
     """
-    import json
-
     methods = [_entry(name)] if name else [_entry(each) for each in plugins.names("ident.estimation.estimators")]
     if as_json:
-        click.echo(json.dumps({"schema": 1, "methods": methods}, indent=2))
+        print_result({"schema": 1, "methods": methods})
     elif name:
         _explain(methods[0])
     else:

@@ -4,12 +4,10 @@ from pathlib import Path
 
 import click
 
-from ident.command_options import EFFECT_FILES
-from recordings.command_line import check_readable, refuse_existing, repeated, say_next
+from ident.command_options import EFFECT_FILES, FILE, check_outputs, say_written
+from recordings.command_line import check_readable, repeated, say_next
 from recordings.errors import BadInput, ForeignFile
 from recordings.next_command import diagnosis
-
-FILE = click.Path(path_type=Path)
 
 
 @click.command(
@@ -59,11 +57,11 @@ def command(
     models, recordings = _split_by_suffix(files)
     out = out or recordings[0].with_suffix(".report.html")
     inputs = (*models, *recordings, *held_out, *responses)
-    _check_not_repeated(inputs)
+    places = [path.resolve() for path in inputs]
+    if again := [path for path, place in zip(inputs, places, strict=True) if places.count(place) > 1]:
+        raise BadInput(f"each file once expected, {again[0]} found twice; leave one out")
     check_readable(*held_out, *responses)
-    if out.is_dir():
-        raise BadInput(f"-o {out}: a file's name expected, a folder found; write -o {out / 'report.html'}")
-    refuse_existing(out, force=force, read=inputs)
+    check_outputs(out, force=force, read=inputs)
 
     from rich.console import Console
 
@@ -82,14 +80,14 @@ def command(
     nothing_more = nothing_more_is_missing(gathered)
     if gathered.diagnosis:
         show_conclusion(gathered.diagnosis.document, Console(), nothing_more)
-    click.echo(f"report: {out}", err=True)
-    options = repeated("--effect-file", effect_files)
+    say_written(report=out)
     missing = gathered.diagnosis is not None and gathered.diagnosis.verdict == "missing-effect"
     within_noise = any(analysis.within_noise for analysis in gathered.primary_analyses.values())
     if nothing_more or (within_noise and not missing):
         say_next("ident", "workbench", *recordings[:1], *held_out[:1])
     else:
-        say_next(*diagnosis(recordings, *repeated("--validate", held_out), *options, model=models[0]))
+        options = [*repeated("--validate", held_out), *repeated("--effect-file", effect_files)]
+        say_next(*diagnosis(recordings, *options, model=models[0]))
 
 
 def _split_by_suffix(files: tuple[Path, ...]) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
@@ -104,9 +102,3 @@ def _split_by_suffix(files: tuple[Path, ...]) -> tuple[tuple[Path, ...], tuple[P
         missing = "model (.json)" if not models else "recording (.mcap)"
         raise BadInput(f"at least one model (.json) and one recording (.mcap) expected, no {missing} found; add it")
     return models, recordings
-
-
-def _check_not_repeated(inputs: tuple[Path, ...]) -> None:
-    for path in inputs:
-        if sum(path.resolve() == candidate.resolve() for candidate in inputs) > 1:
-            raise BadInput(f"each file once expected, {path} found twice; leave one out")

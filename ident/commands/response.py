@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ident.command_options import FILE, JSON, print_result
+
 if TYPE_CHECKING:
     from ident.data.frequency_response import FrequencyResponse
     from ident.estimation.axis_response import AxisResponse
-
-FILE = click.Path(path_type=Path)
 
 
 @click.command(
@@ -21,15 +21,13 @@ FILE = click.Path(path_type=Path)
 @click.option("-o", "--out", type=FILE, metavar="CSV", help="Write the responses as a table.")
 @click.option("--plot", type=FILE, metavar="HTML", help="Write a Bode plot.")
 @click.option("--force", is_flag=True, help="Replace existing files.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
+@JSON
 def command(file: Path, out: Path | None, plot: Path | None, force: bool, as_json: bool) -> None:
     """Estimate the frequency response of the joint that moves in FILE, a recording of `daq response`.
 
     The response from torque to motion tells a delay from elasticity: a delay turns the phase in proportion to the
     frequency, elasticity has an antiresonance and a resonance.
     """
-    import json
-
     from ident.estimation.axis_response import axis_response
     from recordings.command_line import refuse_existing, say_next
 
@@ -41,7 +39,10 @@ def command(file: Path, out: Path | None, plot: Path | None, force: bool, as_jso
         from ident.output.figures.bode import bode
 
         bode(response.measured, response.model).write_html(plot)
-    click.echo(json.dumps(response.as_json(), indent=1) if as_json else _sentences(response))
+    if as_json:
+        print_result(response.as_json())
+    else:
+        click.echo(_sentences(response))
     say_next(*_next(response))
 
 

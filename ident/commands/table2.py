@@ -10,15 +10,17 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ident import plugins
+from ident.command_options import FILE, JSON, show_result
 from recordings.command_line import NameChoice, refuse_existing, say_next
 from recordings.errors import BadInput, did_you_mean
 from recordings.next_command import diagnosis
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from ident.paper.methods import MethodComparison
     from ident.paper.study import SwarmStudy
 
-FILE = click.Path(path_type=Path)
 SEEDS = 10
 """Number of seeds of a study of swarm sizes, unless it is given."""
 SIZES = "300"
@@ -66,7 +68,7 @@ MOST_SIZES = 8
     help="Folder of pictures and their data (CSV).",
 )
 @click.option("--force", is_flag=True, help="Replace existing pictures.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
+@JSON
 def command(
     files: tuple[Path, ...],
     preprocess: str,
@@ -88,6 +90,8 @@ def command(
         raise BadInput(f"two recordings expected, to identify and to validate, {len(files)} found; give both or none")
     numbers = _sizes(sizes or SIZES)
     refuse_existing(plots, force=force)
+
+    from functools import partial
 
     from ident.output.pictures import staged_folder
     from ident.paper import figures, study_views
@@ -118,27 +122,23 @@ def command(
         if study:
             study_views.draw(study, folder / "study.png")
             study_views.write(study, folder)
-    _show(comparison, study, preprocess, seed, as_json)
+    show_result(as_json, partial(_document, comparison, study, preprocess, seed), partial(_show, comparison, study))
     click.echo(f"pictures and their data: {plots}", err=True)
     train, validation = files or _samples()
     say_next(*diagnosis([train], "--validate", validation))
 
 
-def _show(comparison: MethodComparison, study: SwarmStudy | None, preprocess: str, seed: int, as_json: bool) -> None:
-    import json
-
-    from rich.console import Console
-
-    from ident.paper import methods, study_views, table
+def _document(comparison: MethodComparison, study: SwarmStudy | None, preprocess: str, seed: int) -> dict[str, Any]:
+    from ident.paper import methods
     from ident.paper import study as swarms
 
-    if as_json:
-        document = methods.as_json(comparison, preprocess, seed)
-        if study:
-            document["study"] = swarms.as_json(study)
-        click.echo(json.dumps(document, indent=2, allow_nan=False))
-        return
-    console = Console()
+    document = methods.as_json(comparison, preprocess, seed)
+    return {**document, "study": swarms.as_json(study)} if study else document
+
+
+def _show(comparison: MethodComparison, study: SwarmStudy | None, console: Console) -> None:
+    from ident.paper import study_views, table
+
     table.show(comparison, console)
     if study:
         study_views.show(study, console)

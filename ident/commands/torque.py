@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from ident import plugins
-from ident.command_options import EFFECT_FILES
+from ident.command_options import (
+    EFFECT_FILES,
+    FILE,
+    JSON,
+    RuledCommand,
+    belongs,
+    chosen_path,
+    one_of,
+    say_written,
+    show_result,
+)
 from ident.model_name import model_stem
 from recordings.command_line import FiniteRange, NameChoice, check_readable, refuse_existing, say, say_next
 from recordings.next_command import free_name
@@ -22,10 +32,17 @@ if TYPE_CHECKING:
     from recordings.recording import Floats
     from recordings.rig import Rig
 
-FILE = click.Path(path_type=Path)
+_SOURCES = {"--traj": "--traj", "--csv": "--csv", "recording": "a recording"}
+"""Of a path."""
 
 
 @click.command(
+    cls=RuledCommand,
+    rules=[
+        one_of(_SOURCES, "say along which path", least=1),
+        belongs(("--cycles", "--rate"), "--traj", "a table and a recording have their own", ("--csv", "recording")),
+        belongs(("--temperature",), "a path that is given", "a recording has its own temperatures", ("recording",)),
+    ],
     short_help="Torque of a path, by its causes.",
     epilog="Example: ident torque fig5a.model.json --traj fig5b -o fig5b.torque.csv",
 )
@@ -49,7 +66,7 @@ FILE = click.Path(path_type=Path)
 )
 @click.option("--picture", type=FILE, metavar="PNG", help="Draw the causes over time, and their RMS.")
 @click.option("--force", is_flag=True, help="Replace existing files.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of a table.")
+@JSON
 def command(
     model_path: Path,
     recording: Path | None,
@@ -71,7 +88,6 @@ def command(
     The path is a trajectory, a table, or the motion of the recording FILE. The causes (inertia, coupling, Coriolis,
     gravity, friction, each effect) add up to the torque.
     """
-    import json
     from contextlib import nullcontext
 
     import ident
@@ -79,21 +95,17 @@ def command(
     from ident.export.term_intervals import relative_half_widths
     from ident.export.torque_table import TorqueSummary
     from ident.export.torque_table import tables as torque_tables
-    from recordings.errors import BadInput
+    from ident.output.console.printing import print_table
+    from ident.output.tables import causes
     from recordings.files import replacement
 
-    if sum(source is not None for source in (recording, traj, table)) != 1:
-        raise BadInput("one of --traj, --csv and a recording expected; say along which path")
-    if (cycles or rate) and not traj:
-        raise BadInput("--cycles and --rate belong to --traj; a table and a recording have their own")
-    if recording and temperature is not None:
-        raise BadInput("--temperature belongs to a path that is given; a recording has its own temperatures")
     inputs = [path for path in (model_path, recording, table, rig_file, *effect_files) if path]
     check_readable(*inputs)
     refuse_existing(out, picture, force=force, read=inputs)
     write = tables.load(form or tables.format_of(out)) if out else None
     model = ident.load_model(model_path, effect_files)
-    path = _chosen_path(model, _rig(model, rig_file), recording, traj, table, (cycles, rate, temperature))
+    path = chosen_path(model, _rig(model, rig_file), recording, table, traj, temperature, cycles, rate)
+    assert path is not None, "one is given"
     summary = TorqueSummary()
     widths = relative_half_widths(model, path.excerpt())
     with replacement(out) if out else nullcontext() as partial:
@@ -101,16 +113,18 @@ def command(
         rows = write(chunks, partial) if write and partial else sum(len(chunk["time"]) for chunk in chunks)
     if picture:
         _draw(model, path, summary, widths, picture)
-    if as_json:
-        click.echo(json.dumps(_document(model, summary, widths), indent=1, allow_nan=False))
-    else:
-        _show(model, summary, widths)
+    show_result(
+        as_json,
+        lambda: causes.document(model, summary, widths),
+        lambda console: print_table(console, causes.table(summary, widths)),
+    )
+    if model.file.relative and not as_json:
+        say("The torque gain is assumed: all torques are known up to one common factor.")
     if model.stepped:
         say(f"stepped in time: {', '.join(model.stepped)}")
     if out:
         say(f"torque of {path.name}: {out}, {rows} rows")
-    if picture:
-        say(f"picture: {picture}")
+    say_written(picture=picture)
     exported = free_name(model_path.with_name(f"{model_stem(model_path.name)}_c"))
     say_next("ident", "export", model_path, "--to", "c", "-o", exported)
 
@@ -126,68 +140,6 @@ def _rig(model: Model, rig_file: Path | None) -> Rig:
     rig = load_rig(rig_file, driven=False)
     check_same_machine(model.file, rig, f"the rig of the model expected: {{}} in {rig_file}")
     return rig
-
-
-def _chosen_path(
-    model: Model,
-    rig: Rig,
-    recording: Path | None,
-    traj: str | None,
-    table: Path | None,
-    settings: tuple[int | None, float | None, float | None],
-) -> TorquePath:
-    from ident.export import paths
-
-    cycles, rate, temperature = settings
-    if recording:
-        return paths.from_recording(recording, model.file)
-    if table:
-        return paths.from_table(table, rig).at_temperature(temperature)
-    assert traj is not None
-    return paths.from_trajectory(traj, rig, cycles, rate).at_temperature(temperature)
-
-
-def _document(model: Model, summary: TorqueSummary, widths: Mapping[str, Floats] | None) -> dict[str, Any]:
-    share = summary.share
-    terms = {
-        name: {"rms": rms.tolist(), "rms_ci95": _interval(rms, name, widths), "share": share[name].tolist()}
-        for name, rms in summary.rms.items()
-    }
-    return {
-        "schema": 1,
-        "relative": model.file.relative,
-        "stepped": list(model.stepped),
-        "torque_rms": summary.torque_rms.tolist(),
-        "torque_rms_ci95": _interval(summary.torque_rms, "torque", widths),
-        "terms": terms,
-    }
-
-
-def _interval(rms: Floats, name: str, widths: Mapping[str, Floats] | None) -> list[list[float] | None]:
-    """95 % interval of each joint's RMS; None where it is not known."""
-    from math import isfinite
-
-    if widths is None:
-        return [None] * len(rms)
-    pairs = [(float(x), float(x * width)) for x, width in zip(rms, widths[name], strict=True)]
-    return [[max(x - half, 0.0), x + half] if isfinite(half) else None for x, half in pairs]
-
-
-def _show(model: Model, summary: TorqueSummary, widths: Mapping[str, Floats] | None) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    rows = Table("RMS", *(f"joint {joint}" for joint in range(1, len(model.file.joints) + 1)))
-    share = summary.share
-    for name, rms in {**summary.rms, "torque": summary.torque_rms}.items():
-        cells = []
-        for joint, (x, interval) in enumerate(zip(rms, _interval(rms, name, widths), strict=True)):
-            half = f" ±{interval[1] - x:.3f}" if interval else ""
-            cells.append(f"{x:.3f}{half}" + (f" {share[name][joint]:.0%}" if name in share else ""))
-        rows.add_row(name, *cells, style="bold" if name == "torque" else None)
-    Console().print(rows)
-    if model.file.relative:
-        say("The torque gain is assumed: all torques are known up to one common factor.")
 
 
 def _draw(

@@ -4,11 +4,9 @@ from pathlib import Path
 
 import click
 
-from ident.command_options import EFFECT_FILES
+from ident.command_options import EFFECT_FILES, FILE
 from recordings.command_line import say_next
 from recordings.errors import BadInput
-
-FILE = click.Path(path_type=Path)
 
 
 @click.command(

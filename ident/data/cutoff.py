@@ -26,6 +26,7 @@ from ident.data import welch
 from ident.data.excerpts import excerpts
 from ident.data.samples import Samples, sample
 from ident.filters import contiguous_slices
+from ident.statistics import TINY
 from ident.threads import in_threads
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
@@ -51,7 +52,6 @@ _EMPTY = 0.35
 """Above this share of the rate, the spectra are assumed to contain only noise."""
 _CLEAR = 10.0
 """A spectrum that exceeds the noise by this factor is attributed to the motion."""
-_TINY = 1e-12
 
 Reason = Literal["given", "usual", "signal", "encoder", "rate"]
 
@@ -119,7 +119,7 @@ def choose(position: Floats, torque: Floats, rate: float) -> Cutoff:
 def band_share(torque: Floats, rate: float, low: float, high: float) -> float:
     """Share of the RMS of `torque` (n, dof) below `high` that lies above `low` [Hz], of the joint with most."""
     wide, narrow = (filters.convolve(torque, filters.low_pass(hz, rate)) for hz in (high, low))
-    share: Floats = np.nanstd(wide - narrow, axis=0) / np.maximum(np.nanstd(wide, axis=0), _TINY)
+    share: Floats = np.nanstd(wide - narrow, axis=0) / np.maximum(np.nanstd(wide, axis=0), TINY)
     return float(np.nanmax(share))
 
 

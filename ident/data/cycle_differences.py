@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.statistics import TINY
 from recordings.recording import Bools, Floats
 
 _BLOCK_FREEDOM = 20.0
@@ -17,7 +18,6 @@ _DISTURBED_P = 0.0001
 """A difference is disturbed if its mean square in a block would be so large with this probability."""
 _COARSE = 8
 """Number of blocks to find the quietest differences, before the degrees of freedom of the noise are known."""
-_TINY = 1e-300
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +141,7 @@ def _lower_median(squares: Floats) -> Floats:
     ordered = np.sort(squares, axis=0)  # NaN last
     middle = (np.isfinite(squares).sum(axis=0) - 1) // 2
     median: Floats = np.take_along_axis(ordered, middle[None], axis=0)[0]
-    return median + _TINY
+    return median + TINY
 
 
 def _whole_events(disturbed: Bools, known: Bools) -> Bools:

@@ -25,7 +25,7 @@ from recordings.recording import Floats
 
 _MIN_SHARE = 1e-3
 """Lower limit of a standard deviation relative to the joint's largest, so that no single sample dominates."""
-_TINY = 1e-24
+_NO_NOISE = 1e-24
 """Added variance [(N m)^2] that keeps weights finite without any noise."""
 _MEDIAN_OF_NORMAL = 0.6745
 """Median of the absolute value of a standard normal variable."""
@@ -74,7 +74,7 @@ def residual_std(prepared: PreparedRecording, residual: Floats, noise: Sequence[
         variance = joint_noise.torque_std(prepared.volt_sensitivity[:, joint]) ** 2
         usable = np.isfinite(residual[:, joint])
         variance = variance + max(float(np.mean(residual[usable, joint] ** 2 - variance[usable])), 0.0)
-        columns.append(np.sqrt(np.maximum(variance, _MIN_SHARE**2 * variance[usable].max() + _TINY)))
+        columns.append(np.sqrt(np.maximum(variance, _MIN_SHARE**2 * variance[usable].max() + _NO_NOISE)))
     return np.stack(columns, axis=1)
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.statistics import TINY
 from recordings.recording import Bools, Floats, Ints
 
 SIGNIFICANT = 0.001
@@ -13,9 +14,8 @@ _MIN_PHASES = 10
 """Minimum number of phases common to all cycles for a test of trends."""
 _INSTANTS = 10
 """Number of instants within a cycle at which a change is searched."""
-_TINY = 1e-20
+_ROUNDING = 1e-20
 """Relative to the mean square: less is a rounding error."""
-_SMALLEST = 1e-300
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def clearest_trend(x: Floats, noise: float, freedom: float) -> tuple[Trend, floa
     if cycles < 3 or phases < _MIN_PHASES:
         return None
     total_energy = float(((x - x.mean(axis=0)) ** 2).sum() / phases)
-    smallest = max(_TINY * float((x**2).mean()), _SMALLEST)
+    smallest = max(_ROUNDING * float((x**2).mean()), TINY)
     patterns, trends = list(_patterns(x, noise)), []
     for name, energy in patterns:
         others = max(total_energy - energy, 0.0) / (cycles - 2)

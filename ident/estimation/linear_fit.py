@@ -31,7 +31,7 @@ class Fit:
 
     @property
     def parameters(self) -> Floats:
-        """(k,)"""
+        """(k,)."""
         return self.estimate.parameters
 
     @property

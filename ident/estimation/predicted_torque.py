@@ -61,7 +61,7 @@ class _Columns:
 
     @cached_property
     def conditioned(self) -> Floats:
-        """(m, dof, c)"""
+        """(m, dof, c)."""
         return self.prepared.condition(self.raw)
 
 

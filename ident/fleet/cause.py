@@ -21,6 +21,7 @@ from ident.fleet.change_screening import ChangeScreener, as_change
 from ident.fleet.discoveries import Event, nuisance
 from ident.fleet.series import Series
 from ident.fleet.settings import FleetSettings
+from ident.statistics import TINY
 from recordings.config import ConfigSection
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
@@ -142,7 +143,7 @@ def _judged(
         return _unexplained(event, names, "no effect of the library shows in these recordings")
     loss_before, rows_before = screener.loss_before()
     reachable = loss_before / rows_before * screener.row_count
-    lacking = max(screener.loss - reachable, 1e-12)
+    lacking = max(screener.loss - reachable, TINY)
     best = candidates[0]
     slack = EQUIVALENT_SHARE * (screener.loss - best.loss)
     slack = max(slack, PRICE * best.loss / model.split.independent_rows)

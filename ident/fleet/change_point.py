@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.statistics import LEVEL
 from recordings.recording import Floats
 
 MIN_BEFORE = 5
@@ -28,11 +29,10 @@ _RAMP_DAYS = 10.0
 """Days in which a ramp grows by one unit."""
 LONGEST = 100
 """Nights for which a change is searched; an older one was found before."""
-_TINY = 1e-10
+_ROUNDING = 1e-10
 _SIGNIFICANT = 1.64
 _MIN_TEMPERING = 0.2
 """The least power to which evidence is raised because nights resemble each other."""
-_LEVEL = 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,11 +103,11 @@ def log_bayes_factors(y: Floats, nuisance: Floats, columns: Floats) -> Floats:
     rest_y, rest = y - basis @ (basis.T @ y), columns - basis @ (basis.T @ columns)
     total, power = float(rest_y @ rest_y), (rest**2).sum(axis=0)
     freedom = len(y) - rank
-    shown = power > _TINY * (columns**2).sum(axis=0)
-    if freedom < 1 or total <= _TINY**2 * float(y @ y) or not shown.any():
+    shown = power > _ROUNDING * (columns**2).sum(axis=0)
+    if freedom < 1 or total <= _ROUNDING**2 * float(y @ y) or not shown.any():
         return np.zeros(columns.shape[1])
     share = np.where(shown, (rest.T @ rest_y) ** 2 / np.where(shown, power, 1.0) / total, 0.0)
-    share = np.minimum(share, 1 - _TINY)
+    share = np.minimum(share, 1 - _ROUNDING)
     logs = [-0.5 * np.log1p(g * power) - freedom / 2 * np.log1p(-g * power / (1 + g * power) * share) for g in _SIZES]
     factors: Floats = np.logaddexp(*logs) - np.log(len(_SIZES))
     return np.where(shown, factors, 0.0)
@@ -139,7 +139,7 @@ def _described(y: Floats, nuisance: Floats, columns: Floats, factors: Floats, of
     kind = int(growing)
     probability = weights[kind] / weights[kind].sum()
     cumulated = probability.cumsum()
-    tail = (1 - _LEVEL) / 2
+    tail = (1 - LEVEL) / 2
     first, last = np.searchsorted(cumulated, (tail, 1 - tail))
     # Where a motion of its own or a warmer night leaves it open, the first night that shows it.
     best = int(np.flatnonzero(probability >= (1 - 1e-6) * probability.max())[-1])

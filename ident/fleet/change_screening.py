@@ -17,6 +17,7 @@ from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Additive, Effect, Quantity
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
+from ident.statistics import TINY
 from recordings.recording import Bools, Floats
 
 PARAMETER_NAMES = {
@@ -96,7 +97,7 @@ class ChangeScreener(Screener):
         times = []
         for weight, predictor in pairs:
             time = predictor.prepared.time
-            relative = 2 * (time - time[0]) / max(time[-1] - time[0], 1e-9) - 1
+            relative = 2 * (time - time[0]) / max(time[-1] - time[0], TINY) - 1
             times.append(np.broadcast_to(relative[:, None], weight.shape)[weight > 0])
         return np.concatenate([*times, np.zeros(len(self.residual) - len(self._changed))])
 
@@ -112,6 +113,7 @@ class ChangeScreener(Screener):
         }
 
     def columns(self, term: Term, guess: Floats, shapes: Floats) -> Floats:
+        """See `Screener`."""
         if term.name in self._parameters:
             return self._only_changed(self._own_regressor[:, self._parameters[term.name]])
         return self._only_changed(super().columns(term, guess, shapes))

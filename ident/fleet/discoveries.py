@@ -15,13 +15,13 @@ import numpy as np
 from ident.fleet.change_point import MIN_BEFORE, MIN_GROWING, MIN_SUDDEN, Change, change
 from ident.fleet.common_course import with_common_course
 from ident.fleet.series import Nights, Series
+from ident.statistics import NORMAL
 from recordings.recording import Floats, Ints
 
 FALSE_DISCOVERY_RATE = 0.01
 _DEPTH_WEIGHTS = (0.5, 0.125, 0.03125)
 """Weight of a hypothesis on all nights, on those before or after an event, and so on; with one, two and four parts
 they add up to less than 1."""
-_NORMAL = 1.96
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +156,7 @@ def _beyond_intervals(series: Series, shift: Change, first: int) -> bool:
             half = half / series.value[nights]
         half = half[np.isfinite(half)]
         widths.append(float(np.sqrt(np.mean(half**2) / len(half))) if len(half) else 0.0)
-    return abs(shift.size) > math.hypot(*widths) + _NORMAL * shift.size_std
+    return abs(shift.size) > math.hypot(*widths) + NORMAL * shift.size_std
 
 
 def _parts_beside(event: Event, depth: int) -> Iterator[tuple[int, int]]:

@@ -20,6 +20,7 @@ from ident.diagnosis.split.split_data import rms
 from ident.dynamics.effects.library import library
 from ident.fleet.settings import FleetSettings
 from ident.fleet.walk import RecordingFile
+from ident.statistics import NORMAL
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording, Run
@@ -30,7 +31,6 @@ Row = dict[str, Any]
 _JOINT = re.compile(r"(\d+)$")
 _TOMORROW = timedelta(days=1)
 """Clocks may be set to another time zone; a start later than this is no date."""
-_NORMAL = 1.96
 
 
 def examine(file: RecordingFile, settings: FleetSettings) -> list[Row]:
@@ -157,7 +157,7 @@ def _errors(model: FittedModel) -> Iterator[Row]:
     """The error of each joint; its interval is that of a mean square of so many independent rows."""
     split, rig = model.split, model.solution.structure.rig
     rows = split.scored
-    spread = _NORMAL / np.sqrt(2 * max(split.independent_rows / rig.dof, 1.0))
+    spread = NORMAL / np.sqrt(2 * max(split.independent_rows / rig.dof, 1.0))
     pairs = zip(rms(model.residuals, rows), model.noise_floor.rms, rig.effort_units, strict=True)
     for joint, (error, floor, unit) in enumerate(pairs, start=1):
         interval = [float(error * (1 - spread)), float(error * (1 + spread))]

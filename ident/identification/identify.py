@@ -113,9 +113,8 @@ def identify(
         raise BadInput(f"--with cannot be combined with a method that fits the form '{form}'; choose another method")
     prepared = prepare_all(recordings, options.preprocessing, options.cutoff, form)
     searched = _search(prepared[: len(files)], options, progress) if estimators.nonlinear(options.method) else None
-    if searched:
-        known_structure = searched.structure, searched.x
-    structure, x = known_structure or _structure(prepared[: len(files)], options)
+    known = (searched.structure, searched.x) if searched else known_structure
+    structure, x = known or _structure(prepared[: len(files)], options)
     regressions = tuple(linearize(each, structure, x) for each in prepared)
     train, validation = regressions[: len(files)], regressions[-1] if validate else None
     generator = np.random.default_rng(options.seed)

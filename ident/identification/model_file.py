@@ -169,7 +169,7 @@ class ModelFile(JsonDocument):
     assessment: Assessment | None = None
     """None for alternative forms of the mechanism, which serve only for comparison."""
     residual_test: ResidualTest | None = None
-    """On the training and validation data together; None for alternative forms and in files of earlier versions."""
+    """On the training and validation data together; None for alternative forms."""
 
     @property
     def all_parameters(self) -> tuple[FittedParameter, ...]:

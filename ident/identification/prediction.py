@@ -68,7 +68,7 @@ def structure_of(model: ModelFile, rig: Rig, library: Mapping[str, Effect]) -> t
         mechanism = mechanisms.create(rig, model.form)
         return ModelStructure(mechanism, rig), _values(model, mechanism.parameters)
     terms = []
-    for term in model.terms or [EffectTerm(name=name, joints=_all_joints(rig)) for name in model.effects]:
+    for term in model.terms or [EffectTerm(name=name, joints=tuple(range(1, rig.dof + 1))) for name in model.effects]:
         if term.name not in library:
             raise BadInput(
                 f"effect {term.name} of the model: an effect of the library or of an effect file expected, none "
@@ -128,10 +128,7 @@ def _searched_values(term: Term, saved: EffectTerm) -> list[float]:
     """Values found by search: parameters of a signal effect, instance by instance, then the shape parameters."""
     try:
         local_values = [row[parameter.name] for row in saved.parameters for parameter in term.local_parameters]
-        shapes = zip(_shape_names(term), term.shapes, strict=True)
-        # All joints share the shapes in a file of an earlier version.
-        keys = (name if name in saved.shapes else shape.name for name, shape in shapes)
-        return [*local_values, *(saved.shapes[key] for key in keys)]
+        return [*local_values, *(saved.shapes[name] for name in _shape_names(term))]
     except KeyError as error:
         raise BadInput(
             f"effect {term.name}: a value of {error} expected in the model, none found; fit it again"
@@ -152,10 +149,6 @@ def _values(model: ModelFile, parameters: Sequence[ParameterEntry | Parameter]) 
             f"parameters {', '.join(expected)} expected in the model, {', '.join(actual)} found; fit it again"
         )
     return np.array([parameter.value for parameter in model.parameters])
-
-
-def _all_joints(rig: Rig) -> tuple[int, ...]:
-    return tuple(range(1, rig.dof + 1))
 
 
 def check_model_rig(model: ModelFile, recording: Recording) -> None:

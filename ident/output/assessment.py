@@ -3,13 +3,12 @@
 from collections.abc import Iterable, Iterator
 
 from ident.identification.model_file import FittedParameter, ModelFile, RecordingSource
+from ident.statistics import NORMAL
 from ident.uncertainty.assessment import Assessment
 from recordings.recording import Recording
 
 NOTABLE_CORRELATION = 0.7
 """Absolute correlation from which the summary lists a pair of parameters."""
-NORMAL_95 = 1.96
-"""Half the width of a 95 % interval, in standard errors."""
 _SOURCES = {
     "stationary": "noise assumed stationary in volts",
     "hac": "Newey-West",
@@ -60,7 +59,7 @@ def scale_line(scale_uncertainty: float, relative: bool) -> str:
     """What the torque gain adds to the intervals of all parameters alike."""
     if not scale_uncertainty:
         return "Scale: torque was measured, the gain adds nothing."
-    share = f"{100 * NORMAL_95 * scale_uncertainty:.2g} %"
+    share = f"{100 * NORMAL * scale_uncertainty:.2g} %"
     if relative:
         return f"Scale: all share one unknown factor, within ± {share} of the assumed gain; only ratios are known."
     return f"Scale: all share one factor, the calibrated gain, which adds ± {share}."

@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from ident import statistics
 from ident.dynamics.effects.base import SignatureAxis
 from ident.identification.prediction import Prediction
 from recordings.recording import Floats, Ints
@@ -22,7 +23,6 @@ MAX_VISIT = 0.5
 """A visit of a bin counts as one observation, a longer visit as several of this duration [s]."""
 MIN_VISITS = 2
 """Minimum effective number of visits of a bin for a confidence interval."""
-LEVEL = 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,8 +142,6 @@ def _statistics(values: Floats, residual: Floats, visit: Ints) -> tuple[float, .
     Samples within one visit are correlated, so visits count as observations. Visits of unequal length count as fewer
     visits of equal length.
     """
-    from scipy.special import stdtrit  # loading scipy.stats takes longer than a report's figures
-
     _, number = np.unique(visit, return_inverse=True)
     samples, mean = len(residual), float(residual.mean())
     visits = samples**2 / float((np.bincount(number) ** 2.0).sum())
@@ -151,5 +149,5 @@ def _statistics(values: Floats, residual: Floats, visit: Ints) -> tuple[float, .
     error = half_width = np.nan
     if visits >= MIN_VISITS:
         error = float(np.sqrt((deviation**2).sum() * visits / (visits - 1)) / samples)
-        half_width = float(stdtrit(visits - 1, (1 + LEVEL) / 2)) * error
+        half_width = float(statistics.half_width(np.array(visits - 1))) * error
     return float(values.mean()), mean, error, half_width, float(np.sqrt(np.mean(residual**2))), samples

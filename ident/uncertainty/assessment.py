@@ -15,6 +15,7 @@ from ident.dynamics.structure import ModelStructure
 from ident.estimation import estimators
 from ident.estimation.linear_fit import Fit
 from ident.estimation.regression import Regression
+from ident.statistics import LEVEL
 from ident.uncertainty import covariance, physical_consistency, sensitivity
 from ident.uncertainty.covariance import IntervalMethod, Uncertainty
 from ident.uncertainty.identifiability import Combination, Identifiability, Status, identifiability
@@ -77,7 +78,7 @@ class JointFloor(ConfigSection):
 class Assessment(ConfigSection):
     """Errors of a fit and their causes."""
 
-    level: float = covariance.LEVEL
+    level: float = LEVEL
     source: IntervalMethod
     """Estimator of the noise's autocovariance, see `ident.uncertainty.covariance`."""
     loss: Loss

@@ -13,7 +13,7 @@ at zero. The variance of that sum follows from the autocovariance of the noise, 
   repetitions Student's t has C - 1 degrees of freedom, so few repetitions give wide intervals. The part of the
   residual that repeats with the motion does not count as noise here.
 
-`benchmarks/coverage.py` measures the coverage of the intervals; it is the reason for the default.
+`benchmarks/intervals.py` measures how often the intervals hold the truth.
 All intervals are conditional on the model and the geometry. The first two methods count model errors as noise.
 """
 
@@ -23,14 +23,13 @@ from typing import Literal
 
 import numpy as np
 
-from ident import slicing
+from ident import slicing, statistics
+from ident.statistics import LEVEL as LEVEL
 from ident.uncertainty import autocovariance
 from recordings.errors import BadInput
 from recordings.recording import Bools, Floats, Ints
 
 IntervalMethod = Literal["stationary", "hac", "cycles"]
-LEVEL = 0.95
-"""Confidence level of all intervals."""
 _KERNEL = 0.3
 """Width of the kernel of the density estimate, in standard deviations."""
 _BLOCK = 2**15
@@ -113,10 +112,7 @@ class Uncertainty:
 
     def half_width(self) -> Floats:
         """(k,) half widths of the 95 % intervals, from Student's t."""
-        from scipy.special import stdtrit
-
-        width: Floats = stdtrit(self.degrees_of_freedom, (1 + LEVEL) / 2) * self.std
-        return width
+        return statistics.half_width(self.degrees_of_freedom) * self.std
 
     def interval(self, parameters: Floats, gain_uncertainty: float = 0.0, propagated: Floats | float = 0.0) -> Floats:
         """(k, 2) 95 % interval of each of the `parameters` (k,).
@@ -124,9 +120,7 @@ class Uncertainty:
         gain_uncertainty: relative standard uncertainty of the torque gain, to which all parameters are proportional.
         propagated: (k,) mean squares of errors that are no noise.
         """
-        from scipy.special import ndtri
-
-        others = ndtri((1 + LEVEL) / 2) * np.sqrt((gain_uncertainty * parameters) ** 2 + propagated)
+        others = statistics.NORMAL * np.sqrt((gain_uncertainty * parameters) ** 2 + propagated)
         width = np.hypot(self.half_width(), others)
         return np.stack([parameters - width, parameters + width], axis=1)
 

@@ -12,11 +12,11 @@ from ident.dynamics.structure import ModelStructure
 from ident.estimation.chunks import overlapping_chunks
 from ident.estimation.nonlinear_fit import Solution, linearized_solution
 from ident.estimation.predicted_torque import TorquePredictor
+from ident.statistics import TINY
 from recordings.recording import Bools, Floats
 
 DRAWS = 4
 """Number of perturbed readings that propagate encoder quantization to the parameters."""
-_TINY = 1e-12
 _MIN_INDEPENDENT_SHARE = 1e-7
 """A parameter is not identifiable if less than this share of its column is independent of the other columns."""
 
@@ -157,7 +157,7 @@ class PropagatedErrors:
         """Factor at most 1 after which `errors` (m, dof) leave no larger residual than the measured one."""
         weighted = self._weighted(errors)
         remaining = float(np.linalg.norm(weighted - self._basis @ (self._basis.T @ weighted)))
-        return min(1.0, self._residual / max(remaining, _TINY))
+        return min(1.0, self._residual / max(remaining, TINY))
 
     def _weighted(self, errors: Sequence[Floats]) -> Floats:
         """(r,) weighted `errors` (m, dof) of all training rows."""

@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.control import CASES, SERVO, Case, show
+from benchmarks.control import CASES, SERVO, ClosedLoop, show
 from drivers.simulated.config import load_sim
 from drivers.simulated.effect import discover
 from ident.data.following_error import Following
@@ -22,9 +22,9 @@ def test_each_case_is_a_sim_file_with_the_effect_of_its_name(tmp_path: Path) -> 
 
 
 def test_verdict_of_a_case(capsys: pytest.CaptureFixture[str]) -> None:
-    case = Case("cogging", ("cogging",), tuple(map(_run, (4.0, 3.0, 2.0, 1.0))))
+    case = ClosedLoop("cogging", ("cogging",), tuple(map(_run, (4.0, 3.0, 2.0, 1.0))))
     assert case.falls
     assert case.ratio == 0.5
-    assert not Case("cogging", (), tuple(map(_run, (4.0, 3.0, 1.0, 2.0)))).falls
+    assert not ClosedLoop("cogging", (), tuple(map(_run, (4.0, 3.0, 1.0, 2.0)))).falls
     show([case])
     assert "falls at every step; with the effect 50% of the base model's" in capsys.readouterr().out

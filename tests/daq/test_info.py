@@ -1,9 +1,6 @@
 """`daq info` on complete, interrupted and invalid recordings."""
 
 import json
-import re
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,9 +8,10 @@ import numpy as np
 import pytest
 
 from daq.commands.info import command
-from recordings.recording import Recording, Run
+from recordings.recording import Recording
 from recordings.rig import simulated_rig
 from recordings.writer import RecordingWriter
+from tests.made_up import run_of
 from tests.running import invoke, printed
 
 Record = Callable[..., Path]
@@ -24,18 +22,7 @@ def record(tmp_path: Path) -> Record:
     """Write a recording of 101 SYNCs with a gap, frames and events."""
 
     def write(simulated: bool = True, exit_status: int = 0, robot: str | None = None) -> Path:
-        run = Run(
-            trajectory="fig5a",
-            trajectory_digest="d1f0",
-            period=0.1,
-            cycles=2,
-            rate=500.0,
-            software="0.1.0",
-            simulated=simulated,
-            pace="realtime",
-            start="2023-11-14T22:13:20+00:00",
-            robot=robot,
-        )
+        run = run_of(period=0.1, pace="realtime", simulated=simulated, robot=robot)
         path = tmp_path / "run.mcap"
         with RecordingWriter(path, simulated_rig(), run) as writer:
             for k in range(101):
@@ -124,13 +111,6 @@ def test_following_error_is_that_of_the_run(record: Record, monkeypatch: pytest.
     assert "following error: joint 1: 3.54 (worst 4.00) mrad, joint 2" in printed(command, path)
 
 
-def test_terminal_output_is_a_table(record: Record, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("daq.commands.info.is_terminal", lambda: True)
-    output = printed(command, record())
-    assert re.search("│ bus frames +│ 101 sent, 303 received", output)
-    assert "[bold]missed[/bold] a cycle" in output, "the recording's words are not markup"
-
-
 def test_real_drives_and_failure_are_shown(record: Record) -> None:
     output = printed(command, record(simulated=False, exit_status=1))
     assert "SIMULATED" not in output
@@ -147,14 +127,3 @@ def test_interrupted_recording_is_shown_as_interrupted(record: Record, tmp_path:
     assert "samples: 101" in result.stdout
     figures = json.loads(printed(command, path, "--json"))
     assert (figures["complete"], figures["exit_status"], figures["reason"]) == (False, None, None)
-
-
-def test_program_exits_with_2_and_a_one_line_error_on_bad_input(tmp_path: Path) -> None:
-    path = tmp_path / "noise.mcap"
-    path.write_bytes(b"noise")
-    program = [sys.executable, "-c", "from daq.cli import main; main()", "info", str(path)]
-    result = subprocess.run(program, capture_output=True, text=True, check=False)
-    assert result.returncode == 2
-    assert result.stdout == ""
-    assert result.stderr.startswith(f"error: {path} is not an MCAP file")
-    assert result.stderr.count("\n") == 1

@@ -1,7 +1,6 @@
 """Recordings of the second plant."""
 
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 import pytest
@@ -35,39 +34,10 @@ def test_seed_determines_the_recording(tmp_path: Path) -> None:
     assert len(a.voltage) != len(c.voltage) or not np.allclose(a.voltage, c.voltage)
 
 
-def test_voltage_noise_is_that_of_the_setting(tmp_path: Path) -> None:
-    make(tmp_path, [], [], 1, Setting(volts=0.03))
-    recording = read(tmp_path / "train.mcap")
-    cycles = [recording.voltage[recording.repeat == cycle] for cycle in (0, 1)]
-    assert np.std(cycles[0] - cycles[1]) / np.sqrt(2) == pytest.approx(0.03, rel=0.05)
-
-
 def test_motion_without_repetition_has_no_cycles(tmp_path: Path) -> None:
     make(tmp_path, [], [], 1, Setting(rate=100.0, repeats=False))
     for name in ("train.mcap", "validate.mcap"):
         assert read(tmp_path / name).repeat.max() == -1
-
-
-def test_effort_is_the_torque_of_the_voltage(tmp_path: Path) -> None:
-    for folder, setting in (
-        ("v", Setting(rate=100.0, volts=0.0)),
-        ("e", Setting(rate=100.0, volts=0.0, signal="effort")),
-    ):
-        (tmp_path / folder).mkdir()
-        make(tmp_path / folder, [], [], 1, setting)
-    volts, effort = read(tmp_path / "v" / "train.mcap"), read(tmp_path / "e" / "train.mcap")
-    assert effort.effort is not None
-    assert not np.isfinite(effort.voltage).any()
-    gain = np.array(volts.rig.torque.gain)
-    np.testing.assert_allclose(effort.effort, gain * volts.voltage * np.abs(volts.voltage), atol=2e-4)
-
-
-@pytest.mark.parametrize("signal", ["voltage", "effort"])
-def test_coarse_signal_has_the_steps_of_its_resolution(tmp_path: Path, signal: Literal["voltage", "effort"]) -> None:
-    make(tmp_path, [], [], 1, Setting(rate=100.0, signal=signal, signal_bits=10))
-    recording = read(tmp_path / "train.mcap")
-    values = np.unique(recording.voltage if recording.effort is None else recording.effort)
-    assert 2**8 < len(values) < 2**10
 
 
 def test_impossible_size_is_refused(tmp_path: Path) -> None:

@@ -1,6 +1,5 @@
 """Each effect of the second plant against its definition, in the reported signals."""
 
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -63,34 +62,13 @@ def test_torque_without_effects_is_rigid_body_torque_and_friction(plant: Plant) 
 
 
 FORMULAS: dict[str, tuple[dict[str, float], Callable[[Reported], Floats | float]]] = {
-    "torque_offset": ({"a": 0.4}, lambda r: 0.4),
-    "asymmetric_viscous": ({"a": 0.3}, lambda r: 0.3 * np.abs(r.velocity)),
-    "quadratic_friction": ({"a": 0.2}, lambda r: 0.2 * r.velocity * np.abs(r.velocity)),
-    "stribeck": (
-        {"a": 0.9, "v_s": 0.5},
-        lambda r: 0.9 * np.exp(-((r.velocity / 0.5) ** 2)) * np.sign(r.velocity),
-    ),
-    "position_dependent_friction": (
-        {"a": 0.3, "k": 3.0, "phase": 0.4, "p": 2.0},
-        lambda r: 0.15 * (1 + np.sin(3.0 * r.position + 0.4)) ** 2 * np.sign(r.velocity),
-    ),
     "cogging": ({"a": 0.4, "N": 24, "phase": 0.5}, lambda r: 0.4 * np.sin(24 * r.position + 0.5)),
-    "joint_spring": ({"k": 2.0, "q_0": 0.3}, lambda r: 2.0 * (r.position - 0.3)),
-    "arm_com_offset": ({"a": -0.6}, lambda r: -0.6 * np.sin(r.position)),
-    "arm_mass_mismatch": ({"a": 0.6}, lambda r: 0.6 * np.cos(r.position)),
     "uneven_grease": ({"a": 0.3, "phase": 1.0}, lambda r: 0.3 * np.sin(2 * r.position + 1) * r.velocity),
     "bearing_load": ({"a": 0.05}, lambda r: 0.05 * np.abs(r.acceleration) * np.sign(r.velocity)),
-    "position_torque": (
-        {"a": 9.0, "q_0": -0.1, "p": 2.5},
-        lambda r: 9.0 * np.maximum(r.position + 0.1, 0) ** 2.5,
-    ),
     "fan": ({"a": 0.5, "f": 7.0, "phase": 0.2}, lambda r: 0.5 * np.sin(2 * np.pi * 7 * time(r) + 0.2)),
     "creeping_zero": ({"a": 0.5, "T": 4.0}, lambda r: 0.5 * (1 - np.exp(-time(r) / 4))),
-    "thermal_drift": (
-        {"b": 0.5, "viscous": 0.6, "T": 4.0},
-        lambda r: 0.5 * (0.6 * r.velocity + np.sign(r.velocity)) * np.exp(-time(r) / 4),
-    ),
 }
+"""Those of this plant alone, and one more: tests/drivers/simulated compares the laws of both plants."""
 
 
 def time(reported: Reported) -> Floats:
@@ -103,52 +81,6 @@ def test_additive_effect_adds_its_formula_on_its_joints(plant: Plant, effect: st
     unaffected, difference = added_torque(plant, hidden(effect, (1, 3), **parameters))
     assert_close(difference[:, [0, 2]], np.broadcast_to(formula(unaffected), difference.shape)[:, [0, 2]])
     assert not np.nan_to_num(difference[:, 1]).any()
-
-
-def test_load_dependent_friction_grows_with_the_load(plant: Plant) -> None:
-    reference, robot = plant.reference, plant.robot
-    rigid = exact_torque(robot.rig.geometry, robot.links, reference.theta, reference.rate, reference.acceleration)
-    unaffected, difference = added_torque(plant, hidden("load_dependent_friction", a=0.1))
-    assert_close(difference, 0.1 * np.abs(at_samples(plant, rigid)) * np.sign(unaffected.velocity), 0.01)
-
-
-def test_power_law_friction_takes_the_place_of_viscous_friction(plant: Plant) -> None:
-    unaffected, difference = added_torque(plant, hidden("power_law_friction", c=0.6, alpha=0.5))
-    velocity = unaffected.velocity
-    expected = 0.6 * np.sqrt(np.abs(velocity)) * np.sign(velocity) - np.array(plant.robot.friction.viscous) * velocity
-    assert_close(difference, expected)
-
-
-def test_presliding_hysteresis_reduces_friction_after_reversals_only(plant: Plant) -> None:
-    level = np.array(plant.robot.friction.coulomb)
-    unaffected, difference = added_torque(plant, hidden("presliding_hysteresis", z_s=0.01))
-    opposing = difference * np.sign(unaffected.velocity)
-    assert np.nanmax(opposing) < 1e-3
-    assert np.nanmin(opposing / level) > -2
-    assert np.nanmin(opposing) < -0.2
-    shorter = added_torque(plant, hidden("presliding_hysteresis", z_s=0.002))[1]
-    assert np.nansum(shorter**2) < 0.2 * np.nansum(difference**2)
-
-
-def test_base_tilt_turns_gravity(plant: Plant) -> None:
-    reference, robot = plant.reference, plant.robot
-    gravity = (9.81 * math.sin(0.1), 0.0, -9.81 * math.cos(0.1))
-    motion = reference.theta, reference.rate, reference.acceleration
-    expected = exact_torque(robot.rig.geometry, robot.links, *motion, gravity)
-    expected -= exact_torque(robot.rig.geometry, robot.links, *motion)
-    _, difference = added_torque(plant, hidden("base_tilt", angle=0.1, direction=0.0))
-    assert_close(difference, at_samples(plant, expected))
-
-
-def test_payload_change_adds_torque_from_its_instant_on(plant: Plant) -> None:
-    unaffected, difference = added_torque(plant, hidden("payload_change", dm=0.5, t_c=5.0))
-    before, after = time(unaffected)[:, 0] < 4.9, time(unaffected)[:, 0] > 5.1
-    assert np.nanmax(np.abs(difference[before])) < 1e-9
-    heavier = plant.robot.links.model_copy(update={"payload": plant.robot.links.payload + 0.5})
-    reference, geometry = plant.reference, plant.robot.rig.geometry
-    motion = reference.theta, reference.rate, reference.acceleration
-    expected = exact_torque(geometry, heavier, *motion) - exact_torque(geometry, plant.robot.links, *motion)
-    assert_close(difference[after], at_samples(plant, expected)[after])
 
 
 def test_air_drag_takes_power_from_the_platform(plant: Plant) -> None:
@@ -195,21 +127,6 @@ def test_encoder_effects_change_the_reported_position(plant: Plant) -> None:
     )
 
 
-def test_geometry_error_gives_the_torque_of_the_actual_lengths(plant: Plant) -> None:
-    reference, robot = plant.reference, plant.robot
-    longer = robot.rig.geometry.model_copy(update={"L2": robot.rig.geometry.L2 + 0.02})
-    motion = reference.theta, reference.rate, reference.acceleration
-    expected = exact_torque(longer, robot.links, *motion) - exact_torque(robot.rig.geometry, robot.links, *motion)
-    _, difference = added_torque(plant, hidden("geometry_error", error=0.02, L2=1.0))
-    assert_close(difference, at_samples(plant, expected))
-
-
-def test_cable_pulls_two_arms_together(plant: Plant) -> None:
-    unaffected, difference = added_torque(plant, hidden("tangled_cables", (1, 3), k=2.0))
-    cable_torque = 2.0 * (unaffected.position[:, 0] - unaffected.position[:, 2])
-    assert_close(difference, np.column_stack([cable_torque, np.zeros_like(cable_torque), -cable_torque]))
-
-
 def test_joint_elasticity_deflects_by_the_torque_and_accelerates_the_motor(plant: Plant) -> None:
     compliance = 1e-3
     unaffected, elastic = plant.report(), plant.report([hidden("joint_elasticity", compliance=compliance)])
@@ -236,12 +153,6 @@ def test_backlash_is_visible_only_where_the_load_changes_sign(plant: Plant, ligh
     scale = [np.abs(torque(machine, machine.report())).max() for machine in (plant, light)]
     assert np.abs(change_under_load).max() < 0.01 * scale[0]
     assert np.abs(change_with_reversals).max() > 0.05 * scale[1]
-
-
-def test_backlash_preserves_the_mean_torque(light: Plant) -> None:
-    change = torque(light, light.report([hidden("backlash", b=1e-3)])) - torque(light, light.report())
-    # Torque that is missing in the gap is made up at the tooth, so that the arms keep up with the motors.
-    assert np.abs(change.sum(axis=0)).max() < 0.05 * np.abs(change).sum(axis=0).min()
 
 
 @pytest.mark.parametrize("effect", [*library(), *out_of_library.KINDS])

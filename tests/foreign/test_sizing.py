@@ -12,18 +12,9 @@ def test_effect_that_the_base_model_absorbs_has_no_size(sizer: EffectSizer) -> N
     assert sizer.size(constant_payload) < 1e-5
 
 
-def test_size_grows_with_strength(sizer: EffectSizer) -> None:
-    small, large = (sizer.size(build(EffectSpec(name="cogging", parameters={"a": a}))) for a in (0.2, 0.4))
-    assert large == pytest.approx(2 * small, rel=1e-3)
-
-
 @pytest.mark.parametrize("effect", ["stribeck", "encoder_zero_offset", "geometry_error"])
 def test_effect_is_scaled_to_the_wanted_size(sizer: EffectSizer, effect: str) -> None:
     scaled = sizer.nearest(build(EffectSpec(name=effect)), 0.02)
     assert scaled is not None
     assert scaled[1] == pytest.approx(0.02, rel=0.03)
     assert sizer.size(scaled[0]) == pytest.approx(scaled[1])
-
-
-def test_dead_band_has_a_size_in_commanded_voltages(sizer: EffectSizer) -> None:
-    assert sizer.size(build(EffectSpec(name="amplifier_deadband"))) > 1e-3

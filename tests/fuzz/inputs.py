@@ -18,6 +18,7 @@ from drivers.simulated.drive import SimulatedCanopenDrive
 from recordings.errors import BadInput
 from recordings.reader import read, read_can
 from recordings.rig import Drive, simulated_rig
+from tests.made_up import run_of
 
 
 class _FuzzBus(can.BusABC):
@@ -145,21 +146,9 @@ def mutated(data: bytes, rng: np.random.Generator) -> bytes:
 
 def small_recording(path: Path) -> Path:
     """Write a recording that is small enough to be read thousands of times."""
-    from recordings.recording import Run
     from recordings.writer import RecordingWriter
 
-    run = Run(
-        trajectory="fig5a",
-        trajectory_digest="0",
-        period=0.0,
-        cycles=1,
-        rate=500.0,
-        software="fuzz",
-        simulated=True,
-        pace="lockstep",
-        start="1970-01-01T00:00:00+00:00",
-    )
-    with RecordingWriter(path, simulated_rig(), run) as writer:
+    with RecordingWriter(path, simulated_rig(), run_of()) as writer:
         for k in range(20):
             stamp = k * 2_000_000
             writer.joint_commands(stamp, stamp, (0.1, 0.2, 0.3))

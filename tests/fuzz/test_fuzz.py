@@ -1,6 +1,5 @@
 """Part of `make fuzz`: only typed errors occur, and the number of refused inputs is plausible."""
 
-import resource
 from pathlib import Path
 
 import pytest
@@ -30,13 +29,3 @@ def test_random_recordings_are_diagnosed_or_refused_in_a_sentence(tmp_path: Path
     outcomes = {seed: diagnoses.run(seed, tmp_path, rows=600) for seed in range(30)}
     assert not {seed: outcome.failure for seed, outcome in outcomes.items() if outcome.failure}
     assert sum(not outcome.refusal for outcome in outcomes.values()) > 5
-
-
-@pytest.mark.slow
-def test_memory_does_not_grow() -> None:
-    inputs.frames_to_the_driver(10_000, 15)
-    inputs.frames_to_a_drive(10_000, 15)
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    inputs.frames_to_the_driver(50_000, 16)
-    inputs.frames_to_a_drive(50_000, 16)
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 20 * 1024

@@ -3,7 +3,7 @@
 Everything here takes a fraction of a second, so that properties and coverage can be tested on many recordings.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from ident.diagnosis.split.observability import observability
 from ident.diagnosis.split.split_data import SplitData
 from ident.diagnosis.split.train_test_split import split_recordings
 from ident.dynamics import mechanisms
-from ident.dynamics.effects.base import Additive, Quantity
+from ident.dynamics.effects.base import Additive, Effect, Quantity
 from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import ModelStructure, Term
@@ -38,6 +38,14 @@ encoder step is estimated from differences of readings."""
 
 Torque = Callable[[Motion], Floats]
 """Additional torque (n, dof) [N m] of a motion, which the mechanism does not have."""
+DRAG = 0.3
+"""Size of `drag`."""
+
+
+def drag(motion: Motion) -> Floats:
+    """(n, dof) torque of quadratic friction [N m]."""
+    torque: Floats = DRAG * motion.velocity * np.abs(motion.velocity)
+    return torque
 
 
 def bench(joints: int = 1) -> Rig:
@@ -161,12 +169,17 @@ def of_size(torque: Torque, share: float, **motion_options: Any) -> Torque:
     return lambda motion: scale * torque(motion)
 
 
+def search(data: SplitData, effects: Mapping[str, Effect]) -> tuple[Search, tuple[ModelStructure, Floats]]:
+    """A search with the `effects`, and where it begins: the mechanism alone, and parameters (K,)."""
+    model = structure(data.recordings[0].recording)
+    return Search(data, effects, lambda text: None), (model, start(model))
+
+
 def named(train: Recording, validate: Recording, without: Sequence[str] = ()) -> list[tuple[str, ...]]:
     """The effects that a diagnosis finds, each with those that it could be confused with."""
     data = split([train], [validate])
-    selector = Search(data, observability(data, library(), without).observable, lambda text: None)
-    model = structure(train)
-    return [(each.term.name, *each.alternatives) for each in selector.select(model, start(model)).findings]
+    selector, begin = search(data, observability(data, library(), without).observable)
+    return [(each.term.name, *each.alternatives) for each in selector.select(*begin).findings]
 
 
 def effect(column: Torque, **options: Any) -> Additive:

@@ -9,6 +9,7 @@ import pytest
 from recordings.recording import Run
 from recordings.rig import Rig, simulated_rig
 from recordings.writer import RecordingWriter
+from tests.made_up import run_of
 
 PERIOD_NS = 2_000_000
 START_NS = 1_700_000_000_000_000_000
@@ -21,18 +22,7 @@ def rig() -> Rig:
 
 @pytest.fixture(scope="session")
 def run() -> Run:
-    return Run(
-        trajectory="fig5a",
-        trajectory_digest="d1f0",
-        period=0.5,
-        cycles=2,
-        rate=500.0,
-        software="0.1.0",
-        simulated=True,
-        pace="lockstep",
-        seed=7,
-        start="2023-11-14T22:13:20+00:00",
-    )
+    return run_of(period=0.5, seed=7)
 
 
 class Samples(SimpleNamespace):

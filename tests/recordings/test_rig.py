@@ -1,14 +1,17 @@
-"""Rig description: defaults, refused values and the JSON round trip."""
+"""Rig description with its buses, and the rig of imported measurements: defaults, refused values, the round trip."""
 
 import math
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from recordings.buses import CanBus, SerialBus
 from recordings.errors import BadInput
-from recordings.rig import Drive, Rig, load_rig, simulated_rig
+from recordings.imported import imported_rig, measured_torque
+from recordings.rig import Drive, Rig, Torque, load_rig, simulated_rig
 
 DRIVES = "".join(f"[[drives]]\nnode_id = {i}\n" for i in (1, 2, 3))
 
@@ -63,20 +66,6 @@ def test_invalid_rig_file_is_explained(tmp_path: Path, text: str, reason: str) -
     assert "rig.toml" in str(error.value)
 
 
-@given(
-    st.floats(0.1, 1e6),
-    st.lists(st.floats(-math.pi, math.pi), min_size=3, max_size=3),
-    st.lists(st.sampled_from([1, -1]), min_size=3, max_size=3),
-)
-def test_rig_survives_json_round_trip(rated: float, zeros: list[float], signs: list[int]) -> None:
-    drives = tuple(
-        Drive(node_id=i + 1, rated_torque=rated, zero_offset=zero, sign=sign)
-        for i, (zero, sign) in enumerate(zip(zeros, signs, strict=True))
-    )
-    rig = Rig(name="Größe", drives=drives)
-    assert Rig.model_validate_json(rig.model_dump_json()) == rig
-
-
 @given(st.sampled_from([1, -1]), st.floats(-1, 1), st.floats(-2, 2))
 def test_counts_and_joint_positions_convert_into_each_other(sign: int, zero: float, angle: float) -> None:
     drive = Drive(node_id=1, counts_per_turn=1000, gear=10.0, sign=sign, zero_offset=zero)
@@ -121,3 +110,73 @@ def test_current_as_torque_source_needs_its_scale(tmp_path: Path) -> None:
         load(tmp_path, text.format("", "rated_current = 4.2"))
     rig = load(tmp_path, text.format("torque = { per_ampere = [2.4] }", "rated_current = 4.2"))
     assert rig.drives[0].rated_current == 4.2
+
+
+BUS = f'name = "r"\n{DRIVES}[bus]\n'
+
+
+def test_transport_is_chosen_and_survives_a_round_trip(tmp_path: Path) -> None:
+    can = load(tmp_path, BUS + 'channel = "can7"\n')
+    assert can.can == CanBus(channel="can7")
+    serial = load(tmp_path, BUS + 'transport = "serial"\n')
+    assert serial.serial == SerialBus()
+    for rig in (can, serial):
+        assert Rig.model_validate_json(rig.model_dump_json()) == rig
+    with pytest.raises(BadInput, match=r"on a CAN bus expected, bus\.transport = 'serial' found"):
+        _ = serial.can
+    with pytest.raises(BadInput, match=r"on serial lines expected, bus\.transport = 'canopen' found"):
+        _ = can.serial
+
+
+def test_serial_registers_and_status_bits_are_configurable(tmp_path: Path) -> None:
+    text = (
+        'transport = "serial"\nsetup = { r0xc8 = 256 }\n[bus.registers]\nvoltage = "r0x1e"\n[bus.status]\noff = 1\n'
+    )
+    bus = load(tmp_path, BUS + text).serial
+    assert (bus.registers.voltage, bus.status.off, bus.setup) == ("r0x1e", 1, {"r0xc8": 256})
+
+
+@pytest.mark.parametrize(
+    ("section", "reason"),
+    [
+        ('transport = "usb"\n', '\'bus\': a section with transport = "canopen" .* or "serial" expected'),
+        ('interfase = "virtual"\n', "unknown key 'bus.interfase'"),
+        ('transport = "serial"\nchannel = "can0"\n', "unknown key 'bus.channel'"),
+        ('transport = "serial"\nbaud = 300\n', "'bus.baud': .*1200.*found 300"),
+        ('transport = "serial"\nmax_load = 0.9\n', "'bus.max_load': .*0.8"),
+        ('transport = "serial"\nports = []\n', "'bus.ports'"),
+        ('transport = "serial"\nports = ["a", "b"]\n', "bus.ports: one line for all drives or 3 expected, 2 found"),
+        ('transport = "serial"\nports = ["a", "a", "b"]\n', "every port once expected"),
+        ('transport = "serial"\nprefixes = ["1 ", "2 "]\n', "bus.prefixes: none or 3 expected, 2 found"),
+        ('transport = "serial"\nprefixes = ["1 ", "2 ", "1 "]\n', "prefixes of their own"),
+    ],
+)
+def test_invalid_bus_section_is_explained(tmp_path: Path, section: str, reason: str) -> None:
+    with pytest.raises(BadInput, match=reason):
+        load(tmp_path, BUS + section)
+
+
+def test_three_joints_are_a_delta_robot_and_others_axes_unless_said() -> None:
+    rig = imported_rig("lab.csv", 3, 200.0)
+    assert (rig.mechanism, rig.dof, rig.rate, rig.torque) == ("delta", 3, 200.0, Torque())
+    assert imported_rig("lab.csv", 3, 200.0, mechanism="axes").joint_types == ("revolute",) * 3
+    axes = imported_rig("bench.csv", 2, 100.0, joints=("prismatic",), torque=Torque(map="linear"))
+    assert (axes.joint_types, axes.torque.gain) == (("prismatic", "prismatic"), (1.0, 1.0))
+    assert Rig.model_validate_json(axes.model_dump_json()) == axes
+
+
+@pytest.mark.parametrize(
+    ("dof", "options", "reason"),
+    [
+        (2, {"mechanism": "delta"}, "three revolute joints expected for a delta robot, 2 revolute found"),
+        (3, {"joints": ("prismatic",)}, "3 prismatic found; choose axes"),
+        (3, {"mechanism": "axes", "joints": ("revolute", "prismatic")}, "one kind of joint for all, or 3"),
+        (2, {"torque": Torque(gain=(1.0,))}, "torque.gain needs 2 numbers, 1 found"),
+        (1, {"rate": -1.0}, "'rate'"),
+        (2, {"gravity": True}, "--gravity is for a single axis, 2 joints found"),
+        (2, {"torque": measured_torque(2, (0.1,))}, "torque.per_ampere: none or 2 expected, 1 found"),
+    ],
+)
+def test_inconsistent_options_are_refused(dof: int, options: dict[str, Any], reason: str) -> None:
+    with pytest.raises(BadInput, match=reason):
+        imported_rig("x.csv", dof, **{"rate": 100.0} | options)

@@ -45,10 +45,3 @@ def test_limit_is_a_line_where_in_view_and_always_in_the_title() -> None:
     assert LIMIT not in [line.get_color() for line in far.get_lines()]
     assert far.get_title(loc="right").endswith("limit ±12")
     assert near.get_title(loc="right").endswith("limit ±3")
-
-
-def test_platform_path_is_drawn_from_above() -> None:
-    trajectory = load("fig5b", RIG)
-    axes = panel(draw(trajectory, RIG), "from above")
-    segments = np.array(axes.collections[0].get_segments())
-    assert segments[:, 0] == pytest.approx(1e3 * trajectory.platform[: len(segments), :2])

@@ -3,10 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from recordings.errors import BadInput
 from recordings.rig import Axis, Limits, Rig, simulated_rig
 from trajectories.multisine import HIGHEST, PERIOD, lines, multisine
-from trajectories.trajectory import assemble
 
 
 @given(st.sampled_from([100.0, 250.0, 500.0, 1000.0]))
@@ -38,18 +36,7 @@ def test_derivatives_are_those_of_the_position() -> None:
     assert np.gradient(velocity[:, 1], time)[1:-1] == pytest.approx(acceleration[1:-1, 1], abs=2.0)
 
 
-def test_repetitions_are_equal() -> None:
-    trajectory = assemble(multisine(simulated_rig(), 1, 0.01), simulated_rig(), 2)
-    first, second = (trajectory.joint_position[trajectory.repeat == cycle] for cycle in (0, 1))
-    assert np.array_equal(first, second)
-
-
 def test_single_axes_move_about_zero() -> None:
     rig = Rig(name="bench", mechanism="axes", axes=(Axis(), Axis()))
     position, _, _ = multisine(rig, 2, 0.01).sample(np.arange(0, PERIOD, 1e-3))
     assert np.abs(position).max() <= 0.0101
-
-
-def test_an_unknown_joint_is_refused() -> None:
-    with pytest.raises(BadInput, match="1 to 3 expected, 4 found"):
-        multisine(simulated_rig(), 4, 0.01)

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import IO
 
 import can
-import canopen
 import pytest
 
 from drivers import cia402
@@ -152,20 +151,6 @@ def wait_until_moving(process: "subprocess.Popen[str]", cycles: int = 300) -> No
                 continue
             word = int.from_bytes(message.data[:2], "little")
             enabled[message.arbitration_id] += cia402.decode(word) is cia402.DriveState.ENABLED
-
-
-def states() -> dict[int, cia402.DriveState]:
-    """State of every drive, read by another CANopen master (object 6041)."""
-    network = canopen.Network()
-    network.connect(interface="socketcan", channel="vcan0")
-    try:
-        nodes = {number: network.add_node(number, canopen.ObjectDictionary()) for number in (1, 2, 3)}
-        for node in nodes.values():
-            node.sdo.RESPONSE_TIMEOUT = STALL
-        words = {number: int.from_bytes(node.sdo.upload(0x6041, 0), "little") for number, node in nodes.items()}
-    finally:
-        network.disconnect()
-    return {number: cia402.decode(word) for number, word in words.items()}
 
 
 @contextmanager

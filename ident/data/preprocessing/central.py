@@ -11,7 +11,6 @@ from ident.data.samples import Samples
 from ident.dynamics.motion import Motion
 from ident.filters import convolve
 from recordings.errors import BadInput
-from recordings.recording import Floats
 
 
 def prepare(samples: Samples, cutoff: float | Cutoff | None) -> Preprocessed:
@@ -27,7 +26,7 @@ def prepare(samples: Samples, cutoff: float | Cutoff | None) -> Preprocessed:
     return Preprocessed(
         motion=Motion(samples.position, velocity, acceleration, np.sign(velocity)),
         instants=np.arange(len(velocity)),
-        condition=_identity,
+        condition=lambda x: x,
         torque=samples.torque,
         sensitivity=samples.slope,
         decimation=1,
@@ -35,7 +34,3 @@ def prepare(samples: Samples, cutoff: float | Cutoff | None) -> Preprocessed:
         rate=samples.rate,
         bandwidth=samples.rate / 2,
     )
-
-
-def _identity(x: Floats) -> Floats:
-    return x

@@ -23,7 +23,7 @@ def is_significant(before: float, after: float, parameters: int, independent_row
 
 
 def score(model: FittedModel) -> float:
-    """n ln(mean square) of training and held-out rows over all joints, plus the price of the parameters.
+    """Sum n ln(mean square) of training and held-out rows over all joints, plus the price of the parameters.
 
     The smaller of two is the better model. No joint gains by an error below its noise floor: what is fitted there is
     noise. A strength that hardware seldom has costs as much as it must explain (`EXTRAORDINARY_RATIO`): a prior.

@@ -25,7 +25,7 @@ class RippleLine:
 
     @property
     def amplitude(self) -> float:
-        """[N m]"""
+        """[N m]."""
         return float((self.sine**2 + self.cosine**2) ** 0.5)
 
 

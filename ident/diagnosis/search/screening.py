@@ -75,7 +75,7 @@ class Screener:
         self._regressor, self.residual = solution.rows()
         self._basis = column_basis(self._regressor)
         self.loss = solution.loss
-        self._residuals = solution.residuals
+        self.residuals = solution.residuals
         self._predictors = [split.predictors[i] for i in split.train_indices]
         self._keeps_all = False
         """Columns are kept only if several residuals are screened: those of a long recording take much memory."""
@@ -88,7 +88,7 @@ class Screener:
         self._keeps_all = True
         other = copy(self)
         weights = self._solution.weights
-        other._residuals = tuple(residuals)
+        other.residuals = tuple(residuals)
         other.residual = np.concatenate(
             [(weight * residual)[weight > 0] for weight, residual in zip(weights, residuals, strict=True)]
         )
@@ -138,7 +138,7 @@ class Screener:
 
     def suggestions(self, effect: Effect) -> list[Suggestion]:
         """Initial guesses that the effect suggests from the residual of each recording."""
-        return suggestions(effect, self._predictors, self._solution, self._residuals)
+        return suggestions(effect, self._predictors, self._solution, self.residuals)
 
     def _evaluate(self, everywhere: Term, scale: Floats, shapes: Floats) -> Candidate | Exclusion:
         """The effect on the best of its joints, or the reason why there are none.

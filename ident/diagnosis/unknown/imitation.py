@@ -2,13 +2,13 @@
 
 Several known effects together approximate one that is in no library, and held-out rows confirm each of them. What
 they leave shows what the unknown one depends on. Beside curves over that, a true effect still explains what no curve
-does; an imitation explains nothing more.
+does; an imitation explains nothing more. What the judge refuses beside the rest goes first.
 """
 
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_SHARE
 from ident.diagnosis.search.search import Search
-from ident.diagnosis.search.selection import Selection
+from ident.diagnosis.search.selection import Finding, Selection
 from ident.diagnosis.split.split_data import TINY
 from ident.diagnosis.unknown.nonparametric_fit import NonparametricFit, fit_curves
 from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual, estimate_unexplained
@@ -23,6 +23,9 @@ def analyse_unexplained(
     """
     given = selection.steps[0].model.names
     while True:
+        if not forced and (refused := _refused(selection, given)):
+            selection = search.without(selection, refused, "held-out rows do not confirm it beside the others")
+            continue
         unexplained = estimate_unexplained(model := selection.model.on_judged_rows)
         if not (unexplained.significant and unexplained.dependences):
             return selection, unexplained, None
@@ -34,13 +37,23 @@ def analyse_unexplained(
         selection = search.without(selection, imitation, f"curves over {variables} leave nothing of it to explain")
 
 
+def _refused(selection: Selection, given: set[str]) -> str | None:
+    """An effect that the judge does not accept beside the others: one that it needed is gone."""
+    names = [each.term.name for each in _in_question(selection, given) if not each.judgement.accepted]
+    return names[0] if names else None
+
+
+def _in_question(selection: Selection, given: set[str]) -> list[Finding]:
+    """Findings that are neither part of every robot nor of a given model."""
+    return [each for each in selection.findings if not (each.term.effect.mandatory or each.term.name in given)]
+
+
 def _imitation(selection: Selection, curves: FittedModel, given: set[str]) -> str | None:
     """The effect of which most is gone beside `curves`, if they explain all but a trifle of what it does without."""
     left = {
         finding.term.name: curves.improvement_over(_without(curves, finding.term.name)).reduction
         / max(finding.improvement.reduction, TINY)
-        for finding in selection.findings
-        if not (finding.term.effect.mandatory or finding.term.effect.curve or finding.term.name in given)
+        for finding in _in_question(selection, given)
     }
     name = min(left, key=lambda each: left[each], default=None)
     return name if name and left[name] < MIN_SHARE else None

@@ -1,4 +1,6 @@
-"""Estimators of the parameters. Each estimator is a module that defines
+"""Estimators of the parameters.
+
+Each estimator is a module that defines
 
     estimate(problem, generator, progress, settings) -> Estimate
 

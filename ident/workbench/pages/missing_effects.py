@@ -1,7 +1,6 @@
 """Stepwise selection: list of steps of models, branches, findings of the full diagnosis, candidate effects."""
 
-from collections.abc import Callable
-from functools import partial
+from operator import methodcaller
 from typing import Any
 
 from nicegui import ui
@@ -108,15 +107,11 @@ def _draw_branches(page: Page) -> None:
             note = " (current)" if index == branches.index else ""
             with ui.row().classes("items-center no-wrap gap-1 chip"):
                 set_test_id(ui.label(branch.title + note), f"branch-{branch.name}")
-                actions = {"Switch to": Branches.switched, "Drop": Branches.dropped} if not note else {}
+                actions = {"Switch to": "switched", "Drop": "dropped"} if not note else {}
                 for label, action in actions.items():
-                    word, change = label.split()[0], partial(_at, action, index)
+                    word, change = label.split()[0], methodcaller(action, index)
                     props = f'flat dense aria-label="{label} branch {branch.name}"'
                     page.button(word, f"{word.lower()}-{branch.name}", selection.change, change, props=props)
-
-
-def _at(action: Callable[[Branches, int], Branches], index: int, branches: Branches) -> Branches:
-    return action(branches, index)
 
 
 def _draw_diagnosis(page: Page) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ident.statistics import TINY
 from ident.workbench.worker.views import RecordingView, TorqueSeries
 from recordings.recording import Floats
 from recordings.rig import Geometry
@@ -45,7 +46,7 @@ class PoseSequence:
     def colour(self, i: int, limb: int) -> str:
         """Return the colour of `limb` (from 0) at the instant `i`."""
         residual, small = np.nan_to_num(abs(self.residual[i, limb])), self.small[limb]
-        share = float(np.clip((residual - small) / max(self.large - small, 1e-12), 0.0, 1.0))
+        share = float(np.clip((residual - small) / max(self.large - small, TINY), 0.0, 1.0))
         return "#" + "".join(
             f"{round(a + share * (b - a)):02x}"
             for a, b in zip(_SMALL_RESIDUAL_COLOUR, _LARGE_RESIDUAL_COLOUR, strict=True)

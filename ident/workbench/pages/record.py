@@ -1,7 +1,6 @@
 """Form of a recording: choose motion and rig, check, start."""
 
 import json
-from collections.abc import Sequence
 from pathlib import Path
 from subprocess import CompletedProcess
 
@@ -86,17 +85,13 @@ async def _check(page: Page, options: dict[str, str], column: ui.column) -> None
         ("preflight-check", "drives and bus", ("check", "--json", *as_words(rig))),
         ("preflight-dry-run", "dry run without power", dry_run),
     ):
-        process = await in_background(_run_daq, page.session.folder.root, command)
+        process = await in_background(run, page.session.folder.root, daq_command(), command)
         if process is None:
             return
         with column:
             for line in _check_lines(process, title):
                 set_test_id(ui.label(line), test_id)
     pending.delete()
-
-
-def _run_daq(root: Path, words: Sequence[str]) -> "CompletedProcess[str]":
-    return run(root, daq_command(), words)
 
 
 def _check_lines(process: "CompletedProcess[str]", title: str) -> list[str]:

@@ -6,16 +6,16 @@ from pathlib import Path
 import pytest
 
 from benchmarks.hidden_effects import foreign
-from benchmarks.hidden_effects.cases import Case
+from benchmarks.hidden_effects.cases import HiddenCase
 from recordings.errors import BadInput
 from recordings.reader import read
 
-TOO_SLOW = Case("foreign", "single", ("actuation_delay",), (0.03,), "any", 10, "chosen", rate=100.0)
+TOO_SLOW = HiddenCase("foreign", "single", ("actuation_delay",), (0.03,), "any", 10, "chosen", rate=100.0)
 """A case whose first robot cannot have a delay of this size."""
 
 
 def test_conditions_of_the_case_are_those_of_the_recording(tmp_path: Path) -> None:
-    case = Case("foreign", "nothing", (), (), "any", 1, rate=125.0, repeats=False, signal="effort")
+    case = HiddenCase("foreign", "nothing", (), (), "any", 1, rate=125.0, repeats=False, signal="effort")
     assert foreign.record(case, tmp_path)["effects"] == []
     recording = read(tmp_path / "train.mcap")
     assert recording.run.rate == pytest.approx(125.0)

@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 
 from benchmarks.hidden_effects import strengths
-from benchmarks.hidden_effects.cases import Case, Kind
-from benchmarks.hidden_effects.scoring import Judgement, judge
+from benchmarks.hidden_effects.cases import HiddenCase, Kind
+from benchmarks.hidden_effects.scoring import ScoredCase, judge
 
 TRUTH = {
     "stribeck": {
@@ -42,9 +42,9 @@ def judgement_of(
     parameters: dict[str, float] | None = None,
     warnings: tuple[str, ...] = (),
     floor: tuple[float | None, ...] = (0.3, 0.4, 0.0),
-) -> Judgement:
-    """Judgement of a diagnosis; `findings` maps each effect to those that it is confusable with."""
-    case = Case("foreign", kind, hidden, (0.03,) * len(hidden), "default", 1)
+) -> ScoredCase:
+    """ScoredCase of a diagnosis; `findings` maps each effect to those that it is confusable with."""
+    case = HiddenCase("foreign", kind, hidden, (0.03,) * len(hidden), "default", 1)
     document: dict[str, Any] = {
         "verdict": verdict,
         "noise_rms": list(floor),
@@ -67,52 +67,31 @@ def judgement_of(
 
 
 @pytest.mark.parametrize(
-    ("findings", "right"),
+    ("kind", "verdict", "findings", "right"),
     [
-        ({"stribeck": []}, True),
-        ({"rod_inertia": [], "stribeck": []}, True),
-        ({"presliding_hysteresis": ["stribeck"]}, True),
-        ({"presliding_hysteresis": ["a", "b", "c", "stribeck"]}, False),
-        ({"cogging": [], "stribeck": []}, False),
-        ({"rod_inertia": []}, False),
+        # A single effect is named first, or in a group of four; the inertia of the rods does not count.
+        ("single", "missing-effect", {"stribeck": []}, True),
+        ("single", "missing-effect", {"rod_inertia": [], "stribeck": []}, True),
+        ("single", "missing-effect", {"presliding_hysteresis": ["stribeck"]}, True),
+        ("single", "missing-effect", {"presliding_hysteresis": ["a", "b", "c", "stribeck"]}, False),
+        ("single", "missing-effect", {"cogging": [], "stribeck": []}, False),
+        ("single", "missing-effect", {"rod_inertia": []}, False),
+        # Both effects of a pair are named by different findings, with at most one more.
+        ("pair", "missing-effect", {"stribeck": [], "cogging": []}, True),
+        ("pair", "missing-effect", {"cogging": [], "air_drag": ["stribeck"]}, True),
+        ("pair", "missing-effect", {"cogging": [], "air_drag": [], "stribeck": []}, True),
+        ("pair", "missing-effect", {"cogging": [], "air_drag": [], "base_tilt": [], "stribeck": []}, False),
+        ("pair", "missing-effect", {"cogging": ["stribeck"]}, False),
+        ("pair", "missing-effect", {"stribeck": ["cogging"], "air_drag": ["stribeck"]}, True),
+        ("nothing", "adequate", {"rod_inertia": []}, True),
+        ("nothing", "adequate", {"stribeck": []}, False),
+        ("nothing", "undetermined", {}, False),
+        ("nothing", "unknown-structure", {}, False),
     ],
 )
-def test_single_effect_must_be_named_first_or_in_a_group_of_four(findings: dict[str, list[str]], right: bool) -> None:
-    assert judgement_of("single", ("stribeck",), "missing-effect", findings).right is right
-
-
-@pytest.mark.parametrize(
-    ("findings", "right"),
-    [
-        ({"stribeck": [], "cogging": []}, True),
-        ({"cogging": [], "air_drag": ["stribeck"]}, True),
-        ({"cogging": [], "air_drag": [], "stribeck": []}, True),
-        ({"cogging": [], "air_drag": [], "base_tilt": [], "stribeck": []}, False),
-        ({"cogging": ["stribeck"]}, False),
-    ],
-)
-def test_both_effects_of_a_pair_must_be_named_by_different_findings(
-    findings: dict[str, list[str]], right: bool
-) -> None:
-    assert judgement_of("pair", ("stribeck", "cogging"), "missing-effect", findings).right is right
-
-
-def test_exact_name_does_not_use_up_the_group_that_another_effect_needs() -> None:
-    judged = judgement_of(
-        "pair", ("stribeck", "cogging"), "missing-effect", {"stribeck": ["cogging"], "air_drag": ["stribeck"]}
-    )
-    assert (judged.named_count, judged.extra) == (2, 0)
-
-
-@pytest.mark.parametrize(
-    ("verdict", "right"), [("adequate", True), ("undetermined", False), ("unknown-structure", False)]
-)
-def test_without_hidden_effect_the_model_is_adequate(verdict: str, right: bool) -> None:
-    assert judgement_of("nothing", (), verdict, {"rod_inertia": []}).right is right
-
-
-def test_without_hidden_effect_no_finding_is_right() -> None:
-    assert not judgement_of("nothing", (), "adequate", {"stribeck": []}).right
+def test_what_is_right(kind: Kind, verdict: str, findings: dict[str, list[str]], right: bool) -> None:
+    hidden = {"single": ("stribeck",), "pair": ("stribeck", "cogging")}.get(kind, ())
+    assert judgement_of(kind, hidden, verdict, findings).right is right
 
 
 @pytest.mark.parametrize(
@@ -178,7 +157,7 @@ def test_interval_coverage_is_counted_for_each_joint() -> None:
 
 
 def test_failed_diagnosis_is_never_right() -> None:
-    case = Case("foreign", "nothing", (), (), "default", 1)
+    case = HiddenCase("foreign", "nothing", (), (), "default", 1)
     judged = judge(case, {"effects": []}, {"error": "ValueError: no", "seconds": 0.1})
     assert not judged.right
     assert judged.problem == "ValueError: no"

@@ -43,13 +43,6 @@ def test_clean_commit_has_its_own_digest(root: Path) -> None:
     assert len(sources.commit(root)) == 12
 
 
-def test_changed_files_have_the_digest_of_the_sources(root: Path) -> None:
-    committed = commit(root)
-    (root / "ident" / "fit.py").write_text("x = 2\n")
-    assert sources.commit(root) == sources.digest(root=root)
-    assert not committed.startswith(sources.commit(root))
-
-
 def test_without_repository_the_sources_have_a_digest(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(root.parent))
     assert sources.commit(root) == sources.digest(root=root)

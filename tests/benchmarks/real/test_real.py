@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.real import data_set, diagnosing, tables
 from benchmarks.real.data_set import Claim
-from benchmarks.real.diagnosing import Outcome
+from benchmarks.real.diagnosing import DiagnosedSet
 from recordings.errors import BadInput
 
 SHARED = Path(os.environ.get("REAL_DATA", Path(__file__).parents[3].parent / "shared" / "data"))
@@ -40,12 +40,12 @@ def _finding(effect: str, *others: str) -> dict[str, Any]:
 )
 def test_claim_is_judged_by_the_findings(claim: dict[str, Any], document: dict[str, Any], judgement: str) -> None:
     manifest = MANIFESTS["cogging_bldc"].model_copy(update={"claims": (Claim(known_from="test", **claim),)})
-    assert Outcome(manifest, document).claims[0][1] == judgement
+    assert DiagnosedSet(manifest, document).claims[0][1] == judgement
 
 
 def test_findings_that_nobody_knows_about_are_unknown() -> None:
     manifest = MANIFESTS["cogging_bldc"].model_copy(update={"claims": ()})
-    outcome = Outcome(manifest, _document(_finding("stribeck")))
+    outcome = DiagnosedSet(manifest, _document(_finding("stribeck")))
     assert outcome.claims == [("stribeck (found)", "unknown")]
     assert list(tables.lines([outcome]))[-1] == "claims: 1 unknown"
 
@@ -53,7 +53,7 @@ def test_findings_that_nobody_knows_about_are_unknown() -> None:
 def test_missing_data_are_said_to_be_missing(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="does not exist"):
         diagnosing.diagnose(MANIFESTS["friction_damper"], tmp_path, tmp_path)
-    line = list(tables.lines([Outcome(MANIFESTS["friction_damper"], None, "nothing there")]))[1]
+    line = list(tables.lines([DiagnosedSet(MANIFESTS["friction_damper"], None, "nothing there")]))[1]
     assert line == "  not read: nothing there"
 
 
@@ -69,7 +69,7 @@ def test_every_fourth_quarter_of_a_second_is_held_out(tmp_path: Path) -> None:
     assert "another recording" in outcome.document["held_out"]
 
 
-def _diagnosed(name: str, scratch: Path) -> Outcome:
+def _diagnosed(name: str, scratch: Path) -> DiagnosedSet:
     if not SHARED.is_dir():
         pytest.skip(f"no data sets in {SHARED}")
     return diagnosing.diagnose(MANIFESTS[name], SHARED, scratch)

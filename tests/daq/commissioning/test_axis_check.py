@@ -14,8 +14,9 @@ from daq.commissioning.axis_check import AxisFigures, figures_of, judge
 from daq.commissioning.small_motion import move
 from daq.simulation import simulated
 from drivers.simulated.config import SimConfig
-from recordings.recording import Floats, Recording, Run
+from recordings.recording import Floats, Recording
 from recordings.rig import Axis, Drive, Rig, simulated_rig
+from tests.made_up import run_of
 from trajectories import Trajectory
 from trajectories.checks import torque_estimate
 from trajectories.multisine import middle_pose
@@ -41,14 +42,10 @@ def as_recording(rig: Rig, motion: Trajectory, voltage: Floats) -> Recording:
     n = len(motion.repeat)
     before = np.r_[0, : n - 1]
     words = np.zeros((n, rig.dof), dtype=np.uint16)
-    run = Run(
-        **{"trajectory": "", "trajectory_digest": "", "period": 1.0, "cycles": 1, "rate": rig.rate, "software": ""},
-        **{"simulated": True, "pace": "lockstep", "start": ""},  # type: ignore[arg-type]
-    )
     return Recording(
         Path("axis.mcap"),
         rig,
-        run,
+        run_of(period=1.0, cycles=1, rate=rig.rate),
         *(motion.time, motion.joint_position[before], motion.joint_position, voltage[before]),
         *(None, None, words, words, motion.repeat, np.zeros(n), ()),
     )

@@ -50,17 +50,19 @@ def test_drive_that_has_its_reference_is_homed_only_again() -> None:
     assert run(rig, [1], again=True, habits=habits)[0][0].method == 35
 
 
-def test_homing_error_ends_disabled() -> None:
-    rig = rig_with({"homing": {"method": 17}}, {}, {})
-    habits = {"habits": {"values": {"6099:1": 0}}}
-    with pytest.raises(RunFailed, match="homing error"):
-        run(rig, [1], habits=habits)
-
-
-def test_home_that_is_not_found_in_time_ends_disabled() -> None:
-    rig = rig_with({"homing": {"method": 17, "speed": 0.01, "timeout": 0.2}}, {}, {})
-    with pytest.raises(RunFailed, match=r"not homed within 0\.2 s"):
-        run(rig, [1])
+@pytest.mark.parametrize(
+    ("homing", "habits", "error", "reason"),
+    [
+        ({"method": 17}, {"values": {"6099:1": 0}}, RunFailed, "homing error"),
+        ({"method": 17, "speed": 0.01, "timeout": 0.2}, HABITS["habits"], RunFailed, r"not homed within 0\.2 s"),
+        ({"method": 17}, {"values": {"6502": 0xC0}}, BadInput, "no mode 6"),
+    ],
+)
+def test_homing_that_fails_ends_disabled(
+    homing: dict[str, Any], habits: dict[str, Any], error: type[Exception], reason: str
+) -> None:
+    with pytest.raises(error, match=reason):
+        run(rig_with({"homing": homing}, {}, {}), [1], habits={"habits": habits})
 
 
 def test_serial_drives_are_refused() -> None:

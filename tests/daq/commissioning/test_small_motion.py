@@ -10,7 +10,7 @@ import pytest
 from daq.bench import Bench
 from daq.commissioning.small_motion import Moved, move
 from daq.cycle import session
-from recordings.errors import BadInput, RunFailed
+from recordings.errors import RunFailed
 from recordings.rig import HomedBit, simulated_rig
 from tests.daq.commissioning.test_axis_check import as_recording
 from trajectories import Trajectory
@@ -75,10 +75,3 @@ def test_joint_that_runs_away_is_named() -> None:
     mirrored = 2 * motion.joint_position[0] - recording.position
     against = replace(recording, position=mirrored)
     assert "runs against its command" in Moved(against, "following error", False).contradiction(1)
-
-
-def test_sim_file_for_real_drives_is_refused(tmp_path: Path) -> None:
-    rig = RIG.model_copy(update={"bus": RIG.can.model_copy(update={"interface": "socketcan"})})
-    with pytest.raises(BadInput, match="daq sim"):
-        Bench.of(rig, None, tmp_path / "sim.toml")
-    assert not Bench.of(rig, None, None).simulated

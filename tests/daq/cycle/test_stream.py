@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from daq.cycle.clock import LockstepClock
+from daq.cycle.exchange import RunParts
 from daq.cycle.progress import CycleProgress
 from daq.cycle.stopping import StopRequest
 from daq.cycle.stream import Stream
@@ -95,7 +96,7 @@ class Rows:
 def stream(drives: PerfectDrives, clock: Any = None, stop: StopRequest | None = None) -> tuple[Stream, Rows]:
     rows = Rows()
     clock, stop = clock or LockstepClock(RIG.rate), stop or StopRequest()
-    return Stream(RIG, drives, clock, rows, stop, rows.progress), rows  # type: ignore[arg-type]
+    return Stream(RunParts(RIG, drives, clock, rows, stop, rows.progress)), rows  # type: ignore[arg-type]
 
 
 def test_complete_run_follows_the_trajectory_smoothly_and_ends_disabled() -> None:

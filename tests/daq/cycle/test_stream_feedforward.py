@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from daq.cycle.clock import LockstepClock
+from daq.cycle.exchange import RunParts
 from daq.cycle.stopping import StopRequest
 from daq.cycle.stream import Stream
 from daq.feedforward.planning import Feedforward
@@ -67,7 +68,8 @@ def run(
     source = GivenTorque(torque, ready=ready)
     feedforward = Feedforward(source, RIG, frozenset(), lambda *line: None)
     clock, stop = LockstepClock(RIG.rate), stop or StopRequest()
-    Stream(RIG, drives, clock, rows, stop, rows.progress, feedforward).run(TRAJECTORY)  # type: ignore[arg-type]
+    parts = RunParts(RIG, drives, clock, rows, stop, rows.progress, feedforward)  # type: ignore[arg-type]
+    Stream(parts).run(TRAJECTORY)
     assert source.start == pytest.approx(1 / RIG.rate + lead_in(RIG)), "planned after the first answers"
     return rows
 

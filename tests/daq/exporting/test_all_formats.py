@@ -14,9 +14,9 @@ from daq import exporting
 from daq.commands.export import command
 from recordings.errors import BadInput
 from recordings.reader import read, read_can
-from recordings.recording import Run
 from recordings.rig import simulated_rig
 from recordings.writer import RecordingWriter
+from tests.made_up import run_of
 from tests.running import printed
 
 STAMP = 1_700_000_000_000_000_000
@@ -25,19 +25,8 @@ STAMP = 1_700_000_000_000_000_000
 @pytest.fixture
 def recording(tmp_path: Path) -> Path:
     """Recording of five SYNCs with a gap in the third, and frames of every type."""
-    run = Run(
-        trajectory="fig5a",
-        trajectory_digest="d1f0",
-        period=0.004,
-        cycles=2,
-        rate=500.0,
-        software="0.1.0",
-        simulated=True,
-        pace="lockstep",
-        start="",
-    )
     path = tmp_path / "run.mcap"
-    with RecordingWriter(path, simulated_rig(), run) as writer:
+    with RecordingWriter(path, simulated_rig(), run_of(period=0.004)) as writer:
         writer.can(STAMP, STAMP + 1_234_567, 0x123, b"\x2a\x36\xff", sent=True)
         writer.can(STAMP, STAMP + 2_000_000, 0x12345, b"", sent=False, extended=True)
         writer.can(STAMP, STAMP + 3_000_000, 0x7F, b"", sent=False, rtr=True)
@@ -148,5 +137,8 @@ def test_export_command_writes_the_file(recording: Path) -> None:
 
 
 def test_help_imports_no_heavy_package() -> None:
-    code = "import sys; from daq.commands import export; assert not {'numpy', 'scipy', 'pyarrow'} & set(sys.modules)"
+    code = (
+        "import sys; from daq.commands import export, trajectories; "
+        "assert not {'numpy', 'scipy', 'pyarrow', 'matplotlib', 'pydantic'} & set(sys.modules)"
+    )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -8,7 +8,7 @@ import pytest
 from daq.feedforward.planning import ASSUMED_GAIN, Feedforward
 from daq.feedforward.source import PlannedTorque
 from drivers.protocol import Identity
-from recordings.errors import BadInput, RunFailed
+from recordings.errors import BadInput
 from recordings.rig import Torque, simulated_rig
 from tests.daq.feedforward.given import GivenTorque
 from trajectories import load
@@ -32,18 +32,6 @@ def plan(torque: float) -> tuple[PlannedTorque, Log, int]:
     planned = feedforward.plan(0.5, TRAJECTORY.joint_position[:5], TRAJECTORY, wait)
     assert not source.cancelled
     return planned, log, waits
-
-
-def test_stop_while_waiting_cancels_the_computation() -> None:
-    source = GivenTorque(TRAJECTORY.joint_position, ready=Event())
-    feedforward = Feedforward(source, RIG, frozenset(), lambda *line: None)
-
-    def stop() -> None:
-        raise RunFailed("stopped")
-
-    with pytest.raises(RunFailed):
-        feedforward.plan(0.5, TRAJECTORY.joint_position[:5], TRAJECTORY, stop)
-    assert source.cancelled
 
 
 def test_time_passes_until_the_torque_is_there_and_both_digests_are_kept() -> None:

@@ -14,11 +14,6 @@ TORQUE = np.outer(np.linspace(5, 9, len(TRAJECTORY.time)), [1, 1, 1])
 WAY = np.outer(np.linspace(7, 5, len(PATH)), [1, 1, 1])
 
 
-def test_without_feedforward_nothing_is_added() -> None:
-    phases = [(segment.phase, segment.torque) for segment in segments(RIG, START, TRAJECTORY, None)]
-    assert phases == [("approach", None), ("stream", None)]
-
-
 @pytest.mark.parametrize("along_the_approach", [None, WAY])
 def test_offset_begins_and_ends_at_zero_without_a_jump(along_the_approach: np.ndarray | None) -> None:  # type: ignore[type-arg]
     parts = list(segments(RIG, START, TRAJECTORY, PlannedTorque(along_the_approach, TORQUE, "")))

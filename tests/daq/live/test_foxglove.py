@@ -16,16 +16,10 @@ from recordings import schemas
 from recordings.cdr import Layout, parse_schema
 from recordings.reader import read
 from tests.conftest import Runner, launcher
+from tests.running import free_port
 
 Messages = dict[str, list[tuple[int, bytes]]]
 """Log times [ns] and payloads of each topic."""
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
 
 
 def connected(port: int, patience: float = 120.0) -> ClientConnection:
@@ -71,7 +65,7 @@ def positions(messages: list[tuple[int, bytes]]) -> np.ndarray:
 @pytest.mark.slow
 def test_client_receives_the_recorded_values(tmp_path: Path) -> None:
     pytest.importorskip("foxglove")
-    port = free_port()
+    port = free_port(socket.SOCK_STREAM)
     command = ["record", "--traj", "fig5a", "--cycles", "20", "--rate", "100", "--out", "a.mcap"]
     with subprocess.Popen([*launcher("daq"), *command, "--foxglove", str(port)], cwd=tmp_path) as process:
         with connected(port) as client:

@@ -2,7 +2,6 @@
 
 import asyncio
 import json
-from itertools import islice
 from typing import Any
 
 import httpx
@@ -40,24 +39,6 @@ def test_page_receives_the_start_the_last_lines_and_the_end_of_the_run() -> None
     assert [each.get("cycles") for each in lines] == [*range(1000 - page._MAX_LINES + 1, 1000), None]
     assert lines[-1] == {"ended": None}
     assert (broadcast.pages, broadcast.pages_served) == (0, 1)
-
-
-def test_open_page_receives_each_line_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(page, "_INTERVAL", 0.0)
-    broadcast = RunBroadcast(RUN)
-    sent = iter([*map(line, range(7)), DONE])
-
-    async def look() -> list[str]:
-        events = []
-        async for text in broadcast.events():
-            events.append(text)
-            for item in islice(sent, 3):
-                broadcast._add(item)
-                broadcast.finished = item == DONE
-        return events
-
-    events = "".join(asyncio.run(look())).split("\n\n")
-    assert [json.loads(item[6:]).get("cycles") for item in events[1:-1]] == [*range(7), None]
 
 
 def test_run_without_an_end_line_is_shown_as_killed() -> None:

@@ -4,8 +4,6 @@ import json
 import subprocess
 from pathlib import Path
 
-import pytest
-
 from recordings.reader import read
 from tests.conftest import Runner, launcher
 
@@ -39,11 +37,3 @@ def test_run_stops_when_the_reader_has_exited(tmp_path: Path) -> None:
     assert recording.run.exit_status == 1
     assert "SIGTERM" in str(recording.run.reason)
     assert recording.repeat.max() < 149
-
-
-@pytest.mark.parametrize("option", ["--live", "--foxglove", "--status"])
-@pytest.mark.parametrize("other", ["--dry-run", "--listen"])
-def test_live_options_are_rejected_without_a_motion(daq_in_process: Runner, option: str, other: str) -> None:
-    done = daq_in_process("record", "--traj", "fig5a", option, other)
-    assert done.code == 2
-    assert option in done.err

@@ -18,7 +18,7 @@ from daq.passive.replay import ReplayPlan, commanding, matching, plan, replay
 from recordings.errors import BadInput, RunFailed
 from recordings.reader import read_can
 from recordings.recording import CanFrames
-from tests.running import invoke, printed
+from tests.running import invoke
 
 SAMPLE = Path(__file__).parents[3] / "recordings" / "samples" / "fig5a.mcap"
 BITRATE = 1_000_000
@@ -166,30 +166,6 @@ def test_replay_waits_for_a_full_queue_but_not_for_a_lost_bus() -> None:
     assert bus.sent == 1
     with pytest.raises(RunFailed, match="does not accept frames"):
         replay(plan_, FullBus(1, errno.ENETDOWN), StopRequest())  # type: ignore[arg-type]
-
-
-BUS = ["--bus", "socketcan:nocan7"]
-BAD: dict[str, tuple[list[str], str]] = {
-    "no bus": ([], "--bus"),
-    "half a bus": (["--bus", "socketcan"], "INTERFACE:CHANNEL expected"),
-    "the virtual bus": (["--bus", "virtual:x"], "ends at this program"),
-    "unknown interface": (["--bus", "pigeon:x"], "--bus"),
-    "an interface that is not there": (BUS, "cannot be opened"),
-    "commands without consent": ([*BUS, "--direction", "both"], "would MOVE real ones"),
-    "no frame left": ([*BUS, "--id", "0x555"], "none of 21893 recorded ones is chosen"),
-    "no id": ([*BUS, "--id", "all"], "--id"),
-    "no speed": ([*BUS, "--speed", "0"], "--speed"),
-    "speed that is no number": ([*BUS, "--speed", "nan"], "a finite number expected, nan found"),
-    "no repetition": ([*BUS, "--loop", "0"], "--loop"),
-}
-
-
-@pytest.mark.parametrize("name", BAD)
-def test_bad_bus_or_frame_selection_is_rejected(name: str) -> None:
-    arguments, expected = BAD[name]
-    with pytest.raises(BadInput) as failure:
-        printed(command, SAMPLE, *arguments)
-    assert expected in str(failure.value)
 
 
 def test_command_announces_the_replay(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -65,21 +65,3 @@ def test_line_fit_is_robust_to_outliers() -> None:
     start, fitted = fit_line(arrival, index, PERIOD)
     assert fitted == pytest.approx(period, rel=1e-7)
     assert abs(start - START) < 60_000
-
-
-@pytest.mark.parametrize("jitter", [0.0, 3e4, 2e5])
-def test_sender_with_the_same_clock_keeps_the_configured_period(jitter: float) -> None:
-    index = np.arange(12_000)
-    start, period = fit_line(arrivals(np.random.default_rng(2), index, PERIOD, jitter), index, PERIOD)
-    assert period == PERIOD
-    assert 0 <= start - START <= 2 * jitter
-
-
-def test_different_clock_changes_the_period() -> None:
-    index = np.arange(12_000)
-    _, period = fit_line(arrivals(np.random.default_rng(2), index, PERIOD * (1 + 1e-4)), index, PERIOD)
-    assert period == pytest.approx(PERIOD * (1 + 1e-4), rel=1e-6)
-
-
-def test_single_sync_gives_the_configured_period() -> None:
-    assert fit_line(np.array([START]), np.array([0]), PERIOD) == (START, PERIOD)

@@ -1,6 +1,5 @@
 """Rig files proposed from EDS and DCF files: what they say, and what they leave to the user."""
 
-import os
 import tomllib
 from contextlib import suppress
 from dataclasses import replace
@@ -29,8 +28,6 @@ from tests.drivers.simulated.dictionaries import (
     made_up_drives,
 )
 
-SHARED = Path(os.environ.get("REAL_DATA", Path(__file__).parents[3].parent / "shared" / "data")) / "eds"
-REAL = ("ipos.eds", "isd860.eds", "PRL120.eds", "elmo_whistle.dcf", "prbt_0_1.dcf")
 BUS = CanBus(interface="socketcan", channel="can0")
 
 
@@ -159,13 +156,3 @@ def test_any_drive_gets_a_valid_rig_file_or_a_reason(
         document = propose([facts_of(folder, made_up, node) for node in (1, 2, 3)], BUS)
         assert max(map(len, document.text.splitlines())) <= 130
         assert tomllib.loads(document.text)["drives"][0]["node_id"] == 1
-
-
-@pytest.mark.parametrize("name", REAL)
-def test_real_dictionaries(name: str) -> None:
-    if not (SHARED / name).exists():
-        pytest.skip(f"{name} is not here; set REAL_DATA")
-    document = propose([from_file(SHARED / name, node) for node in (1, 2, 3)], BUS)
-    drive = document.rig.drives[0]
-    assert drive.mode == ("cyclic" if name == "elmo_whistle.dcf" else "interpolated")
-    assert (drive.torque_source == "torque_actual") == (name != "isd860.eds")

@@ -1,6 +1,5 @@
 """`daq rig propose` as a user runs it, and the way from a dictionary to a model on the simulated rig."""
 
-import json
 import os
 import re
 from pathlib import Path
@@ -9,7 +8,7 @@ import pytest
 
 from tests.conftest import Runner
 from tests.drivers.simulated.dictionaries import MADE_UP
-from tests.running import free_port, serve
+from tests.running import free_port, served
 
 SHARED = Path(os.environ.get("REAL_DATA", Path(__file__).parents[3].parent / "shared" / "data")) / "eds"
 REAL = ("ipos.eds", "isd860.eds", "PRL120.eds", "elmo_whistle.dcf", "prbt_0_1.dcf")
@@ -70,9 +69,8 @@ def test_from_a_dictionary_to_a_model(
     recorded = daq(*record, "run.mcap")
     assert recorded.code == 0, recorded.err
     assert "SIMULATED" in recorded.err
-    model = ident_in_process("fit", "run.mcap", "--json")
-    assert model.code == 0, model.err
-    values = {parameter["name"]: parameter["value"] for parameter in json.loads(model.out)["parameters"]}
+    parameters = ident_in_process("fit", "run.mcap", "--json").figures["parameters"]
+    values = {parameter["name"]: parameter["value"] for parameter in parameters}
     assert values["m_p"] == pytest.approx(PLATFORM, rel=0.02)
 
 
@@ -80,10 +78,8 @@ def test_drives_on_the_bus_are_read(daq: Runner, tmp_path: Path) -> None:
     eds, _ = MADE_UP["one_millisecond"].write(tmp_path)
     bus = f"udp_multicast:239.74.163.33:{free_port()}"
     assert daq("rig", "propose", "--eds", eds, "--bus", bus, "--nodes", "5,9,12").code == 0
-    process = serve(tmp_path, "--rig", "rig.toml", "--eds", eds)
-    scanned = daq("rig", "propose", "--scan", "--bus", bus, "--out", "scanned.toml")
-    process.terminate()
-    process.communicate(timeout=120)
+    with served(tmp_path, "--rig", "rig.toml", "--eds", eds):
+        scanned = daq("rig", "propose", "--scan", "--bus", bus, "--out", "scanned.toml")
     assert scanned.code == 0, scanned.err
     text = (tmp_path / "scanned.toml").read_text()
     assert "values: as read from the drive" in text
@@ -91,30 +87,3 @@ def test_drives_on_the_bus_are_read(daq: Runner, tmp_path: Path) -> None:
         f"node_id = {n}" for n in (5, 9, 12)
     ]
     assert 'torque_source = "current_actual"' in text
-
-
-@pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [
-        ((), "either --eds FILE or --scan expected"),
-        (("--scan", "--eds", "drive.eds"), "either --eds FILE or --scan expected"),
-        (("--eds", "missing.eds"), "missing.eds does not exist"),
-        (("--eds", "drive.eds", "--bus", "can0"), "INTERFACE:CHANNEL expected"),
-        (("--eds", "drive.eds", "--bus", "usb:0"), "'interface'"),
-        (("--eds", "drive.eds", "--nodes", "1,1,2"), "different node ids"),
-        (("--eds", "drive.eds", "--nodes", "a"), "node ids such as 1,2,3"),
-        (("--eds", "drive.eds", "--eds", "drive.eds"), "one file for all joints or 3"),
-        (("--eds", "drive.sim.toml"), "an EDS or DCF file"),
-        (("--eds", "drive.eds", "--out", "drive.eds", "--force"), "one of the inputs"),
-        (("--eds", "drive.eds", "--out", "there.toml"), "there.toml should not exist yet"),
-    ],
-)
-def test_bad_input_is_explained(
-    arguments: tuple[str, ...], reason: str, daq_in_process: Runner, tmp_path: Path
-) -> None:
-    MADE_UP["slow"].write(tmp_path)
-    (tmp_path / "there.toml").write_text("mine")
-    done = daq_in_process("rig", "propose", *arguments)
-    assert (done.code, reason in done.err, len(done.err.splitlines()) <= 2) == (2, True, True), done.err
-    assert not (tmp_path / "rig.toml").exists()
-    assert (tmp_path / "there.toml").read_text() == "mine"

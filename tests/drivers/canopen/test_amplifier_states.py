@@ -9,9 +9,11 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from daq.cycle.clock import LockstepClock
+from daq.cycle.exchange import RunParts
+from daq.cycle.progress import CycleProgress
 from daq.cycle.recorder import NullRecorder
 from daq.cycle.stopping import StopRequest
-from daq.cycle.stream import CycleProgress, Stream
+from daq.cycle.stream import Stream
 from drivers.canopen.drive import CanopenDrives
 from drivers.cia402 import Controlword
 from drivers.protocol import Goal
@@ -116,7 +118,8 @@ class AnyRun(RuleBasedStateMachine):
         self.disturb(kinds, count, doubled)
         self.stopping = True
         clock = LockstepClock(self.rig.rate)
-        left_on = Stream(self.rig, self.driver, clock, NullRecorder(), StopRequest(), CycleProgress())._disable()
+        parts = RunParts(self.rig, self.driver, clock, NullRecorder(), StopRequest(), CycleProgress())
+        left_on = Stream(parts)._disable()
         for joint in self.bus.enabled:
             assert f"joint {joint}" in left_on, f"joint {joint} is enabled; reported as left on: {left_on!r}"
         self.leave(confirmed=not left_on)

@@ -23,8 +23,6 @@ from tests.drivers.simulated.dictionaries import (
     made_up_drives,
 )
 
-REFUSED = r"refuses to write object (605A|6066|6065|6085|60C2|607D)|shows mode"
-
 
 def judge(made_up: MadeUpDrive, rig: Rig, outcome: Outcome) -> None:
     """Assert that the outcome is one of the three that are allowed."""
@@ -129,11 +127,6 @@ def test_drive_is_refused_with_the_object_and_the_key_to_change(
     assert all(reason in outcome.refused for reason in reasons), outcome.refused
 
 
-def test_drives_in_units_of_an_older_profile_or_of_one_millisecond_run() -> None:
-    assert run_and_judge(MADE_UP["slow"]).samples
-    assert run_and_judge(MADE_UP["one_millisecond"], 1000.0, counts_per_turn=360_000).samples
-
-
 def without(made_up: MadeUpDrive, index: int) -> MadeUpDrive:
     return MadeUpDrive(
         {address: item for address, item in made_up.items.items() if address[0] != index}, made_up.habits
@@ -146,13 +139,6 @@ def test_drive_without_an_accepted_object_is_driven_and_the_loss_is_said() -> No
     (text,) = outcome.reports
     assert text.startswith("driven without 605Ah")
     assert "the host waits for standstill" in text
-
-
-def test_mode_that_is_not_listed_is_tried_only_where_the_rig_file_asks() -> None:
-    assert run_and_judge(without(WIDE, 0x6502)).samples
-    refused = run_and_judge(without(WIDE, 0x6502), assume_mode=False)
-    assert "6502h is absent" in refused.problems[0]
-    assert "assume_mode" in refused.refused
 
 
 def test_voltage_of_32_bits_is_recorded_whole_in_a_pdo_and_polled() -> None:

@@ -80,29 +80,6 @@ def test_every_frame_is_the_kept_one(name: str) -> None:
     assert frames_of(*bus_with(name)) == (FRAMES / f"{name}.txt").read_text().splitlines()
 
 
-@pytest.mark.parametrize("name", sorted({*RIGS, *REAL} - {"profile_only", "isd860.eds"}))
-def test_order_of_the_set_up(name: str) -> None:
-    """Of the drives that can be set up: the others end in the reason that is kept."""
-    sent = [line.split(" >")[0] for line in (FRAMES / f"{name}.txt").read_text().splitlines()]
-    downloads = ("601 23", "601 27", "601 2b", "601 2f")
-    first_write = next(k for k, text in enumerate(sent) if text.startswith(downloads))
-    started = sent.index("000 01 01")
-    powered = next(k for k, text in enumerate(sent) if text.startswith("201 06 00"))
-    assert sent[0] == "000 80 01"
-    assert all(text[:3] in ("601", "000") for text in sent[:started])
-    assert 0 < first_write < started < powered
-    # Each PDO is off while it is mapped, and on at the end.
-    for parameters in ("00 14", "00 18"):
-        cob_ids = [text for text in sent if text.startswith(f"601 23 {parameters} 01")]
-        assert cob_ids[0].endswith(("80", "c0"))
-        assert not cob_ids[-1].endswith(("80", "c0"))
-        mapping = parameters.replace("14", "16").replace("18", "1a")
-        mapped = [k for k, text in enumerate(sent) if text.startswith(f"601 23 {mapping} ")]
-        assert sent.index(cob_ids[0]) < min(mapped) <= max(mapped) < len(sent) - 1 - sent[::-1].index(cob_ids[-1])
-    assert sent[-1] == "000 80 01"
-    assert any(text.startswith("601 2b 40 60 00 00 00") for text in sent[powered:])
-
-
 if __name__ == "__main__":
     for dictionary in (*RIGS, *REAL):
         (FRAMES / f"{dictionary}.txt").write_text("\n".join(frames_of(*bus_with(dictionary))) + "\n")

@@ -1,8 +1,6 @@
 import math
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from drivers.canopen.units import Units, units_of
 from recordings.rig import AssumedUnits, Drive
@@ -12,6 +10,9 @@ MOTOR = 21 / math.tau
 """Motor turns per rad of the joint."""
 
 
+GEARED = {(0x6091, 1): 21, (0x6091, 2): 1}
+
+
 def acceleration(units: Units) -> float:
     assert units.problems == ()
     assert units.acceleration is not None
@@ -19,51 +20,43 @@ def acceleration(units: Units) -> float:
 
 
 @pytest.mark.parametrize(
-    ("code", "per_motor_turn"),
+    ("objects", "expected"),
     [
-        (0x00B55700, 8192),
-        (0x00B45700, 1),
-        (0x00105700, math.tau),
-        (0x00415700, 360),
-        (0x00C00300, 60),
-        (0x00B44703, 60),
-        (0xFDC00300, 60e3),
-        (0xFAB45700, 1e6),
-        (0x02B55700, 81.92),
+        ({(0x60AA, 0): 0x00B55700}, 8192 * MOTOR),
+        ({(0x60AA, 0): 0x00B45700}, MOTOR),
+        ({(0x60AA, 0): 0x00105700}, math.tau * MOTOR),
+        ({(0x60AA, 0): 0x00415700}, 360 * MOTOR),
+        ({(0x60AA, 0): 0x00C00300}, 60 * MOTOR),
+        ({(0x60AA, 0): 0x00B44703}, 60 * MOTOR),
+        ({(0x60AA, 0): 0xFDC00300}, 60e3 * MOTOR),
+        ({(0x60AA, 0): 0xFAB45700}, 1e6 * MOTOR),
+        ({(0x60AA, 0): 0x02B55700}, 81.92 * MOTOR),
+        # Angles belong to the shaft behind the gear that the drive knows, increments to the motor.
+        ({(0x60AA, 0): 0x00105700, **GEARED}, 1.0),
+        ({(0x60AA, 0): 0x00B55700, **GEARED}, 8192 * MOTOR),
+        # Older profiles name units by dimension and notation index.
+        ({(0x608E, 0): 0xAE, (0x608D, 0): -3}, 1e3 * math.tau * MOTOR),
     ],
 )
-def test_codes_of_60aa(code: int, per_motor_turn: float) -> None:
-    units = units_of({(0x60AA, 0): code}, DRIVE)
-    assert acceleration(units) == pytest.approx(per_motor_turn * MOTOR)
+def test_unit_of_acceleration(objects: dict[tuple[int, int], int], expected: float) -> None:
+    assert acceleration(units_of(objects, DRIVE)) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(
-    ("code", "per_motor_turn", "name"),
+    ("objects", "per_motor_turn", "name"),
     [
-        (0x00B44700, 60, "rpm"),
-        (0xFDB44700, 60e3, "0.001 rpm"),
-        (0x00B50300, 8192, "counts/s"),
-        (0x00100300, math.tau, "rad/s"),
+        ({(0x60A9, 0): 0x00B44700}, 60, "rpm"),
+        ({(0x60A9, 0): 0xFDB44700}, 60e3, "0.001 rpm"),
+        ({(0x60A9, 0): 0x00B50300}, 8192, "counts/s"),
+        ({(0x60A9, 0): 0x00100300}, math.tau, "rad/s"),
+        ({(0x608C, 0): 0xA4, (0x608B, 0): -3}, 60e3, "0.001 rpm"),
     ],
 )
-def test_codes_of_60a9(code: int, per_motor_turn: float, name: str) -> None:
-    velocity = units_of({(0x60A9, 0): code}, DRIVE).velocity
+def test_unit_of_velocity(objects: dict[tuple[int, int], int], per_motor_turn: float, name: str) -> None:
+    velocity = units_of(objects, DRIVE).velocity
     assert velocity is not None
     assert velocity.per_radian == pytest.approx(per_motor_turn * MOTOR)
     assert velocity.name == name
-
-
-def test_angles_belong_to_the_shaft_behind_the_gear_that_the_drive_knows() -> None:
-    geared = {(0x6091, 1): 21, (0x6091, 2): 1}
-    assert acceleration(units_of({(0x60AA, 0): 0x00105700, **geared}, DRIVE)) == pytest.approx(1.0)
-    assert acceleration(units_of({(0x60AA, 0): 0x00B55700, **geared}, DRIVE)) == pytest.approx(8192 * MOTOR)
-
-
-def test_older_profiles_name_units_by_dimension_and_notation_index() -> None:
-    units = units_of({(0x608C, 0): 0xA4, (0x608B, 0): -3, (0x608E, 0): 0xAE, (0x608D, 0): -3}, DRIVE)
-    assert units.velocity is not None
-    assert units.velocity.per_radian == pytest.approx(60e3 * MOTOR)
-    assert acceleration(units) == pytest.approx(1e3 * math.tau * MOTOR)
 
 
 def test_increments_are_those_of_the_encoder_where_positions_are_angles() -> None:
@@ -124,12 +117,3 @@ def test_unknown_unit_is_asked_of_the_rig_file(objects: dict[tuple[int, int], in
     units = units_of(objects, DRIVE)
     assert units.acceleration is None
     assert text in units.question
-
-
-@given(st.integers(-9, 9), st.sampled_from([0xB55700, 0xB45700, 0x105700, 0xC00300]), st.floats(0.5, 200))
-def test_power_of_ten_and_gear_scale_exactly(exponent: int, code: int, gear: float) -> None:
-    drive = DRIVE.model_copy(update={"gear": gear})
-    plain = acceleration(units_of({(0x60AA, 0): code}, drive))
-    scaled = acceleration(units_of({(0x60AA, 0): (exponent & 0xFF) << 24 | code}, drive))
-    assert scaled * 10.0**exponent == pytest.approx(plain)
-    assert plain / gear == pytest.approx(acceleration(units_of({(0x60AA, 0): code}, DRIVE)) / 21)

@@ -33,14 +33,6 @@ def say(line: SerialLine, subscript: Generator[str, Reply, object], timeout: flo
     return result[0]
 
 
-def test_commands_and_replies_alternate() -> None:
-    port = ScriptedPort([("s r0xca 5", "ok"), ("g r0x32", "v -7")])
-    line = line_on(port)
-    say(line, tell("s r0xca 5"))
-    assert say(line, ask_integer("g r0x32")) == -7
-    port.assert_finished()
-
-
 def test_lines_run_in_parallel() -> None:
     """The reply on the first line arrives only after the second line has replied."""
     first, second = ScriptedPort([("g r0x32", "")]), ScriptedPort([("g r0x32", "v 2"), ("t 1", "ok")])
@@ -116,24 +108,6 @@ def test_echo_is_removed_and_a_disturbed_one_invalid() -> None:
     assert say(line, ask("2 g r0x32")) == "5"
     with pytest.raises(InvalidReply, match="echo of b'g r0x32' expected"):
         say(line, ask("g r0x32"))
-
-
-def test_unplugged_port_is_lost() -> None:
-    port = ScriptedPort([("g r0x32", "")])
-    line = line_on(port, "/dev/ttyUSB0")
-    port.unplug()
-    with pytest.raises(LineLost, match="/dev/ttyUSB0 is lost"):
-        say(line, ask("g r0x32"))
-    assert line.lost
-
-
-def test_other_exceptions_of_a_script_are_passed_on() -> None:
-    def script() -> Script:
-        yield "g r0x32"
-        raise KeyError("mine")
-
-    with pytest.raises(KeyError, match="mine"):
-        converse({line_on(ScriptedPort([("g r0x32", "ok")])): script()}, time.perf_counter() + 1.0)
 
 
 class Noise(ScriptedPort):

@@ -1,8 +1,4 @@
-from contextlib import suppress
-
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from drivers.serial.protocol import CommandRefused, InvalidReply, LineError, ask, ask_integer, parse, tell
 
@@ -50,12 +46,3 @@ def test_unexpected_replies(script, line: bytes, error: type[LineError], problem
 def test_invalid_replies(line: bytes) -> None:
     with pytest.raises(InvalidReply, match="reply expected"):
         parse(line)
-
-
-@given(st.sampled_from([ask, ask_integer, tell]), st.binary(max_size=300))
-def test_subscripts_accept_or_refuse_any_reply(subscript, line: bytes) -> None:
-    script = subscript("1 g r0x32")
-    assert next(script) == "1 g r0x32"
-    with suppress(LineError, StopIteration):
-        script.send(parse(line))
-        pytest.fail("one reply is the end of it")

@@ -1,6 +1,6 @@
 """Machines with one hidden effect, and their reported and true values along a motion of all joints."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +44,7 @@ def held_torque(machine: SimulatedMachine, theta: Floats, seconds: float = 0.5) 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Motion of joint 2, or (n, 3) of all joints: the state before each step."""
+    """Motion (n, 3) of all joints: the state before each step."""
 
     t: Floats
     q: Floats
@@ -57,15 +57,6 @@ class Run:
     """Torque of the motors."""
     added: Floats
     """Part of the motor torque that does not reach the rigid robot."""
-
-    @property
-    def of_2(self) -> "Run":
-        """Joint 2 while it slides."""
-        sliding = np.abs(self.v[:, 1]) > 0.05
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
-        return Run(
-            **{name: value[sliding, 1] if value.ndim == 2 else value[sliding] for name, value in values.items()}
-        )
 
 
 def swing(machine: SimulatedMachine) -> Run:

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from drivers.simulated.config import EffectSpec, Links, SimConfig, load_sim
+from drivers.simulated.config import EffectSpec, Links, load_sim
 from drivers.simulated.habits import Habits, habits_from
 from recordings.errors import BadInput
 
@@ -18,10 +18,6 @@ def test_default_shoulder_inertia_equals_the_papers() -> None:
     assert links.arm_inertia + links.arm_mass * links.arm_com**2 + links.motor_inertia == pytest.approx(
         0.2156, abs=5e-5
     )
-
-
-def test_empty_file_is_the_default_machine(tmp_path: Path) -> None:
-    assert load_sim(_file(tmp_path, "")) == SimConfig()
 
 
 def test_file_is_read(tmp_path: Path) -> None:

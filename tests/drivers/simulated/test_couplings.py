@@ -5,7 +5,6 @@ import pytest
 
 from drivers.simulated.config import EffectSpec, Links, Servo, SimConfig
 from drivers.simulated.machine import SimulatedMachine
-from drivers.simulated.model_xml import ShaftCoupling
 from drivers.simulated.plant import Plant
 from recordings.rig import simulated_rig
 from tests.drivers.simulated.exact_delta import exact_torque
@@ -52,23 +51,6 @@ def test_arm_rests_on_either_side_of_the_gap_while_the_encoder_stands() -> None:
     assert machine.position()[1] == pytest.approx(start, abs=1e-6)
 
 
-def test_motor_crosses_the_gap_while_the_arm_stands() -> None:
-    machine = _machine(BACKLASH)
-    machine.plant.model.opt.gravity = (0.0, 0.0, 0.0)
-    _rest(machine, 0.1)
-    plant = machine.plant
-    plant.set_friction((45.0, 0.0, 45.0))
-    arm, motor = _arm_angles(plant)[1], plant.motor_angles()[1]
-    gap_left = 2 * B - (arm - motor + B)
-    while plant.motor_angles()[1] > motor - 0.9 * gap_left:
-        plant.step((0.0, -0.5, 0.0))
-    assert _arm_angles(plant)[1] == pytest.approx(arm, abs=0.02 * B)
-    for _ in range(500):
-        plant.step((0.0, -0.5, 0.0))
-    assert _arm_angles(plant)[1] < arm - B
-    assert _twist(machine)[1] == pytest.approx(B, abs=1e-5)
-
-
 @pytest.mark.parametrize(("effects", "gap"), [((ELASTICITY,), 0.0), ((BACKLASH, ELASTICITY), B)])
 def test_twist_of_the_spring_is_proportional_to_the_torque_and_adds_to_a_gap(
     effects: tuple[EffectSpec, ...], gap: float
@@ -90,18 +72,6 @@ def test_motor_inertia_is_unchanged_by_elasticity() -> None:
     still = plant.motor_accelerations()[1]
     plant.step([0.0, holding_torque[1] + 20.0, 0.0])
     assert plant.motor_accelerations()[1] - still == pytest.approx(20.0 / Links().motor_inertia, rel=0.01)
-
-
-@pytest.mark.parametrize("number", [1, 2, 3])
-def test_total_inertia_is_unchanged_by_couplings(number: int) -> None:
-    stiff = (ShaftCoupling(stiffness=2e5, damping=10.0),) * number
-    rigid, chain = Plant(RIG.geometry, Links()), Plant(RIG.geometry, Links(), (stiff, stiff, stiff))
-    for plant in (rigid, chain):
-        plant.place((0.0, 0.0, -0.8))
-        plant.model.opt.gravity = (0.0, 0.0, 0.0)
-        for _ in range(500):
-            plant.step((0.5, 0.5, 0.5))
-    assert chain.motor_speeds() == pytest.approx(rigid.motor_speeds(), rel=2e-3)
 
 
 def test_stiffer_than_the_time_step_allows_is_rigid() -> None:

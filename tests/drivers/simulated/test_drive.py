@@ -1,23 +1,15 @@
-"""The simulated CANopen drive: its objects, PDOs and targets, with any frames on the bus."""
+"""The simulated CANopen drive: its objects and PDOs, how it stops, fails, and notices a lost master."""
 
-import struct
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
-from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from drivers.cia402 import Controlword, decode
+from drivers.cia402 import Controlword
 from drivers.simulated.drive_state_machine import PowerState
-from recordings.rig import Drive
-from tests.drivers.simulated.bench import NODE, TPDO, Bench, made_up
+from tests.drivers.simulated.bench import INCREMENTS, NODE, TPDO, Bench, made_up
 from tests.drivers.simulated.dictionaries import (
-    CURRENT,
     GEAR,
-    INCREMENTS_PER_TURN,
-    MADE_UP,
-    TORQUE,
+    RPM_PER_SECOND,
     U8,
     U16,
     U32,
@@ -28,14 +20,6 @@ from tests.drivers.simulated.dictionaries import (
 )
 
 # Objects
-
-
-def test_boots_up_and_serves_its_dictionary_marked_as_simulated() -> None:
-    bench = Bench()
-    assert bench.sent == [(0x700 + NODE, b"\x00")]
-    assert (bench.read(0x1000), bench.read(0x6041)) == (0x20192, 0x240)
-    assert bench.read(0x5FFF, 1) == 1
-    assert bench.read(0x5FFF, 3) == len("delta-workbench simulated drive")  # the length of a segmented transfer
 
 
 def test_reads_and_writes_are_answered_or_aborted_as_in_cia_301(tmp_path: Path) -> None:
@@ -92,75 +76,10 @@ def test_reset_restores_values_and_takes_power_and_reset_communication_only_its_
     assert bench.read(0x6066) != 5
 
 
-def test_units_ratings_and_bits_of_cob_ids_are_those_of_the_drive(tmp_path: Path) -> None:
-    bench = made_up(tmp_path, base() | TORQUE | CURRENT, cob_id_bits=0x4000_0000)
-    bench.torque = 0.952 * GEAR / 2
-    bench.sync()
-    assert (bench.read(0x6077), bench.read(0x6078), bench.read(0x1400, 1)) == (500, 500, 0x4000_0203)
-    without_rating = made_up(tmp_path, base() | TORQUE | {(0x6076, 0): Item(U32, default=0)})
-    assert without_rating.read(0x6076) == round(1000 * Drive(node_id=1).rated_torque / GEAR)
-    degrees = made_up(tmp_path, MADE_UP["one_millisecond"].items)
-    degrees.enable()
-    degrees.cycle(Controlword.ENABLE, 90_000, cycles=3)  # a quarter of a turn of the motor, in 1/360,000 turn
-    assert degrees.counts == pytest.approx(INCREMENTS_PER_TURN / 4, abs=1)
-    assert degrees.read(0x6064) == pytest.approx(90_000, abs=44)
-
-
 # Network management
 
 
-def test_answers_sync_only_when_operational_and_sdo_unless_stopped() -> None:
-    bench = Bench()
-    bench.sent.clear()
-    bench.sync()
-    assert bench.sent == []
-    bench.nmt(0x01)
-    bench.sync()
-    assert [(i, struct.unpack("<Hih", data)) for i, data in bench.sent] == [(0x180 + NODE, (0x240, 0, 123))]
-    bench.sent.clear()
-    bench.nmt(0x02)
-    bench.drive.receive(0x600 + NODE, bytes.fromhex("4000100000000000"), 0.0)
-    assert bench.sent == []
-
-
-def test_heartbeat_contains_the_nmt_state() -> None:
-    bench = Bench()
-    bench.write(0x1017, "H", 100)
-    bench.nmt(0x01)
-    bench.sent.clear()
-    bench.run(0.99)
-    assert bench.sent == [(0x700 + NODE, b"\x05")] * 10
-
-
 # Targets
-
-
-def test_targets_are_interpolated_within_limits_and_an_old_one_moves_nothing() -> None:
-    bench = Bench()
-    for sub, limit in ((1, -50), (2, 400)):
-        bench.write(0x607D, "i", limit, sub)
-    bench.start()
-    bench.held_at = 300
-    bench.cycle(Controlword.SHUTDOWN, 5000)
-    bench.cycle(Controlword.SWITCH_ON, 5000)
-    bench.cycle(Controlword.ENABLE, 300)
-    assert bench.state is PowerState.ENABLED
-    bench.held_at = None
-    assert bench.counts == 300
-    for target, reached in ((100, 100), (500, 400)):
-        bench.cycle(Controlword.ENABLE, target)
-        assert bench.counts == reached
-    assert bench.drive.statusword & 0x1000
-
-
-def test_without_60c2_targets_are_interpolated_over_the_time_between_syncs(tmp_path: Path) -> None:
-    bench = made_up(tmp_path, {a: item for a, item in base().items() if a[0] != 0x60C2})
-    bench.enable()
-    bench.command(Controlword.ENABLE, 1000)
-    bench.drive.synchronise(0, 0.0, 0.0, bench.now)
-    for _ in range(5):
-        bench.drive.generator.step()
-    assert bench.counts == pytest.approx(500, abs=1)
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -199,45 +118,126 @@ def test_tpdos_are_sent_on_a_change_from_power_up_on_by_a_timer_or_every_nth_syn
     assert (ids.count(tpdos[0]), ids.count(tpdos[1])) == (10, pytest.approx(6, abs=1))
 
 
-class AnyTraffic(RuleBasedStateMachine):
-    """With any frames on the bus, the drive has torque only in the states that permit it."""
-
-    @initialize()
-    def switch_on(self) -> None:
-        self.bench = Bench()
-
-    @rule(command=st.sampled_from([0x01, 0x02, 0x80, 0x81, 0x82]), node=st.sampled_from([0, NODE, 5]))
-    def nmt(self, command: int, node: int) -> None:
-        self.bench.drive.receive(0x000, bytes([command, node]), self.bench.now)
-
-    @rule(
-        word=st.sampled_from([0x00, 0x02, 0x06, 0x07, 0x0F, 0x80]) | st.integers(0, 0xFFFF),
-        goal=st.integers(-500, 500),
-    )
-    def cycle(self, word: int, goal: int) -> None:
-        before = self.bench.state
-        self.bench.cycle(word, goal)
-        if self.bench.state is PowerState.ENABLED:
-            assert before in (PowerState.SWITCHED_ON, PowerState.ENABLED)
-
-    @rule(data=st.binary(min_size=0, max_size=8))
-    def garbled(self, data: bytes) -> None:
-        for arbitration_id in (0x000, 0x200 + NODE, 0x600 + NODE, 0x77F):
-            self.bench.drive.receive(arbitration_id, data, self.bench.now)
-
-    @rule()
-    def fault(self) -> None:
-        self.bench.drive.fail(0x4310)
-        assert self.bench.state in (PowerState.FAULT, PowerState.FAULT_REACTION)
-
-    @rule()
-    def pass_time(self) -> None:
-        self.bench.run(0.3)
-
-    @invariant()
-    def statusword_tells_the_truth(self) -> None:
-        assert decode(self.bench.drive.statusword).name == self.bench.state.name
+# Stops
 
 
-AnyTraffic.TestCase.settings = settings(max_examples=40, stateful_step_count=25, deadline=None)
-test_any_traffic = AnyTraffic.TestCase
+@pytest.mark.parametrize(
+    ("option", "afterwards"), [(2, PowerState.SWITCH_ON_DISABLED), (6, PowerState.QUICK_STOP), (0, None)]
+)
+def test_a_quick_stop_ends_as_its_option_says(option: int, afterwards: PowerState | None, tmp_path: Path) -> None:
+    bench = made_up(tmp_path)
+    bench.write(0x605A, "h", option)
+    bench.enable()
+    bench.move(1.0)
+    bench.cycle(Controlword.QUICK_STOP)
+    assert bench.drive.powered == (afterwards is not None)
+    bench.run(1.0)
+    assert bench.state is (afterwards or PowerState.SWITCH_ON_DISABLED)
+
+
+@pytest.mark.parametrize(
+    ("unit", "object_value", "speed"),
+    [(0, 10 * INCREMENTS, 1.0), (RPM_PER_SECOND, 10 * GEAR * 60 / (2 * 3.141592653589793), -1.0)],
+)
+def test_a_quick_stop_has_its_deceleration_in_the_units_of_the_drive(
+    unit: int, object_value: float, speed: float, tmp_path: Path
+) -> None:
+    bench = made_up(tmp_path, base() | ({(0x60AA, 0): Item(U32, default=unit)} if unit else {}))
+    bench.write(0x6085, "I", round(object_value))
+    bench.enable()
+    bench.move(speed)
+    start = bench.drive.generator.position
+    bench.cycle(Controlword.QUICK_STOP)
+    assert bench.state is PowerState.QUICK_STOP
+    bench.run(0.5)
+    assert bench.drive.generator.position - start == pytest.approx(speed / (2 * 10), rel=0.05)
+
+
+def test_without_605a_and_6085_a_quick_stop_is_as_hard_as_the_drive_can(tmp_path: Path) -> None:
+    bench = made_up(tmp_path, {a: item for a, item in base().items() if a[0] not in (0x605A, 0x6085)})
+    bench.enable()
+    bench.move(1.0)
+    bench.cycle(Controlword.QUICK_STOP)
+    assert bench.state is PowerState.QUICK_STOP
+    bench.run(0.01)
+    assert bench.state is PowerState.SWITCH_ON_DISABLED
+
+
+# Faults
+
+
+def test_following_error_is_a_fault_with_emcy() -> None:
+    bench = Bench()
+    bench.write(0x6065, "I", 100)
+    bench.enable()
+    bench.held_at = bench.counts
+    for k in range(20):
+        bench.cycle(Controlword.ENABLE, 50 * k)
+    assert (0x80 + NODE, bytes.fromhex("1186010000000000")) in bench.sent
+    bench.run(0.5)
+    assert bench.state is PowerState.FAULT
+
+
+# Watchdogs
+
+
+def test_after_a_lost_master_only_reset_communication_makes_a_fault_resettable(tmp_path: Path) -> None:
+    bench = made_up(tmp_path, reset_after_heartbeat_loss=False, fault_on_heartbeat_loss=True)
+    bench.write(0x1016, "I", 127 << 16 | 100, sub=1)
+    bench.run(0.2)
+    bench.drive.receive(0x77F, b"\5", bench.now)
+    bench.enable()
+    bench.run(0.05)
+    assert bench.state is PowerState.ENABLED
+    bench.run(0.5)
+    assert (0x80 + NODE, bytes.fromhex("3081110000000000")) in bench.sent
+    assert bench.state is PowerState.FAULT
+    assert bench.read(0x603F) == 0x8130
+    bench.write(0x6040, "H", Controlword.FAULT_RESET)
+    bench.nmt(0x82)
+    assert bench.state is PowerState.FAULT
+    for word in (Controlword.DISABLE_VOLTAGE, Controlword.FAULT_RESET):
+        bench.write(0x6040, "H", word)
+    assert bench.state is PowerState.SWITCH_ON_DISABLED
+
+
+def test_guarding_is_answered_and_its_loss_noticed(tmp_path: Path) -> None:
+    guarding = {(0x100C, 0): Item(U16, default=50), (0x100D, 0): Item(U8, default=2)}
+    bench = made_up(tmp_path, base() | guarding)
+    bench.write(0x6007, "h", 3)
+    bench.enable()
+    for expected in (0x05, 0x85, 0x05):
+        bench.drive.receive_remote(0x700 + NODE, bench.now)
+        assert bench.sent[-1] == (0x700 + NODE, bytes([expected]))
+        bench.run(0.09)
+    assert bench.state is PowerState.ENABLED
+    bench.run(0.3)
+    assert (0x80 + NODE, bytes.fromhex("3081110000000000")) in bench.sent
+    assert bench.state is PowerState.SWITCH_ON_DISABLED
+
+
+def test_a_lost_rpdo_is_noticed_where_the_drive_has_a_timer(tmp_path: Path) -> None:
+    bench = made_up(tmp_path, base() | {(0x1400, 5): Item(U16, default=20)})
+    bench.write(0x6007, "h", 3)
+    bench.enable()
+    bench.run(0.3)
+    assert (0x80 + NODE, bytes.fromhex("5082110000000000")) in bench.sent
+    assert bench.state is PowerState.SWITCH_ON_DISABLED
+
+
+@pytest.mark.parametrize(
+    ("option", "state"),
+    [
+        (0, PowerState.ENABLED),
+        (1, PowerState.FAULT),
+        (2, PowerState.SWITCH_ON_DISABLED),
+        (3, PowerState.SWITCH_ON_DISABLED),
+    ],
+)
+def test_reactions_to_the_end_of_process_data(option: int, state: PowerState) -> None:
+    bench = Bench()
+    bench.write(0x6007, "h", option)
+    bench.enable()
+    bench.nmt(0x80)
+    bench.run(0.1)
+    assert bench.state is state

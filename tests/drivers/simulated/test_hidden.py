@@ -1,9 +1,7 @@
-import json
-
 import numpy as np
 import pytest
 
-from drivers.simulated.config import EffectSpec, SimConfig
+from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import build, library, out_of_library
 from drivers.simulated.hidden import draw, draw_effect
 from drivers.simulated.seal import truth
@@ -54,19 +52,3 @@ def test_too_few_or_unknown_names_are_explained(sizer: EffectSizer, names: tuple
     assert draw(1, RIG, SimConfig(), sizes=(), sizer=sizer) == ()
     with pytest.raises(BadInput, match=complaint):
         draw(1, RIG, SimConfig(), names=names, sizes=(0.01, 0.01), sizer=sizer)
-
-
-def test_truth_contains_effects_with_what_they_depend_on_and_the_plant(sizer: EffectSizer) -> None:
-    offset = EffectSpec(name="torque_offset", joints=(3,), parameters={"a": 0.5})
-    config = SimConfig(effects=(offset, EffectSpec(name="hose_drag", joints=(1, 3))))
-    content = truth(RIG, config, seed=None, sizer=sizer)
-    known, unknown = content["effects"]
-    assert 0.02 < known.pop("size") < 0.04
-    assert known == {
-        **{"name": "torque_offset", "joints": [3], "in_library": True},
-        **{"depends_on": [], "parameters": {"a": 0.5}},
-    }
-    assert unknown["in_library"] is False
-    assert unknown["depends_on"] == ["velocity", "joint_1", "joint_3"]
-    assert content["plant"]["links"]["platform_mass"] == 2.033
-    assert json.loads(json.dumps(content)) == content

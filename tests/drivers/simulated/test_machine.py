@@ -2,12 +2,10 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from drivers.simulated.config import EffectSpec, Servo, SimConfig
 from drivers.simulated.machine import MAX_STEP, SimulatedMachine, plant_step
 from recordings.rig import Drive, Rig, Torque, Voltage, simulated_rig
-from trajectories.library import load
 
 QUIET = SimConfig(voltage_noise=0.0)
 
@@ -44,47 +42,6 @@ def test_brakes_hold_without_power_and_without_them_the_robot_falls() -> None:
     assert np.all(machine.position() < start - 0.05)
 
 
-def test_holds_still_without_limit_cycle() -> None:
-    machine = _machine()
-    _switch_on(machine)
-    start = machine.position()
-    machine.advance([start] * 5000)
-    torque = []
-    for _ in range(100):
-        machine.advance([start] * 10)
-        torque.append(machine.torque())
-    assert np.ptp(torque, axis=0).max() < 1e-2
-    assert np.abs(machine.velocity()).max() < 1e-6
-    assert np.abs(machine.following_error()).max() < 1e-3
-
-
-def _fig5a_by_straight_lines(machine: SimulatedMachine, rig: Rig) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Torque at every step and following error at every SYNC, with linear interpolation between the targets."""
-    trajectory = load("fig5a", rig, cycles=1)
-    machine.reset(trajectory.platform[0].tolist())
-    _switch_on(machine)
-    steps = round(1 / rig.rate / machine.dt)
-    share = np.arange(1, steps + 1)[:, None] / steps
-    torque, error = [], []
-    for start, end in zip(trajectory.joint_position, trajectory.joint_position[1:], strict=False):
-        for row in (start + share * (end - start)).tolist():
-            machine.advance([row])
-            torque.append(machine.torque())
-        error.append(machine.following_error())
-    return np.array(torque), np.array(error)
-
-
-def test_follows_fig5a_with_small_error_and_little_torque_ripple_at_sync_rate() -> None:
-    rig = simulated_rig()
-    torque, error = _fig5a_by_straight_lines(_machine(rig=rig), rig)
-    assert np.abs(error).max() < 0.005
-    steady = torque[7500:22500]
-    spectrum = np.abs(np.fft.rfft(steady * np.hanning(len(steady))[:, None], axis=0)) * 4 / len(steady)
-    frequency = np.fft.rfftfreq(len(steady), 2e-4)
-    at_sync = (frequency > 490) & (frequency < 510)
-    assert np.sqrt(np.sum(spectrum[at_sync] ** 2, axis=0)).max() < 5e-3
-
-
 def test_torque_limit_holds() -> None:
     machine = _machine(SimConfig(servo=Servo(torque_limit=25.0)))
     _switch_on(machine)
@@ -94,16 +51,6 @@ def test_torque_limit_holds() -> None:
         machine.advance([far])
         largest = max(largest, *map(abs, machine.torque()))
     assert 24.0 < largest <= 25.0
-
-
-def test_one_axis_can_be_switched_alone() -> None:
-    machine = _machine()
-    machine.enabled[1], machine.brake[1] = True, False
-    target = machine.position()
-    target[1] += 0.02
-    machine.advance([target] * 3000)
-    assert machine.position() == pytest.approx(target, abs=1e-4)
-    assert machine.torque()[0] == machine.torque()[2] == 0.0
 
 
 def test_power_cycle_clears_the_loops_memory_and_reset_restores_the_initial_state() -> None:
@@ -126,28 +73,6 @@ def test_power_cycle_clears_the_loops_memory_and_reset_restores_the_initial_stat
         _hold(each, 0.1)
     assert machine.position() == fresh.position()
     assert machine.torque() == fresh.torque()
-
-
-def test_same_seed_gives_identical_outputs() -> None:
-    def run(seed: int) -> list[object]:
-        machine = _machine(SimConfig(), seed=seed)
-        _switch_on(machine)
-        outputs: list[object] = []
-        for _ in range(20):
-            _hold(machine, 0.002)
-            outputs.append((machine.encoder_counts(), machine.voltage_counts()))
-        return outputs
-
-    assert run(3) == run(3)
-    assert run(3) != run(4)
-
-
-def test_encoder_counts_with_sign_and_zero_offset() -> None:
-    drives = (Drive(node_id=1), Drive(node_id=2, sign=-1, zero_offset=0.3), Drive(node_id=3, counts_per_turn=4096))
-    machine = _machine(rig=Rig(name="signs", drives=drives))
-    angles = [d.zero_offset + c / d.counts_per_radian for d, c in zip(drives, machine.encoder_counts(), strict=True)]
-    assert angles == pytest.approx(machine.position(), abs=0.5001 / abs(drives[2].counts_per_radian))
-    assert all(isinstance(count, int) for count in machine.encoder_counts())
 
 
 @pytest.mark.parametrize("kind", ["square", "linear"])

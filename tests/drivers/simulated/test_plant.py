@@ -1,4 +1,3 @@
-import mujoco
 import numpy as np
 import pytest
 
@@ -41,47 +40,6 @@ def test_torque_agrees_with_exact_inverse_dynamics_along_fig5a() -> None:
     rms = np.sqrt(np.mean(exact**2, axis=0))
     assert np.all(rms > 1.0)
     assert np.all(np.sqrt(np.mean((torque - exact) ** 2, axis=0)) < 1e-3 * rms)
-
-
-def test_passive_robot_keeps_its_energy() -> None:
-    plant = Plant(GEOMETRY, Links(), integrator="RK4")
-    plant.place((0.0, 0.05, -0.85))
-    kinetic, total = [], []
-    for _ in range(round(1 / 2e-4)):
-        plant.step((0.0, 0.0, 0.0))
-        mujoco.mj_energyPos(plant.model, plant.data)
-        mujoco.mj_energyVel(plant.model, plant.data)
-        kinetic.append(plant.data.energy[1])
-        total.append(plant.data.energy.sum())
-    assert max(kinetic) > 1.0
-    assert np.ptp(total) < 1e-4 * max(kinetic)
-
-
-def test_held_joint_does_not_creep() -> None:
-    plant = Plant(GEOMETRY, Links())
-    plant.place(ASIDE)
-    plant.set_friction((45.0,) * 3)
-    torque = (20.0, -30.0, 25.0)
-    for _ in range(500):
-        plant.step(torque)
-    start = np.array(plant.motor_angles())
-    for _ in range(500):
-        plant.step(torque)
-    assert np.abs(np.array(plant.motor_angles()) - start).max() / 0.1 < 1e-6
-
-
-def test_joint_slides_when_pushed_harder_than_its_friction() -> None:
-    plant = Plant(GEOMETRY, Links())
-    plant.place(ASIDE)
-    plant.set_friction((45.0,) * 3)
-    plant.step((0.0,) * 3)
-    holding_torque = np.array(plant.rigid_torque())
-    plant.set_friction((2.0,) * 3)
-    for push, moves in ((1.9, False), (2.1, True)):
-        plant.place(ASIDE)
-        for _ in range(100):
-            plant.step(holding_torque + push)
-        assert np.all(np.abs(plant.motor_speeds()) > 1e-3) == moves
 
 
 def test_viscous_friction_damps_in_proportion_to_speed() -> None:

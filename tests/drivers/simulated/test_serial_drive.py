@@ -39,13 +39,6 @@ class Bench:
         assert self.say("s r0xcf 1000", "s r0xba 50", "s r0x24 21") == ["ok", "ok", "ok"]
 
 
-def test_replies_with_values() -> None:
-    bench = Bench()
-    bench.counts, bench.volts = -12, 34
-    replies = ["v -12", "v 34", f"v {OFF}", "v delta-workbench simulated drive in lockstep"]
-    assert bench.say("g r0x32", "g r0x15", "g r0xa0", "g f0x80") == replies
-
-
 @pytest.mark.parametrize(
     ("command", "reply"),
     [
@@ -61,32 +54,6 @@ def test_replies_with_values() -> None:
 )
 def test_refused_commands(command: str, reply: str) -> None:
     assert Bench().say(command) == [reply]
-
-
-def test_target_takes_effect_with_power_and_the_update_and_is_reached_one_period_later() -> None:
-    bench = Bench()
-    bench.say("s r0xca 500")
-    bench.enable()
-    bench.run(0.1)
-    assert bench.counts == 0
-    assert bench.say("g r0xa0") == ["v 0"]
-    bench.say("s r0xca 10")
-    bench.run(0.01)
-    assert bench.counts == 0
-    assert bench.say("t 1") == ["ok"]
-    bench.run(0.005)
-    assert bench.counts == 5
-    assert bench.say("g r0xa0") == [f"v {MOVING}"]
-    bench.run(0.005)
-    assert bench.counts == 10
-
-
-def test_target_takes_effect_immediately_without_an_update_command() -> None:
-    bench = Bench(update="")
-    bench.enable()
-    bench.say("s r0xca 10")
-    bench.run(0.01)
-    assert bench.counts == 10
 
 
 def moving() -> Bench:

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from drivers.protocol import Amplifiers, Goal, Power
+from drivers.protocol import Amplifiers, Goal
 from drivers.serial.port import simulated
 from drivers.simulated.config import SimConfig
 from drivers.simulated.serial_rig import SerialRig
 from drivers.transports import serial as transport
 from recordings.buses import SerialBus, SerialRegisters
-from recordings.errors import BadInput, RunFailed
+from recordings.errors import BadInput
 from recordings.recording import Pace
 from recordings.rig import Drive, Rig
 
@@ -58,12 +58,6 @@ def test_ports_exist_while_they_are_served_and_replace_dangling_links_but_no_oth
     with pytest.raises(BadInput, match=r"precious cannot be made: File exists"):
         SerialRig(rig(str(precious)), SimConfig(), pace="lockstep", seed=0)
     assert precious.read_text() == "data"
-
-
-def test_commands_may_arrive_in_pieces_and_are_routed_by_prefix() -> None:
-    with served(rig()):
-        replies = say(simulated["simulated"], b"3 g ", b"r0xa4\r4 g r0xa4\r", b"\r1 x\r", ends=2)
-    assert replies == b"v 0\re 3\r"
 
 
 def test_echo() -> None:
@@ -111,41 +105,7 @@ def enabled(described: Rig, pace: Pace = "lockstep") -> Iterator[tuple[SerialRig
             drives.close()
 
 
-@pytest.fixture
-def three() -> Iterator[tuple[SerialRig, Amplifiers]]:
-    """Enabled drives on three lines."""
-    with enabled(rig("simulated1", "simulated2", "simulated3")) as (machine, drives):
-        assert drives.exchange(None, 5.0).power == (Power.ON,) * 3
-        yield machine, drives
-
-
-def test_unplugged_line_ends_the_run_and_the_other_drives_stop(
-    three: tuple[SerialRig, Amplifiers],
-) -> None:
-    machine, drives = three
-    machine.unplug("simulated2")
-    while "simulated2" in simulated:
-        time.sleep(0.01)
-    with pytest.raises(RunFailed, match="serial port simulated2 is lost"):
-        drives.exchange(None, 2.0)
-    assert drives.goal is Goal.STOPPED
-    for _ in range(5):
-        drives.exchange(None, 2.0)
-    assert drives.power_off() == (Power.OFF, Power.UNKNOWN, Power.OFF)
-
-
-def test_disturbed_replies_are_missing_and_the_line_recovers(
-    three: tuple[SerialRig, Amplifiers],
-) -> None:
-    machine, drives = three
-    machine.disturb = lambda port, reply: reply.replace(b"v", b"w") if port == "simulated3" else reply
-    assert drives.exchange(None, 2.0).missing == 1
-    machine.disturb = lambda port, reply: reply
-    sample = drives.exchange(None, 2.0)
-    assert sample.missing == 0
-    assert sample.power == (Power.ON,) * 3
-
-
+@pytest.mark.realtime
 @pytest.mark.parametrize("register", ["r0xf0", ""])
 def test_only_a_watchdog_switches_power_off_when_the_host_is_lost(register: str) -> None:
     described = rig(registers=SerialRegisters(watchdog=register), reply_timeout=1.0)

@@ -1,4 +1,3 @@
-import math
 from collections.abc import Callable
 
 import pytest
@@ -44,10 +43,6 @@ def test_exact_reference_follows_an_acceleration_with_a_fitting_torque_exactly()
     assert exact < 0.2 * usual
 
 
-def test_constant_speed_is_followed_without_lag() -> None:
-    assert _followed(lambda t: 3.0 * t, 2.0)[0] == pytest.approx(6.0, abs=1e-3)
-
-
 def test_torque_stays_within_the_limit_and_does_not_wind_up() -> None:
     axis = PositionLoop(SERVO, DT, 10)
     axis.restart(0.0)
@@ -58,12 +53,3 @@ def test_torque_stays_within_the_limit_and_does_not_wind_up() -> None:
     axis.restart(0.5)
     axis.torque = 0.0
     assert axis.follow(0.5, 0.5, 0.0) == 0.0
-
-
-def test_current_decays_with_the_current_loops_time_constant() -> None:
-    axis = PositionLoop(SERVO, DT, 10)
-    axis.torque = 10.0
-    for _ in range(10):
-        axis.idle()
-    assert axis.torque == pytest.approx(10.0 * (1 - DT / SERVO.current_lag) ** 10)
-    assert axis.torque < 10.0 * math.exp(-10 * DT / SERVO.current_lag)

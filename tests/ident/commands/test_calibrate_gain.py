@@ -63,16 +63,6 @@ def test_printed_section_is_valid_in_a_rig_file(pair: tuple[Path, Path], tmp_pat
         assert text in result.stderr
 
 
-def test_json_is_one_document(pair: tuple[Path, Path]) -> None:
-    document = json.loads(calibrate(*pair, "--payload", 1.5, "--json").stdout)
-    assert document["schema"] == 1
-    assert document["torque"]["gain_source"] == "calibrated"
-    for gain, (lowest, highest) in zip(GAINS, document["gain_ci95"], strict=True):
-        assert lowest < gain < highest
-    assert document["explained"] > 0.9
-    assert document["differ"] is True
-
-
 def test_bad_input_is_explained(pair: tuple[Path, Path]) -> None:
     result = calibrate(*reversed(pair), "--payload", 1.5)
     assert isinstance(result.exception, BadInput)

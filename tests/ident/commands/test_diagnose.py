@@ -133,13 +133,6 @@ def test_document_names_every_effect_of_the_library(hide: Hide) -> None:
     assert named["amplifier_deadband"] == "not-observable"
 
 
-def test_phase_segments_are_held_out_without_another_recording(hide: Hide) -> None:
-    document = diagnose(hide(["cogging"]), validate=False)
-    assert "parts of the same motion" in document["held_out"]
-    assert new_effects(document) == ["cogging"]
-    assert document["next_motion"]["command"].startswith("ident design")
-
-
 def test_the_recommended_motion_can_be_designed(hide: Hide, tmp_path: Path) -> None:
     document = diagnose(hide(["arm_mass_mismatch"], size=0.01), validate=False)
     (finding,) = (finding for finding in document["findings"] if finding["effect"] != "rod_inertia")

@@ -113,17 +113,6 @@ def test_the_same_seed_gives_the_same_bytes(folder: Path) -> None:
     assert out[0].read_bytes() == out[1].read_bytes() != out[2].read_bytes()
 
 
-def test_a_swarm_searches_the_shape_of_an_effect(folder: Path) -> None:
-    brief = ["--set", "particles=4", "--set", "neighbours=2", "--set", "iterations=2"]
-    options = ["--method", "pso_nonlinear", "--with", "stribeck", *brief, "--pictures", folder / "pictures"]
-    assert fit(folder / "a.mcap", *options, "--seed", 5).exit_code == 0
-    model = json.loads((folder / "a.model.json").read_text())
-    assert model["method"]["diagnostics"] == {"evaluations": 12, "iterations": 2}
-    assert [parameter["name"] for parameter in model["searched"]] == ["stribeck.v_s"]
-    assert model["method"]["certified"]["excess"] < 1e-9
-    assert (folder / "pictures" / "convergence.png").exists()
-
-
 def test_settings_are_kept_in_the_model_and_json_is_one_document(folder: Path) -> None:
     model = folder / "a.model.json"
     assert fit(folder / "a.mcap", *BRIEF, "--set", "N_p=40", "--set", "neighbours=8").exit_code == 0

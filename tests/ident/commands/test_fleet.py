@@ -10,11 +10,9 @@ from pathlib import Path
 import pytest
 
 from ident.cli import program
-from ident.fleet import alarms
 from recordings.recording import Floats, Recording
 from tests import running
 from tests.conftest import Runner
-from tests.ident.fleet.test_alarms import a_cause
 
 FIRST = datetime(2026, 1, 5, 22, tzinfo=UTC)
 NIGHTS, SINCE = 10, 6
@@ -78,24 +76,6 @@ def test_few_nights_have_no_alarm(folder: Path, tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     assert "1 recordings, 1 of them new; 0 cannot be used" in done.output
     assert "no alarms" in done.output
-
-
-def test_open_alarm_sets_the_exit_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    cause = a_cause()
-    alarm = alarms.Alarm(
-        id="r1-20260117", robot="r1", since="2026-01-17", since_ci95=("2026-01-16", "2026-01-17"), kind="growing",
-        per_day=0.1, shown_by=("c_c1",), log10_e=5.0, acknowledged=False,
-        **{name: getattr(cause, name) for name in type(cause).model_fields},
-    )  # fmt: skip
-    monkeypatch.setattr(alarms, "find", lambda *_: [alarm])
-    (tmp_path / "empty").mkdir()
-    done = invoke(tmp_path / "empty", "--store", tmp_path / "store")
-    assert done.exit_code == 3
-    assert "no recordings (.mcap) below these folders" in done.output
-    line = "r1-20260117: stribeck (or cogging) on joint 1, growing, since 2026-01-17 (2026-01-16 to 2026-01-17)"
-    assert line in done.output
-    acknowledged = invoke("ack", alarm.id, "--store", tmp_path / "store")
-    assert f"{line}, acknowledged" in acknowledged.output
 
 
 def test_first_argument_may_be_an_option_or_a_folder_named_like_a_command(tmp_path: Path) -> None:

@@ -30,8 +30,3 @@ def test_what_is_shown_of_a_method_can_be_set(name: str) -> None:
     assert all(
         f"{setting['name']}" in explained and setting["meaning"] in explained for setting in method["settings"]
     )
-
-
-def test_the_example_after_a_method_names_one_of_its_settings() -> None:
-    assert "next: ident fit FILE --method svd --set threshold=0.05" in methods("svd").stderr
-    assert methods("lad").stderr == "next: ident fit FILE --method lad\n"

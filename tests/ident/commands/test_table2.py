@@ -24,14 +24,6 @@ def test_the_samples_show_the_papers_order_beside_its_values(tmp_path: Path) -> 
     assert figures == sorted(f"figure_{number}.{kind}" for number in (3, 6, 7, 8, 9, 10) for kind in ("csv", "png"))
 
 
-def test_json_is_one_document_and_nothing_else(tmp_path: Path) -> None:
-    document = json.loads(table2("--json", "--preprocess", "parallel", "--plots", tmp_path / "plots").stdout)
-    assert document["pso_above_baselines"] == {"identification": True, "validation": True}
-    assert document["methods"]["svd"]["diagnostics"]["rank"] == 13
-    assert document["methods"]["pso"]["excess"] < 1e-6
-    assert document["methods"]["ls"]["excess"] is None
-
-
 def test_a_study_compares_swarms_of_several_sizes_and_seeds(tmp_path: Path) -> None:
     brief = ["--set", "pso.iterations=40", "--set", "pso_classic.iterations=40", "--plots", tmp_path / "plots"]
     document = json.loads(table2("--json", "--seed", 3, "--seeds", 2, "--sizes", "12,30", *brief).stdout)

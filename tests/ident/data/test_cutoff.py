@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.signal import csd, welch
 
 from ident.data.cutoff import (
     MAX_NOISE_SHARE,
@@ -47,18 +46,15 @@ def test_a_coarse_encoder_lowers_the_cutoff(noisy: Recording, bits: int | None, 
     assert cutoff.hz == pytest.approx(hz, rel=0.1)
 
 
-def test_a_slow_recording_lowers_the_cutoff(make: Make) -> None:
-    cutoff = choose(*signals(make(cycles=2, rate=60, noise=0.01)))
-    assert (cutoff.hz, cutoff.reason) == (12, "rate")
-
-
-def test_a_torque_of_larger_bandwidth_raises_the_cutoff() -> None:
+def test_a_slow_recording_lowers_the_cutoff_and_a_torque_of_larger_bandwidth_raises_it(make: Make) -> None:
+    slow = choose(*signals(make(cycles=2, rate=60, noise=0.01)))
+    assert (slow.hz, slow.reason) == (12, "rate")
     t = np.arange(20000) / 1000
-    position = (np.sin(2 * t) + 1e-3 * np.sin(2 * np.pi * 70 * t))[:, None]
-    torque = np.sin(2 * np.pi * 70 * t)[:, None]
-    cutoff = choose(position, torque + np.random.default_rng(0).normal(0, 0.01, torque.shape), 1000.0)
-    assert cutoff.reason == "signal"
-    assert cutoff.hz == pytest.approx(70, abs=3)
+    wave = np.sin(2 * np.pi * 70 * t)[:, None]
+    noise = np.random.default_rng(0).normal(0, 0.01, wave.shape)
+    wide = choose(np.sin(2 * t)[:, None] + 1e-3 * wave, wave + noise, 1000.0)
+    assert wide.reason == "signal"
+    assert wide.hz == pytest.approx(70, abs=3)
 
 
 def test_propagated_noise_at_the_limit_has_the_maximum_share() -> None:
@@ -107,24 +103,9 @@ def test_recordings_that_are_analysed_together_have_the_lowest_cutoff(noisy: Rec
     assert alone[1].hz < alone[0].hz
 
 
-def test_short_data_give_the_default_cutoff() -> None:
-    assert choose(np.zeros((50, 1)), np.zeros((50, 1)), 500.0).reason == "usual"
-
-
 def test_a_given_cutoff_is_used_if_the_rate_permits_it(noisy: Recording) -> None:
     assert given_or_chosen(45.0, sample(noisy)).sentence() == "45 Hz, as given"
     with pytest.raises(BadInput, match="a fifth of the rate"):
         given_or_chosen(101.0, sample(noisy))
     assert "chosen from the spectra" in given_or_chosen(None, sample(noisy)).sentence()
-
-
-def test_spectra_are_those_of_scipy() -> None:
-    rng = np.random.default_rng(5)
-    position, torque = rng.normal(size=(2, 5001))
-    spectra = Spectra.of(position, torque, 250.0)
-    assert spectra is not None
-    frequency, density = welch(torque[1:-1], 250.0, nperseg=500)
-    np.testing.assert_allclose(spectra.frequency, frequency)
-    np.testing.assert_allclose(spectra.torque, density, rtol=1e-9)
-    _, common = csd(np.diff(position, 2) * 250.0**2, torque[1:-1], 250.0, nperseg=500)
-    np.testing.assert_allclose(spectra.cross_spectrum, np.real(common) / np.sinc(frequency / 250.0) ** 2, rtol=1e-7)
+    assert choose(np.zeros((50, 1)), np.zeros((50, 1)), 500.0).reason == "usual"  # too short for spectra

@@ -7,14 +7,19 @@ import pytest
 
 from ident.data import prepared_recording
 from ident.data.prepared_recording import PreparedRecording, prepare, prepare_all
-from ident.dynamics import mechanisms
 from recordings.errors import BadInput
 from recordings.recording import Recording
 from tests.ident import building
 
+SIGNALS = ("time", "position", "voltage", "repeat")
+
 
 def prepare_parallel(recording: Recording) -> PreparedRecording:
     return prepare(recording, "parallel", None)
+
+
+def selected(recording: Recording, rows: Any) -> Recording:
+    return replace(recording, **{name: getattr(recording, name)[rows] for name in SIGNALS})
 
 
 def with_column(recording: Recording, signal: str, joint: int, value: float) -> Recording:
@@ -23,25 +28,24 @@ def with_column(recording: Recording, signal: str, joint: int, value: float) -> 
     return replace(recording, **{signal: values})
 
 
+@pytest.fixture(scope="module")
+def bench() -> PreparedRecording:
+    return building.prepared(building.record(2))
+
+
 def test_rows_are_the_repeated_motion_only(recording: Recording) -> None:
     prepared = prepare_parallel(recording)
     usable = np.isfinite(prepared.torque).all(axis=1)
-    repeated = recording.time[recording.repeat >= 0]
-    assert prepared.time[usable][0] == pytest.approx(repeated[0], abs=1 / prepared.rate)
-    assert prepared.time[usable][-1] == pytest.approx(repeated[-1], abs=1 / prepared.rate)
+    repeated, rows = recording.time[recording.repeat >= 0], prepared.time[usable]
+    assert rows[[0, -1]] == pytest.approx(repeated[[0, -1]], abs=1 / prepared.rate)
     assert prepared.regressor[usable].shape == (usable.sum(), 3, 11)
     assert np.isfinite(prepared.regressor[usable]).all()
-
-
-def test_without_cycles_all_samples_are_used(recording: Recording) -> None:
-    everything = replace(recording, repeat=np.full_like(recording.repeat, -1))
-    assert prepare_parallel(everything).usable.sum() > prepare_parallel(recording).usable.sum()
+    everything = replace(recording, repeat=np.full_like(recording.repeat, -1))  # without cycles, all samples are used
+    assert prepare_parallel(everything).usable.sum() > prepared.usable.sum()
 
 
 def test_an_unanswered_sync_is_a_gap(recording: Recording) -> None:
-    answered = np.delete(np.arange(len(recording.time)), [900, 901])
-    signals = ("time", "position", "voltage", "repeat")
-    shorter = replace(recording, **{name: getattr(recording, name)[answered] for name in signals})
+    shorter = selected(recording, np.delete(np.arange(len(recording.time)), [900, 901]))
     prepared, expected = prepare_parallel(shorter), prepare_parallel(recording)
     assert prepared.time[-1] == expected.time[-1]
     lost = np.isnan(prepared.torque) & np.isfinite(expected.torque)
@@ -54,27 +58,13 @@ def interrupted_before_motion(recording: Recording) -> Recording:
     return replace(recording, run=run, repeat=np.full_like(recording.repeat, -1))
 
 
-def with_decreasing_time(recording: Recording) -> Recording:
-    return replace(recording, time=recording.time[::-1])
-
-
-def shortened(recording: Recording) -> Recording:
-    signals = ("time", "position", "voltage", "repeat")
-    return replace(recording, **{name: getattr(recording, name)[:600] for name in signals})
-
-
 @pytest.mark.parametrize("n", [1, 2, 7, 40])
 @pytest.mark.parametrize("method", ["central", "parallel"])
 def test_too_few_samples_are_refused(recording: Recording, n: int, method: str) -> None:
-    signals = ("time", "position", "voltage", "repeat")
-    few = replace(recording, **{name: getattr(recording, name)[1000 : 1000 + n] for name in signals})
+    few = selected(recording, slice(1000, 1000 + n))
     few = replace(few, time=few.time - few.time[0])
     with pytest.raises(BadInput, match=r"expected|constant"):
         prepare(few, method, None)
-
-
-def with_impossible_angles(recording: Recording) -> Recording:
-    return replace(recording, position=recording.position * [6, 6, -6])
 
 
 UNUSABLE: list[tuple[str, Callable[[Recording], Recording]]] = [
@@ -86,9 +76,18 @@ UNUSABLE: list[tuple[str, Callable[[Recording], Recording]]] = [
     ("joint 1 is 0 V throughout", lambda recording: with_column(recording, "voltage", 0, 0.0)),
     ("joint 1 is never received", lambda recording: with_column(recording, "voltage", 0, np.nan)),
     ("interrupted before", interrupted_before_motion),
-    (r"made\.mcap: .*check the angles, their zero offsets and the geometry", with_impossible_angles),
-    ("time that increases from sample to sample expected, 10 s is followed by 9.998 s", with_decreasing_time),
-    ("at least 110 usable samples per joint expected after preprocessing, 16 of 600", shortened),
+    (
+        r"made\.mcap: .*check the angles, their zero offsets and the geometry",
+        lambda recording: replace(recording, position=recording.position * [6, 6, -6]),
+    ),
+    (
+        "time that increases from sample to sample expected, 10 s is followed by 9.998 s",
+        lambda recording: replace(recording, time=recording.time[::-1]),
+    ),
+    (
+        "at least 110 usable samples per joint expected after preprocessing, 16 of 600",
+        lambda recording: selected(recording, slice(600)),
+    ),
 ]
 
 
@@ -123,86 +122,51 @@ def test_several_recordings_get_a_common_bandwidth(make: Callable[..., Recording
     assert both[0].cutoff == both[1].cutoff
 
 
-def test_true_motion_and_torque_satisfy_the_model() -> None:
-    prepared = prepare(building.record(2), "parallel", building.CUTOFF)
-    motion, expected = prepared.as_recorded.motion, building.motion_of(2)
+def test_true_motion_and_torque_satisfy_the_model(bench: PreparedRecording) -> None:
+    motion, expected = bench.as_recorded.motion, building.motion_of(2)
     known = np.isfinite(motion.acceleration)
     for name in ("position", "velocity", "acceleration"):
         error = (getattr(motion, name) - getattr(expected, name))[known]
         assert np.abs(error).max() < 0.02 * np.abs(getattr(expected, name)).max()
-    residual = prepared.torque - prepared.condition(prepared.as_recorded.regressor) @ building.parameters(2)
+    residual = bench.torque - bench.condition(bench.as_recorded.regressor) @ building.parameters(2)
     assert np.nanstd(residual) < 0.01
 
 
-def test_rows_are_every_so_many_instants() -> None:
-    prepared = prepare(building.record(), "parallel", building.CUTOFF)
-    step = prepared.preprocessed.decimation
-    assert len(prepared.instant_time) == len(prepared.recording.time)
-    np.testing.assert_allclose(prepared.instant_time[::step], prepared.time)
-    assert prepared.condition(np.ones((len(prepared.instant_time), 3))).shape == (len(prepared.time), 3)
+def test_rows_are_every_so_many_instants_from_the_start_on(bench: PreparedRecording) -> None:
+    assert len(bench.instant_time) == len(bench.recording.time)
+    np.testing.assert_allclose(bench.instant_time[:: bench.preprocessed.decimation], bench.time)
+    late = prepare(bench.recording, "parallel", building.CUTOFF, 100.0)
+    np.testing.assert_allclose(late.time, bench.time + 100)
+    np.testing.assert_array_equal(late.torque, bench.torque)
 
 
-def test_conditioning_is_linear_and_keeps_constants() -> None:
-    prepared = prepare(building.record(), "parallel", building.CUTOFF)
-    x, y = np.random.default_rng(0).normal(size=(2, len(prepared.instant_time), 2))
-    combined = prepared.condition(3 * x - y)
+def test_conditioning_is_linear_and_keeps_constants(bench: PreparedRecording) -> None:
+    x, y = np.random.default_rng(0).normal(size=(2, len(bench.instant_time), 2))
+    combined = bench.condition(3 * x - y)
+    assert combined.shape == (len(bench.time), 2)
     known = np.isfinite(combined)
-    np.testing.assert_allclose(combined[known], (3 * prepared.condition(x) - prepared.condition(y))[known], atol=1e-9)
-    constant = prepared.condition(np.full_like(x, 2.5))
+    np.testing.assert_allclose(combined[known], (3 * bench.condition(x) - bench.condition(y))[known], atol=1e-9)
+    constant = bench.condition(np.full_like(x, 2.5))
     np.testing.assert_allclose(constant[np.isfinite(constant)], 2.5)
 
 
-def test_start_shifts_the_time_and_nothing_else() -> None:
-    early, late = (prepare(building.record(), "parallel", building.CUTOFF, start) for start in (0.0, 100.0))
-    np.testing.assert_allclose(late.time, early.time + 100)
-    np.testing.assert_allclose(late.time, early.time + 100)
-    np.testing.assert_array_equal(late.torque, early.torque)
-
-
-def test_usable_rows_are_those_with_a_torque() -> None:
-    recording = building.record()
-    assert recording.effort is not None
-    recording.effort[500:520] = np.nan
-    prepared = prepare(recording, "parallel", building.CUTOFF)
-    np.testing.assert_array_equal(prepared.usable, np.isfinite(prepared.torque))
-    row = 510 // prepared.preprocessed.decimation
-    assert not prepared.usable[row].any()
-    assert prepared.usable[2 * row].all()
-
-
-def test_correction_of_positions_is_that_of_the_recording() -> None:
+def test_correction_of_positions_is_that_of_the_recording(bench: PreparedRecording) -> None:
     """A correction by an offset shifts the motion; one by a factor scales it."""
-    prepared = prepare(building.record(), "parallel", building.CUTOFF)
-    rig = prepared.as_recorded.rig
-    same, shifted, doubled = (
-        prepared.corrected_motion(rig, change) for change in (lambda q: q, lambda q: q + 0.1, lambda q: 2 * q)
-    )
-    motion = prepared.as_recorded.motion
-    np.testing.assert_allclose(same.motion.velocity, motion.velocity)
-    np.testing.assert_allclose(shifted.motion.position, motion.position + 0.1)
-    np.testing.assert_allclose(shifted.motion.acceleration, motion.acceleration, atol=1e-6)
-    np.testing.assert_allclose(doubled.motion.acceleration, 2 * motion.acceleration, atol=1e-6)
+    rig, motion = bench.as_recorded.rig, bench.as_recorded.motion
+    shifted, doubled = (bench.corrected_motion(rig, change).motion for change in (lambda q: q + 0.1, lambda q: 2 * q))
+    np.testing.assert_allclose(shifted.position, motion.position + 0.1)
+    np.testing.assert_allclose(shifted.velocity, motion.velocity, atol=1e-9)
+    np.testing.assert_allclose(shifted.acceleration, motion.acceleration, atol=1e-6)
+    np.testing.assert_allclose(doubled.acceleration, 2 * motion.acceleration, atol=1e-6)
+    without_cutoff = prepare(bench.recording, "central", None)
+    replaced = without_cutoff.with_positions(lambda position: position + 0.1).as_recorded.motion.position
+    np.testing.assert_allclose(replaced, without_cutoff.as_recorded.motion.position + 0.1, atol=1e-12)
 
 
-def test_load_of_effects_is_the_torque_without_friction() -> None:
-    prepared = prepare(building.record(), "parallel", building.CUTOFF)
-    corrected = prepared.as_recorded
-    inputs = corrected.effect_inputs(building.RATE, prepared.instant_time, building.CUTOFF, building.parameters())
+def test_load_of_effects_is_the_torque_without_friction(bench: PreparedRecording) -> None:
+    corrected = bench.as_recorded
+    inputs = corrected.effect_inputs(building.RATE, bench.instant_time, building.CUTOFF, building.parameters(2))
     load, acceleration = inputs.rigid_at(corrected.motion), corrected.motion.acceleration
     known = np.isfinite(load)
     assert known.mean() > 0.9
     np.testing.assert_allclose(load[known], building.INERTIA * acceleration[known])
-
-
-def test_mechanism_is_that_of_the_rig() -> None:
-    prepared = prepare(building.record(2), "parallel", building.CUTOFF)
-    assert prepared.as_recorded.mechanism.parameters == mechanisms.create(building.bench(2)).parameters
-
-
-def test_positions_are_replaced_without_a_cutoff_too() -> None:
-    prepared = prepare(building.record(), "central", None)
-    shifted = prepared.with_positions(lambda position: position + 0.1)
-    assert prepared.cutoff is None
-    np.testing.assert_allclose(
-        shifted.as_recorded.motion.position, prepared.as_recorded.motion.position + 0.1, atol=1e-12
-    )

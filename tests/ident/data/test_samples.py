@@ -62,23 +62,18 @@ def test_non_uniform_samples_are_interpolated_to_a_uniform_grid(seed: int, jitte
     np.testing.assert_allclose(samples.torque[known, 0], np.cos(3 * grid[known]), atol=1e-5)
 
 
-def test_long_gaps_are_not_interpolated() -> None:
+def test_long_gaps_are_not_interpolated_in_the_signal_that_has_them() -> None:
+    """One lost sample is interpolated, four in a row are not."""
     time = np.delete(np.arange(400) / 100 + np.tile([0.0, 0.002], 200), [100, *range(200, 204)])
-    samples = sample(imported(time))
-    grid = np.arange(len(samples.position)) / samples.rate
-    unknown = grid[np.isnan(samples.position[:, 0])]
-    assert len(unknown) > 0
-    # One lost sample is interpolated, four in a row are not.
-    assert ((unknown > time[198]) & (unknown < time[200])).all()
-
-
-def test_a_gap_in_one_signal_is_a_gap_in_that_signal() -> None:
-    recording = imported(np.arange(400) / 100 + np.tile([0.0, 0.002], 200))
+    recording = imported(time)
     assert recording.effort is not None
-    recording.effort[100:110] = np.nan
+    recording.effort[300:310] = np.nan
     samples = sample(recording)
-    assert np.isnan(samples.torque).any()
-    assert np.isfinite(samples.position).all()
+    grid = np.arange(len(samples.position)) / samples.rate
+    unknown, silent = (grid[np.isnan(signal[:, 0])] for signal in (samples.position, samples.torque))
+    assert len(unknown) > 0
+    assert ((unknown > time[198]) & (unknown < time[200])).all()
+    assert len(silent) > len(unknown)
 
 
 def test_effort_is_used_as_torque_unless_there_is_a_voltage() -> None:
@@ -103,35 +98,14 @@ def test_rest_before_and_after_a_motion_without_cycles_is_not_selected() -> None
     assert np.flatnonzero(sample(marked).selected)[[0, -1]].tolist() == [50, 599]
 
 
-def test_time_that_runs_backwards_is_refused() -> None:
-    time = np.arange(300) / 100
-    time[[100, 101]] = time[[101, 100]]
-    with pytest.raises(BadInput, match=r"1\.01 s is followed by 1 s"):
-        sample(imported(time))
-
-
-@pytest.mark.parametrize(("value", "reading"), [(0.0, "0 N m throughout"), (np.nan, "never received")])
-def test_a_constant_drive_signal_is_refused(value: float, reading: str) -> None:
-    recording = imported(np.arange(300) / 100)
-    assert recording.effort is not None
-    recording.effort[:] = value
-    recording = recording if np.isfinite(value) else replace(recording, effort=None)
-    with pytest.raises(BadInput, match=f"of joint 1 is {reading}"):
-        sample(recording)
-
-
-def delayed(delay: float, lost: list[int]) -> Recording:
-    """A recording whose positions are measured `delay` [s] after their SYNC, with the delays recorded."""
+@given(st.floats(-0.002, 0.009), st.lists(st.integers(5, 390), max_size=3))
+def test_delayed_positions_are_interpolated_to_the_instants(delay: float, lost: list[int]) -> None:
+    """Positions are measured `delay` [s] after their SYNC, with the delays recorded."""
     recording = imported(np.arange(400) / 100)
     recording.position[:, 0] = np.sin(3 * (recording.time + delay))
     recording.position[lost] = np.nan
     delays = np.where(np.isnan(recording.position[:, 0]), np.nan, delay)
-    return replace(recording, extra={"position_delay_1": delays})
-
-
-@given(st.floats(-0.002, 0.009), st.lists(st.integers(5, 390), max_size=3))
-def test_delayed_positions_are_interpolated_to_the_instants(delay: float, lost: list[int]) -> None:
-    samples = sample(delayed(delay, lost))
+    samples = sample(replace(recording, extra={"position_delay_1": delays}))
     known = np.isfinite(samples.position[:, 0])
     np.testing.assert_allclose(samples.position[known, 0], np.sin(3 * np.arange(400)[known] / 100), atol=1e-5)
     # Instants next to a lost sample and at the ends are unknown.
@@ -160,15 +134,28 @@ def test_delays_of_only_some_joints_are_ignored() -> None:
     np.testing.assert_array_equal(sample(recording).position, recording.position)
 
 
-@pytest.mark.parametrize("step", [1.0, 0.976, 4.0])
-def test_time_in_milliseconds_is_refused(step: float) -> None:
-    with pytest.raises(BadInput, match=r"check that time is in seconds, and not in milliseconds"):
-        sample(imported(np.arange(2000) * step, rate=1 / step))
-
-
-@pytest.mark.parametrize(("quantity", "value"), [("position", 1e160), ("effort", -1e200), ("voltage", 1e160)])
-def test_values_that_no_joint_has_are_refused(quantity: str, value: float) -> None:
+def with_value(quantity: str, row: int | slice, value: float) -> Recording:
     recording = imported(np.arange(300) / 100, effort=quantity != "voltage")
-    getattr(recording, quantity)[123] = value
-    with pytest.raises(BadInput, match=rf"bench.mcap: {quantity} within .* of joint 1 at 1\.23 s found; check"):
+    getattr(recording, quantity)[row] = value
+    return recording
+
+
+MILLISECONDS = r"check that time is in seconds, and not in milliseconds"
+IMPOSSIBLE = r"bench.mcap: {} within .* of joint 1 at 1\.23 s found; check"
+
+
+@pytest.mark.parametrize(
+    ("recording", "reason"),
+    [
+        (imported(np.array([0.0, 0.01, 0.03, 0.02, *np.arange(4, 300) / 100])), r"0\.03 s is followed by 0\.02 s"),
+        (with_value("effort", slice(None), 0.0), "of joint 1 is 0 N m throughout"),
+        (replace(imported(np.arange(300) / 100), effort=None), "of joint 1 is never received"),
+        *((imported(np.arange(2000) * step, rate=1 / step), MILLISECONDS) for step in (1.0, 0.976, 4.0)),
+        (with_value("position", 123, 1e160), IMPOSSIBLE.format("position")),
+        (with_value("effort", 123, -1e200), IMPOSSIBLE.format("effort")),
+        (with_value("voltage", 123, 1e160), IMPOSSIBLE.format("voltage")),
+    ],
+)
+def test_recordings_that_cannot_be_true_are_refused(recording: Recording, reason: str) -> None:
+    with pytest.raises(BadInput, match=reason):
         sample(recording)

@@ -1,4 +1,4 @@
-"""Discrimination of effects by motions."""
+"""Torque of effects in motions that have not been recorded, and how well a motion discriminates them."""
 
 import json
 from dataclasses import replace
@@ -10,13 +10,70 @@ from click.testing import CliRunner, Result
 
 from ident.cli import program
 from ident.design.discrimination import discrimination_model
+from ident.design.model import DesignModel, mandatory_effects, with_effects
 from ident.design.motions import repeated_motion
-from ident.dynamics.effects.library import library
+from ident.dynamics.effects.library import library, load
 from ident.dynamics.motion import Motion
+from ident.dynamics.structure import Term
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Axis, Rig, simulated_rig
 from trajectories import library as trajectories
+from trajectories.checks import nominal_parameters
+
+BENCH = Rig(name="bench", mechanism="axes", axes=(Axis(),))
+INERTIA, VISCOUS = 0.4, 0.8
+
+
+def wave(n: int = 400, rate: float = 200.0) -> Motion:
+    time = np.arange(n)[:, None] / rate
+    position, velocity = np.sin(3 * time), 3 * np.cos(3 * time)
+    return Motion(position, velocity, -9 * position, np.sign(velocity))
+
+
+def bench_model() -> DesignModel:
+    return with_effects(BENCH, []).with_parameters(np.array([INERTIA, VISCOUS, 0.0]))
+
+
+def test_columns_of_an_eccentric_encoder_are_those_of_position_velocity_and_acceleration() -> None:
+    """True position q - a sin q: velocity changes by -a cos q q', acceleration by a (sin q q'^2 - cos q q'')."""
+    motion = wave()
+    columns = bench_model().columns(
+        Term.on_all_joints("encoder_eccentricity", load("encoder_eccentricity"), BENCH), motion
+    )
+    q, velocity, acceleration = motion.position, motion.velocity, motion.acceleration
+    expected = INERTIA * (np.sin(q) * velocity**2 - np.cos(q) * acceleration) - VISCOUS * np.cos(q) * velocity
+    np.testing.assert_allclose(columns[:, :, 0], expected, atol=5e-3 * np.abs(expected).max())
+
+
+def test_regressor_has_the_effects_behind_the_mechanism() -> None:
+    model = with_effects(BENCH, ["quadratic_friction"])
+    motion = wave()
+    regressor = model.regressor(motion)
+    assert [parameter.name for parameter in model.parameters] == ["I_1", "c_v1", "c_c1", "quadratic_friction.a1"]
+    np.testing.assert_allclose(regressor[:, :, 3], motion.velocity * np.abs(motion.velocity))
+
+
+def test_masses_of_the_rig_file_are_the_load() -> None:
+    rig = simulated_rig()
+    model = with_effects(rig, mandatory_effects(rig))
+    by_name = dict(zip((parameter.name for parameter in model.parameters), model.values, strict=False))
+    m_p, T_g, inertia = nominal_parameters(rig)
+    assert (by_name["m_p"], by_name["T_g"], by_name["I_2"], by_name["c_v1"]) == (m_p, T_g, inertia, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("effects", "message"),
+    [
+        (["stribeck", "stribeck"], "found twice"),
+        (["back_emf"], "adds torque"),
+        (["thermal_drift"], "does not change"),
+    ],
+)
+def test_effects_that_are_no_torque_of_the_motion_are_refused(effects: list[str], message: str) -> None:
+    with pytest.raises(BadInput, match=message):
+        with_effects(BENCH, effects)
+
 
 SAMPLES = Path(__file__).parents[3] / "recordings" / "samples"
 AXES = Rig(name="bench", mechanism="axes", axes=(Axis(), Axis()))
@@ -53,17 +110,13 @@ def test_discriminability_is_the_residual_of_least_squares() -> None:
     assert normalized.discriminability(normalized.regressor(motion())) == pytest.approx(expected, rel=1e-3)
 
 
-def test_similar_effects_are_discriminated_worse() -> None:
-    similar = discriminability("joint_spring", "arm_com_offset")["arm_com_offset"]
-    assert 0 <= similar < discriminability("joint_spring", "asymmetric_viscous")["asymmetric_viscous"] <= 1
-    assert similar < 0.05
-
-
-def test_discriminability_with_a_known_joint_is_not_lower() -> None:
-    anywhere = discriminability("joint_spring", "arm_com_offset")
+def test_similar_effects_are_discriminated_worse_and_a_known_joint_helps() -> None:
+    similar = discriminability("joint_spring", "arm_com_offset")
+    other = discriminability("joint_spring", "asymmetric_viscous")["asymmetric_viscous"]
+    assert 0 <= similar["arm_com_offset"] < 0.05 < other <= 1
     for joint in range(3):
         at_joint = discriminability("joint_spring", "arm_com_offset", joints=(joint,))
-        assert all(at_joint[name] >= anywhere[name] - 1e-9 for name in anywhere)
+        assert all(at_joint[name] >= similar[name] - 1e-9 for name in similar)
 
 
 @pytest.mark.parametrize(
@@ -114,35 +167,27 @@ def test_a_distortion_with_which_the_mechanism_does_not_close_is_reduced() -> No
     assert np.corrcoef(actual.ravel(), expected.ravel())[0, 1] > 0.9
 
 
+DELTA = simulated_rig()
+
+
 @pytest.mark.parametrize(
-    ("rig", "pair", "message"),
+    ("rig", "pair", "joints", "message"),
     [
-        (simulated_rig(), ("stribeck", "stribeck"), "two different"),
-        (simulated_rig(), ("stribeck", "thermal_drift"), "depends on time"),
-        (simulated_rig(), ("stribeck", "sponge"), "'sponge' found"),
-        (AXES, ("stribeck", "air_drag"), "mechanism axes"),
-        (
-            simulated_rig(),
-            ("stribeck", "amplifier_deadband"),
-            "observable in recordings of this rig expected: .*motor",
-        ),
+        (DELTA, ("stribeck", "stribeck"), (), "two different"),
+        (DELTA, ("stribeck", "thermal_drift"), (), "depends on time"),
+        (DELTA, ("stribeck", "sponge"), (), "'sponge' found"),
+        (AXES, ("stribeck", "air_drag"), (), "mechanism axes"),
+        (DELTA, ("stribeck", "amplifier_deadband"), (), "observable in recordings of this rig expected: .*motor"),
+        (DELTA, ("stribeck", "cogging"), (3,), "joint 1 to 3 expected, 4 found"),
+        (AXES, ("stribeck", "torque_gain_mismatch"), (), "--recording"),  # it needs a load
     ],
 )
-def test_effects_that_no_motion_discriminates_are_refused(rig: Rig, pair: tuple[str, str], message: str) -> None:
-    with pytest.raises(BadInput, match=message):
-        discrimination_model(rig, [pair], library())
-
-
-def test_a_joint_that_does_not_exist_is_refused() -> None:
-    with pytest.raises(BadInput, match="joint 1 to 3 expected, 4 found"):
-        discrimination_model(simulated_rig(), [("stribeck", "cogging")], library(), [3])
-
-
-def test_an_effect_that_needs_a_load_requires_a_recording() -> None:
-    model = discrimination_model(AXES, [("stribeck", "torque_gain_mismatch")], library())
+def test_effects_that_no_motion_discriminates_are_refused(
+    rig: Rig, pair: tuple[str, str], joints: tuple[int, ...], message: str
+) -> None:
     turning = np.sin(np.linspace(0, 6, 50))[:, None] * np.ones(2)
-    with pytest.raises(BadInput, match="--recording"):
-        model.normalized_on(Motion(turning, turning, turning, turning))
+    with pytest.raises(BadInput, match=message):
+        discrimination_model(rig, [pair], library(), joints).normalized_on(Motion(*[turning] * 4))
 
 
 def design(*arguments: object) -> Result:

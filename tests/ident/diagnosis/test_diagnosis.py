@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,65 +17,46 @@ from recordings.recording import Floats, Recording
 from tests.ident import building
 from tests.ident.conftest import TRUTH
 
-SAMPLE = Path("recordings/samples/fig5a.mcap")
+SAMPLE = "recordings/samples/fig5a.mcap"
 
 
-def test_unknown_effect_is_refused_before_reading_files() -> None:
-    with pytest.raises(BadInput, match=r"a name of the library expected, 'frobnicate' found"):
-        diagnose([Path("no such file")], [], library(), DiagnosisOptions(only=("frobnicate",)))
-
-
-def test_unknown_effect_cannot_be_left_out() -> None:
-    with pytest.raises(BadInput, match=r"a name of the library expected, 'frobnicate' found"):
-        diagnose([Path("no such file")], [], library(), DiagnosisOptions(without=("frobnicate",)))
+@pytest.mark.parametrize(
+    ("file", "options", "reason"),
+    [
+        ("no such file", {"only": ("frobnicate",)}, "a name of the library expected, 'frobnicate' found"),
+        ("no such file", {"without": ("frobnicate",)}, "a name of the library expected, 'frobnicate' found"),
+        (SAMPLE, {"only": ("stribeck",), "without": ("stribeck",)}, "'stribeck' found: Left out by the user"),
+        (SAMPLE, {"only": ("amplifier_saturation",)}, "can show expected, 'amplifier_saturation' found: "),
+    ],
+)
+def test_impossible_requests_are_refused_with_the_reason(file: str, options: dict[str, Any], reason: str) -> None:
+    with pytest.raises(BadInput, match=reason):
+        diagnose([Path(file)], [], library(), DiagnosisOptions(**options))
 
 
 def test_effect_that_is_left_out_is_not_tested() -> None:
     options = DiagnosisOptions(only=("stribeck",), without=("air_drag", "rod_inertia"))
-    document = verdict.to_document(diagnose([SAMPLE], [], library(), options))
+    document = verdict.to_document(diagnose([Path(SAMPLE)], [], library(), options))
     rejected = {entry.effect: (entry.status, entry.why) for entry in document.rejected}
     assert rejected["air_drag"] == rejected["rod_inertia"] == ("not-tested", "Left out by the user.")
     assert document.steps[-1].effects == ("stribeck",)
 
 
-def test_effect_cannot_be_requested_and_left_out() -> None:
-    with pytest.raises(BadInput, match="'stribeck' found: Left out by the user"):
-        diagnose([SAMPLE], [], library(), DiagnosisOptions(only=("stribeck",), without=("stribeck",)))
-
-
-def test_unobservable_effect_is_refused_with_the_reason() -> None:
-    with pytest.raises(BadInput, match="can show expected, 'amplifier_saturation' found: "):
-        diagnose([SAMPLE], [], library(), DiagnosisOptions(only=("amplifier_saturation",)))
-
-
-def test_effect_of_an_impossible_sign_is_not_confirmed() -> None:
-    diagnosis = diagnose([SAMPLE], [], library(), DiagnosisOptions(only=("air_drag",)))
-    (finding,) = (each for each in diagnosis.selection.findings if each.term.name == "air_drag")
-    assert (finding.judgement.accepted, finding.judgement.evidence.gain) == (False, 0.0)
-
-
 def test_all_validation_recordings_are_scored_and_not_fitted(
     make: Callable[..., Recording], write: Callable[[Recording], Path], tmp_path: Path
 ) -> None:
-    trajectories = {"a": "fig5a", "b": "fig5b", "c": "excitation"}
     files = [
-        write(make(trajectory, rate=250.0, cycles=2, noise=0.01, path=tmp_path / f"{name}.mcap"))
-        for name, trajectory in trajectories.items()
+        write(make(trajectory, rate=250.0, cycles=2, noise=0.01, path=tmp_path / f"{trajectory}.mcap"))
+        for trajectory in ("fig5a", "fig5b", "excitation")
     ]
     split = prepare_inputs(files[:1], files[1:], library(), DiagnosisOptions()).split
     assert [bool(rows.any()) for rows in split.train] == [True, False, False]
     assert [bool(rows.any()) for rows in split.test] == [False, True, True]
-    assert verdict.describe_test_data(split) == "other recordings: b.mcap, c.mcap"
+    assert verdict.describe_test_data(split) == "other recordings: fig5b.mcap, excitation.mcap"
     single = prepare_inputs(files[:1], files[1:2], library(), DiagnosisOptions()).split
-    assert verdict.describe_test_data(single) == "another recording: b.mcap"
-
-
-def test_training_recording_cannot_validate(
-    make: Callable[..., Recording], write: Callable[[Recording], Path], tmp_path: Path
-) -> None:
-    file = write(make("fig5a", rate=250.0, cycles=2, path=tmp_path / "a.mcap"))
+    assert verdict.describe_test_data(single) == "another recording: fig5b.mcap"
     with pytest.raises(BadInput, match="holds the same data"):
-        prepare_inputs([file], [file], library(), DiagnosisOptions())
+        prepare_inputs(files[:1], files[:1], library(), DiagnosisOptions())
 
 
 def test_validation_recordings_that_disagree_are_named(

@@ -44,18 +44,26 @@ def structure_with(
 
 
 @pytest.mark.parametrize("names", EFFECTS.values(), ids=EFFECTS)
-def test_torque_is_that_which_is_predicted_for_a_recording(
+def test_torque_is_that_which_is_predicted_for_a_recording_and_the_sum_of_its_terms(
     prepared: PreparedRecording, names: tuple[str, ...], truth: Floats
 ) -> None:
     structure, x = structure_with(prepared, names, truth)
-    dynamics = InverseDynamics(structure, x)
+    dynamics, predictor = InverseDynamics(structure, x), TorquePredictor(prepared)
     motion = prepared.as_recorded.motion
     inputs = dynamics.inputs(motion, dt=1 / prepared.samples.rate, t=prepared.instant_time)
-    expected = TorquePredictor(prepared).unfiltered(structure, x)
+    expected = predictor.unfiltered(structure, x)
     known = np.isfinite(expected)
     assert known.mean() > 0.9
     scale = np.abs(expected[known]).max()
     np.testing.assert_allclose(dynamics.reported(inputs)[known], expected[known], atol=1e-9 * scale)
+    terms = dynamics.terms_with_corrections(lambda model: predictor.effect_inputs(structure, model.values))
+    assert set(terms) == {"inertia", "inertia_coupling", "coriolis", "gravity", "viscous", "coulomb", *names}
+    torque = dynamics.torque(predictor.effect_inputs(structure, x))
+    known &= np.isfinite(torque)
+    np.testing.assert_allclose(sum(terms.values())[known], torque[known], atol=1e-12 * scale)
+    nothing = (*EFFECTS["between torque and voltage"], "payload_change")  # which is there after the run here
+    for name in names:
+        assert (np.abs(terms[name][known]).max() > 1e-6) == (name not in nothing)
 
 
 @pytest.mark.parametrize("name", ["backlash", "joint_elasticity"])
@@ -121,24 +129,6 @@ def test_an_encoder_error_corrects_velocity_and_acceleration_with_the_position(
     np.testing.assert_allclose(motion.velocity[inner], velocity[inner], atol=1e-4)
     np.testing.assert_allclose(motion.acceleration[inner], np.gradient(velocity, time, axis=0)[inner], atol=1e-3)
     assert np.abs(motion.velocity - qd).max() > 0.01
-
-
-@pytest.mark.parametrize("names", EFFECTS.values(), ids=EFFECTS)
-def test_terms_add_up_to_the_torque_that_is_predicted_for_a_recording(
-    prepared: PreparedRecording, names: tuple[str, ...], truth: Floats
-) -> None:
-    structure, x = structure_with(prepared, names, truth)
-    dynamics, predictor = InverseDynamics(structure, x), TorquePredictor(prepared)
-    terms = dynamics.terms_with_corrections(lambda model: predictor.effect_inputs(structure, model.values))
-    assert set(terms) == {"inertia", "inertia_coupling", "coriolis", "gravity", "viscous", "coulomb", *names}
-    torque = dynamics.torque(predictor.effect_inputs(structure, x))
-    known = np.isfinite(torque)
-    np.testing.assert_allclose(sum(terms.values())[known], torque[known], atol=1e-12 * np.abs(torque[known]).max())
-    if names != EFFECTS["between torque and voltage"]:
-        np.testing.assert_allclose(torque[known], predictor.unfiltered(structure, x)[known], rtol=1e-9, atol=1e-9)
-    nothing = (*EFFECTS["between torque and voltage"], "payload_change")  # which is there after the run here
-    for name in names:
-        assert (np.abs(terms[name][known]).max() > 1e-6) == (name not in nothing)
 
 
 def test_elasticity_belongs_to_the_torque_and_a_delay_to_the_voltage(

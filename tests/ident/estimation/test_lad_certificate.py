@@ -80,18 +80,21 @@ def test_no_objective_in_the_region_is_below_the_bound(
 
 def degenerate(kind: str) -> tuple[Floats, Floats]:
     regressor, torque = problem()
-    if kind == "equal columns":
-        regressor[:, 1] = regressor[:, 0]
-    elif kind == "column of zeros":
-        regressor[:, 2] = 0
-    elif kind == "standstill":
-        regressor[300:], torque[300:] = regressor[300], torque[300]
-    elif kind == "quantised":
-        regressor, torque = np.round(regressor), np.round(torque)
+    match kind:
+        case "equal columns":
+            regressor[:, 1] = regressor[:, 0]
+        case "column of zeros":
+            regressor[:, 2] = 0
+        case "standstill":
+            regressor[300:], torque[300:] = regressor[300], torque[300]
+        case "quantised":
+            regressor, torque = np.round(regressor), np.round(torque)
+        case "outliers":  # a tenth of the rows is wrong by any amount
+            torque[::10] *= 1e6
     return regressor, torque
 
 
-@pytest.mark.parametrize("kind", ["equal columns", "column of zeros", "standstill", "quantised"])
+@pytest.mark.parametrize("kind", ["equal columns", "column of zeros", "standstill", "quantised", "outliers"])
 def test_degenerate_data_have_the_exact_minimum(kind: str, least_absolute_deviations: LinearProgram) -> None:
     regressor, torque = degenerate(kind)
     certificate = certify(regressor, torque, WIDE)
@@ -110,13 +113,10 @@ def test_the_excess_of_a_perfect_fit_is_relative_to_the_torque() -> None:
     assert certificate.excess(1e-9 * np.abs(torque).sum()) == pytest.approx(1, rel=1e-3)
 
 
-def test_zero_torque_has_a_finite_excess() -> None:
-    certificate = certify(problem()[0], np.zeros(500), WIDE)
-    assert certificate.objective == pytest.approx(0, abs=1e-9)
-    assert np.isfinite(certificate.excess(1.0))
-
-
-def test_the_excess_is_relative_and_never_negative() -> None:
+def test_the_excess_is_relative_finite_and_never_negative() -> None:
     certificate = Certificate(np.zeros(1), 100.0, 100.0, 100.0)
     assert certificate.excess(101.0) == pytest.approx(0.01)
     assert certificate.excess(100.0 - 1e-12) == 0
+    still = certify(problem()[0], np.zeros(500), WIDE)
+    assert still.objective == pytest.approx(0, abs=1e-9)
+    assert np.isfinite(still.excess(1.0))

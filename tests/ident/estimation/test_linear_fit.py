@@ -14,38 +14,27 @@ from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 
 
+def fitted(*recordings: Recording, preprocessing: str = "parallel") -> tuple[Fit, int]:
+    """A fit of the mechanism, and the number of rows of the recordings."""
+    regressions = [Regression.of_mechanism(prepare(recording, preprocessing, None)) for recording in recordings]
+    parameters, generator = regressions[0].prepared.mechanism.parameters, np.random.default_rng(0)
+    settings = estimators.settings("pso", {"iterations": 300})
+    result = fit(regressions, parameters, "pso", settings, generator, lambda *_: None)
+    return result, sum(len(regression.rows()[1]) for regression in regressions)
+
+
 @pytest.mark.parametrize("preprocessing", plugins.names("ident.data.preprocessing"))
 def test_parameters_of_eq_36_are_estimated_within_one_percent(
     make: Callable[..., Recording], truth: Floats, preprocessing: str
 ) -> None:
-    recording = make(cycles=3, noise=0.02)
-    regression = Regression.of_mechanism(prepare(recording, preprocessing, None))
-    settings = estimators.settings("pso", {"iterations": 300})
-    result = fit(
-        [regression],
-        regression.prepared.mechanism.parameters,
-        "pso",
-        settings,
-        np.random.default_rng(0),
-        lambda *_: None,
-    )
+    result, _ = fitted(make(cycles=3, noise=0.02), preprocessing=preprocessing)
     np.testing.assert_allclose(result.parameters, truth, rtol=0.01)
     assert not any(result.at_bound)
 
 
 def test_recordings_are_fitted_together(make: Callable[..., Recording], truth: Floats) -> None:
-    recordings = [make("fig5a", cycles=1), make("fig5b", cycles=1)]
-    regressions = [Regression.of_mechanism(prepare(recording, "parallel", None)) for recording in recordings]
-    settings = estimators.settings("pso", {"iterations": 300})
-    result = fit(
-        regressions,
-        regressions[0].prepared.mechanism.parameters,
-        "pso",
-        settings,
-        np.random.default_rng(0),
-        lambda *_: None,
-    )
-    assert result.rows == sum(len(regression.rows()[1]) for regression in regressions)
+    result, rows = fitted(make("fig5a", cycles=1), make("fig5b", cycles=1))
+    assert result.rows == rows
     np.testing.assert_allclose(result.parameters, truth, rtol=0.01)
 
 

@@ -44,11 +44,6 @@ def test_shape_and_linear_parameters_are_found_without_initial_guesses() -> None
     assert result.evaluations == BRIEF["particles"] * len(result.history)
 
 
-def test_it_stops_when_all_particles_are_equally_good() -> None:
-    loose = search("stribeck", extra=stribeck, noise=0.3, settings={**BRIEF, "tolerance": 0.1})
-    assert len(loose.history) <= BRIEF["iterations"]
-
-
 def test_the_same_seed_gives_the_same_result() -> None:
     settings = {**BRIEF, "iterations": 2}
     first, second = (search("stribeck", extra=stribeck, settings=settings) for _ in range(2))
@@ -61,20 +56,6 @@ def test_a_parameter_of_the_measurement_is_found() -> None:
     result = search("actuation_delay", extra=delayed, noise=0.01, settings={**BRIEF, "iterations": 6})
     value = dict(zip((entry.name for entry in result.structure.parameters), result.x, strict=True))
     assert abs(value["actuation_delay.delta1"]) == pytest.approx(0.004, rel=0.2)
-
-
-def test_a_wide_positive_range_is_searched_on_a_logarithmic_scale() -> None:
-    recording = building.record()
-    region = nonlinear_swarm._search_region(building.structure(recording, "stribeck"), 10.0)
-    assert region.logarithmic.tolist() == [True]
-    np.testing.assert_allclose([region.values(np.array([at]))[0] for at in (0.0, 0.5, 1.0)], [1e-4, 10**-1.5, 10.0])
-
-
-def test_there_is_a_swarm_for_each_value_of_an_index() -> None:
-    structure = building.structure(building.record(), "encoder_eccentricity")
-    choices = list(nonlinear_swarm._choices(structure))
-    names = [entry.name for entry in structure.parameters]
-    assert [choice[names.index("encoder_eccentricity.N")] for choice in choices] == [1.0]
 
 
 @pytest.mark.parametrize(

@@ -26,24 +26,12 @@ def create(given_values: dict[str, Any]) -> Some:
     return result
 
 
-def test_each_setting_is_described() -> None:
-    described = [(each.name, each.kind, each.default, each.meaning.symbol) for each in settings.settings_of(Some)]
-    assert described == [
-        ("size", "an integer", 3, "N"),
-        ("factor", "a number", 0.5, None),
-        ("order", "up or down", "up", None),
-    ]
-
-
 @given(st.integers(-(10**9), 10**9), st.floats(-1e9, 1e9), st.sampled_from(["up", "down"]))
 def test_a_value_and_its_text_are_the_same(size: int, factor: float, order: Literal["up", "down"]) -> None:
     expected = Some(size, factor, order)
     assert create({"size": size, "factor": factor, "order": order}) == expected
+    assert create({"size": np.int64(size), "factor": np.float64(factor), "order": order}) == expected
     assert create(dict(settings.parse((f"N={size}", f"factor = {factor!r}", f"order={order}")))) == expected
-
-
-def test_numbers_of_numpy_are_taken() -> None:
-    assert create({"size": np.int64(7), "factor": np.float64(0.1)}) == Some(7, 0.1)
 
 
 @pytest.mark.parametrize(

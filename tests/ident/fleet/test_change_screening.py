@@ -10,7 +10,7 @@ from ident.diagnosis.diagnosis import DiagnosisOptions, prepare_inputs
 from ident.diagnosis.search.search import Search
 from ident.dynamics.effects.base import Additive
 from ident.dynamics.effects.library import library
-from ident.fleet.change_screening import ChangeScreener, as_change, base_name
+from ident.fleet.change_screening import ChangeScreener, as_change
 from recordings.recording import Floats
 
 
@@ -51,10 +51,6 @@ def test_usual_scatter_explains_what_is_within_it(screener: Callable[..., Change
     strict, tolerant = (screener(change, scatter) for scatter in (0.0, 0.05))
     gains = [each.loss - each.screen(each.parameter_effects())[0][0].loss for each in (strict, tolerant)]
     assert gains[1] < 0.2 * gains[0]
-
-
-def test_base_name() -> None:
-    assert [base_name(name) for name in ("c_c2", "m_p", "rod_inertia.m_d")] == ["c_c", "m_p", "rod_inertia.m_d"]
 
 
 def test_difference_of_friction_is_added_to_it_and_may_be_negative() -> None:

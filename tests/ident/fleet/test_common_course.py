@@ -6,7 +6,6 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from ident.fleet.common_course import with_common_course
 from ident.fleet.discoveries import events
 from ident.fleet.recording_rows import Row
 from ident.fleet.series import Series, nights_and_series
@@ -40,12 +39,3 @@ def test_robot_that_differs_from_the_fleet_is_one(fleet: Callable[..., list[Seri
     extra = 1 + 0.2 * (np.arange(NIGHTS) >= 30)
     (event,) = events(fleet(6, extra))
     assert (event.nights.robot, event.change.index) == ("r0", 30)
-
-
-def test_course_is_that_of_the_others_and_measured_temperatures_go_before(
-    fleet: Callable[..., list[Series]],
-) -> None:
-    common = with_common_course(fleet(6))[0].common
-    assert common is not None
-    np.testing.assert_allclose(np.diff(common[[5, 35]]), 0.2 / np.median(SEASON), atol=0.03)
-    assert all(each.common is None for each in with_common_course(fleet(6, temperature=np.full(NIGHTS, 20.0))))

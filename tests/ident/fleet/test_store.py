@@ -1,7 +1,5 @@
 """The store: each recording once, whole or not at all, one run at a time."""
 
-import errno
-import os
 import shutil
 import subprocess
 import sys
@@ -9,7 +7,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 
 from ident.fleet.recording_rows import Row
@@ -67,18 +64,6 @@ def test_partly_written_file_is_no_part_of_the_table(tmp_path: Path, nights: lis
         store.table()
 
 
-def test_full_disk_is_explained_and_leaves_the_store_as_it_was(
-    tmp_path: Path, nights: list[list[Row]], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    store = filled(tmp_path / "a", nights[:3])
-    with monkeypatch.context() as patch:
-        patch.setattr(os, "fsync", lambda _: (_ for _ in ()).throw(OSError(errno.ENOSPC, "no space")))
-        with store.locked(), pytest.raises(BadInput, match="the disk is full; what it holds is kept"):
-            store.add(nights[3])
-    assert store.table().num_rows == 6
-    assert len(list((tmp_path / "a" / "recordings").iterdir())) == 3
-
-
 def test_store_on_a_disk_that_is_really_full_goes_on_when_there_is_room(tmp_path: Path) -> None:
     namespace = ["unshare", "-rm"]
     probe = [*namespace, "mount", "-t", "tmpfs", "none", str(tmp_path)]
@@ -116,8 +101,3 @@ def test_second_run_and_foreign_folders_are_refused(tmp_path: Path) -> None:
         pass
     with pytest.raises(BadInput, match="none found"):
         Store(tmp_path / "c").table()
-
-
-def test_files_open_as_ordinary_parquet(tmp_path: Path, nights: list[list[Row]]) -> None:
-    filled(tmp_path / "a", nights)
-    assert pq.read_table(tmp_path / "a" / "recordings").num_rows == 12

@@ -1,12 +1,11 @@
 """Only what is new is analysed, with the same rows from any engine."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from ident.fleet import engines
 from ident.fleet.engines import EngineOptions
 from ident.fleet.settings import FleetSettings
 from ident.fleet.store import Store
@@ -51,17 +50,3 @@ def test_other_settings_say_what_is_done_again(tmp_path: Path, folder: Path) -> 
 def plan_of(store: Store, folder: Path, settings: FleetSettings) -> Any:
     with store.locked():
         return plan(store, [folder], settings)
-
-
-def test_recording_that_kills_its_worker_is_a_row(
-    tmp_path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    class Deadly:
-        @staticmethod
-        def run(function: Any, items: Sequence[Any], options: EngineOptions) -> Any:
-            return ((item, None) for item in items)
-
-    monkeypatch.setattr(engines, "load", lambda name: Deadly)
-    store = Store(tmp_path / "store")
-    run(store, folder)
-    assert set(store.table()["reason"].to_pylist()) == {"its worker died each time, perhaps for want of memory"}

@@ -1,15 +1,25 @@
-"""An identified model as an object."""
+"""An identified model as an object, and its prediction of the torque of recordings."""
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import ident
-from ident.identification.model import Model
+from ident.dynamics import mechanisms
+from ident.dynamics.effects.library import library
+from ident.dynamics.motion import Motion
+from ident.estimation import estimators
+from ident.identification.identify import FitOptions, identify
+from ident.identification.model import Model, rig_of
+from ident.identification.model_file import ModelFile
+from ident.identification.prediction import predict, structure_of
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
+from recordings.rig import Geometry, Torque, simulated_rig
+from tests.ident.export.models import model_with
 from tests.ident.kept_models import MODELS
 
 TIME = np.arange(200) / 200
@@ -23,22 +33,14 @@ def model(
     make: Callable[..., Recording], write: Callable[[Recording], Path], tmp_path_factory: pytest.TempPathFactory
 ) -> Model:
     """Fitted to a recording that follows Eq. (26) exactly."""
-    folder = tmp_path_factory.mktemp("model")
-    files = [write(make(cycles=2, path=folder / "a.mcap"))]
-    return ident.fit(files, method="lad")
+    file = write(make(cycles=2, path=tmp_path_factory.mktemp("model") / "a.mcap"))
+    return ident.fit([file], method="lad")
 
 
 def test_fitted_torque_is_that_of_the_true_parameters(model: Model, truth: Floats) -> None:
-    from ident.dynamics import mechanisms
-    from ident.dynamics.motion import Motion
-    from recordings.rig import simulated_rig
-
     expected = mechanisms.create(simulated_rig()).regressor(Motion(Q, QD, QDD, np.sign(QD))) @ truth
     np.testing.assert_allclose(model.torque(Q, QD, QDD), expected, rtol=0.02, atol=0.1)
-
-
-def test_voltage_gives_the_torque_through_the_torque_map(model: Model) -> None:
-    voltage = model.voltage(Q, QD, QDD)
+    voltage = model.voltage(Q, QD, QDD)  # through the torque map
     np.testing.assert_allclose(voltage * np.abs(voltage), model.torque(Q, QD, QDD), atol=1e-9)
 
 
@@ -80,20 +82,20 @@ def test_model_files_give_torque(name: str) -> None:
     assert np.isfinite(torque).all()
 
 
-def test_arrays_of_other_shapes_are_refused(model: Model) -> None:
-    with pytest.raises(BadInput, match=r"shape \(n, 3\) expected"):
-        model.torque(Q[:, :2], QD[:, :2], QDD[:, :2])
-    with pytest.raises(BadInput, match="one value per instant"):
-        model.torque(Q, QD, QDD, t=TIME[:5])
-
-
-def test_what_is_no_array_or_no_time_step_is_refused(model: Model, tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match="qd: an array of real numbers expected"):
-        model.torque(Q, "fast", QDD)
-    with pytest.raises(BadInput, match="dt, a time step above 0 s"):
-        model.torque(Q, QD, QDD, dt=0.0)
-    with pytest.raises(BadInput, match="cannot be written"):
-        model.save(tmp_path / "nothing" / "m.json")
+@pytest.mark.parametrize(
+    ("arrays", "options", "reason"),
+    [
+        ((Q[:, :2], QD[:, :2], QDD[:, :2]), {}, r"shape \(n, 3\) expected"),
+        ((Q, QD, QDD), {"t": TIME[:5]}, "one value per instant"),
+        ((Q, "fast", QDD), {}, "qd: an array of real numbers expected"),
+        ((Q, QD, QDD), {"dt": 0.0}, "dt, a time step above 0 s"),
+    ],
+)
+def test_what_is_no_motion_is_refused(
+    model: Model, arrays: tuple[Any, ...], options: dict[str, Any], reason: str
+) -> None:
+    with pytest.raises(BadInput, match=reason):
+        model.torque(*arrays, **options)
 
 
 def test_a_recording_is_not_replaced(model: Model, tmp_path: Path) -> None:
@@ -102,3 +104,61 @@ def test_a_recording_is_not_replaced(model: Model, tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="a model's name expected"):
         model.save(recording)
     assert recording.read_bytes() == b"a recording"
+    with pytest.raises(BadInput, match="cannot be written"):
+        model.save(tmp_path / "nothing" / "m.json")
+
+
+@pytest.fixture(scope="module")
+def file(
+    make: Callable[..., Recording], write: Callable[[Recording], Path], tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    return write(make(cycles=1, noise=0.01, path=tmp_path_factory.mktemp("p") / "a.mcap"))
+
+
+@pytest.fixture(
+    scope="module",
+    params=[(), ("torque_offset",), ("stribeck:1,2",), ("torque_gain_mismatch:1", "presliding_hysteresis")],
+)
+def identified(file: Path, request: pytest.FixtureRequest) -> ModelFile:
+    options = FitOptions("ls", estimators.settings("ls", {}), 0, "parallel", 20.0, request.param)
+    return identify([file], None, options, lambda *_: None).model
+
+
+def test_the_model_explains_its_own_recording(identified: ModelFile, file: Path) -> None:
+    (prediction,) = predict(identified, [file], library())
+    assert prediction.prepared.bandwidth == 20
+    rms = np.sqrt(np.nanmean(prediction.residual**2, axis=0))
+    np.testing.assert_allclose(rms, identified.train.fitted.rms, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"geometry": Geometry(L2=0.81)}, r"geometry\.L2 is 0\.8 in the model, 0\.81"),
+        ({"torque": Torque(map="linear")}, r"torque\.map is square in the model, linear"),
+    ],
+)
+def test_a_recording_of_another_rig_is_refused(
+    identified: ModelFile,
+    make: Callable[..., Recording],
+    write: Callable[[Recording], Path],
+    tmp_path: Path,
+    change: dict[str, object],
+    message: str,
+) -> None:
+    changed = simulated_rig().model_copy(update=change)
+    path = write(make(cycles=1, rig=changed, path=tmp_path / "other.mcap"))
+    with pytest.raises(BadInput, match=f"{message} in other.mcap; fit a model to it"):
+        predict(identified, [path], library())
+
+
+def test_unknown_parameters_are_refused(identified: ModelFile, file: Path) -> None:
+    with pytest.raises(BadInput, match=r"m_p, .* expected in the model, T_g, .* fit it again"):
+        predict(identified.model_copy(update={"parameters": identified.parameters[1:]}), [file], library())
+
+
+def test_every_joint_has_its_own_shapes() -> None:
+    model = model_with(["position_dependent_friction"])
+    assert sorted(model.file.terms[0].shapes) == ["high1", "high3", "low1", "low3"]
+    _, x = structure_of(model.file, rig_of(model.file), library())
+    np.testing.assert_array_equal(x, model.dynamics.values)

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -78,55 +79,46 @@ def test_friction_may_change_between_the_recordings(recorded: Record) -> None:
     assert ((lowest < GAINS) & (highest > GAINS)).all()
 
 
-def test_calibrating_again_changes_nothing(calibration: Calibration, recorded: Callable[..., Recording]) -> None:
-    empty = recorded()
-    calibrated = replace(empty, rig=empty.rig.model_copy(update={"torque": calibration.torque}))
-    again = replace(recorded(LOADED, seed=1), rig=calibrated.rig)
-    np.testing.assert_allclose(calibrate(calibrated, again, PAYLOAD).torque.gain, calibration.torque.gain, rtol=1e-3)
-
-
-def test_gains_are_proportional_to_the_payload(calibration: Calibration, recorded: Record) -> None:
-    doubled = calibrate(recorded(), recorded(LOADED, seed=1), 2 * PAYLOAD)
+def test_calibrating_again_changes_nothing_and_gains_are_proportional_to_the_payload(
+    calibration: Calibration, recorded: Record
+) -> None:
+    empty, loaded = recorded(), recorded(LOADED, seed=1)
+    calibrated = empty.rig.model_copy(update={"torque": calibration.torque})
+    again = calibrate(replace(empty, rig=calibrated), replace(loaded, rig=calibrated), PAYLOAD)
+    np.testing.assert_allclose(again.torque.gain, calibration.torque.gain, rtol=1e-3)
+    doubled = calibrate(empty, loaded, 2 * PAYLOAD)
     np.testing.assert_allclose(doubled.torque.gain, 2 * np.array(calibration.torque.gain), rtol=1e-6)
 
 
-def with_longer_rods(recording: Recording) -> Recording:
-    return replace(recording, rig=recording.rig.model_copy(update={"geometry": Geometry(L2=0.81)}))
+@pytest.mark.parametrize(
+    ("empty", "loaded", "payload", "reason"),
+    [
+        *(({}, {}, payload, "above 0 kg") for payload in (0.0, -1.0, np.nan)),
+        ({"added": LOADED}, {}, PAYLOAD, "exchange"),
+        ({}, {}, PAYLOAD, r"joint \d shows none"),
+        ({}, {"added": {ARMS: 3.0}}, PAYLOAD, r"explains only \d+ %"),
+        ({"noise": 0.5}, {"added": {PLATFORM: 0.05}, "noise": 0.5}, 0.05, "heavier"),
+        ({}, {"added": LOADED, "trajectory": "fig5b", "seed": 0}, PAYLOAD, "same motion"),
+    ],
+)
+def test_a_difference_other_than_the_payload_is_refused(
+    recorded: Record, empty: dict[str, Any], loaded: dict[str, Any], payload: float, reason: str
+) -> None:
+    with pytest.raises(BadInput, match=reason):
+        calibrate(recorded(**empty), recorded(**{"seed": 1, **loaded}), payload)
 
 
-@pytest.mark.parametrize("payload", [0.0, -1.0, np.nan])
-def test_an_impossible_payload_is_refused(recorded: Record, payload: float) -> None:
-    with pytest.raises(BadInput, match="above 0 kg"):
-        calibrate(recorded(), recorded(), payload)
-
-
-def test_exchanged_files_are_refused(recorded: Record) -> None:
-    with pytest.raises(BadInput, match="exchange"):
-        calibrate(recorded(LOADED), recorded(seed=1), PAYLOAD)
-
-
-def test_a_missing_payload_is_refused(recorded: Record) -> None:
-    with pytest.raises(BadInput, match=r"joint \d shows none"):
-        calibrate(recorded(), recorded(seed=1), PAYLOAD)
-
-
-def test_a_difference_other_than_a_payload_is_refused(recorded: Record) -> None:
-    with pytest.raises(BadInput, match=r"explains only \d+ %"):
-        calibrate(recorded(), recorded({ARMS: 3.0}, seed=1), PAYLOAD)
-
-
-def test_a_payload_that_is_too_light_is_refused(recorded: Record) -> None:
-    pair = recorded(noise=0.5), recorded({PLATFORM: 0.05}, seed=1, noise=0.5)
-    with pytest.raises(BadInput, match="heavier"):
-        calibrate(*pair, 0.05)
-
-
-def test_different_motions_and_rigs_are_refused(recorded: Record) -> None:
-    with pytest.raises(BadInput, match="same motion"):
-        calibrate(recorded(), recorded(LOADED, trajectory="fig5b"), PAYLOAD)
-    with pytest.raises(BadInput, match="same rig"):
-        calibrate(recorded(), with_longer_rods(recorded(LOADED)), PAYLOAD)
-    axes = simulated_rig().model_copy(update={"mechanism": "axes", "axes": (Axis(),) * 3})
-    pair = [replace(recorded(added), rig=axes) for added in ({}, LOADED)]
-    with pytest.raises(BadInput, match="carries a payload"):
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        (({}, {"geometry": Geometry(L2=0.81)}), "same rig"),
+        (({"mechanism": "axes", "axes": (Axis(),) * 3},) * 2, "carries a payload"),
+    ],
+)
+def test_different_rigs_are_refused(recorded: Record, changes: tuple[dict[str, Any], ...], reason: str) -> None:
+    pair = [
+        replace(recorded(added), rig=simulated_rig().model_copy(update=change))
+        for added, change in zip(({}, LOADED), changes, strict=True)
+    ]
+    with pytest.raises(BadInput, match=reason):
         calibrate(*pair, PAYLOAD)

@@ -1,3 +1,5 @@
+"""Curves and spectra of a residual."""
+
 from dataclasses import replace
 
 import numpy as np
@@ -6,6 +8,7 @@ import pytest
 from ident.data.prepared_recording import PreparedRecording
 from ident.identification.prediction import Prediction
 from ident.residuals.curves import BinnedCurve, binned_curves
+from ident.residuals.spectrum import spectrum
 from recordings.recording import Floats
 from tests.ident.residuals.conftest import Planted
 
@@ -63,10 +66,7 @@ def test_a_change_between_cycles_shows_over_cycle_and_time(
     np.testing.assert_allclose(over_cycle.mean, [0, 0.3, 0.6, 0.9], atol=0.03)
     assert over_cycle.explained > 0.9
     assert len(curve("time", planted(drift)).centre) == 4
-
-
-def test_cycles_are_numbered_across_recordings(planted: Planted, noise: Floats) -> None:
-    prediction = planted(noise)
+    prediction = planted(noise)  # cycles are numbered across recordings
     assert curve("cycle", prediction, prediction).centre.tolist() == [1, 2, 3, 4, 5, 6, 7, 8]
     assert curve("velocity", prediction, prediction).samples.sum() == 2 * curve("velocity", prediction).samples.sum()
 
@@ -77,15 +77,40 @@ def test_the_load_is_the_computed_torque(planted: Planted, prepared: PreparedRec
     assert slope == pytest.approx(0.1, rel=0.02)
 
 
-def test_a_bin_with_too_few_visits_has_no_band(planted: Planted, prepared: PreparedRecording, noise: Floats) -> None:
-    binned = curve("time", not_repeated(planted(noise)))
+def test_a_bin_with_too_few_visits_has_no_band(planted: Planted, noise: Floats) -> None:
+    """The motion does not repeat: each bin of time is one visit of less than half a second."""
+    prediction = planted(noise)
+    recording = prediction.prepared.recording
+    once = replace(recording, run=recording.run.model_copy(update={"period": 0.0}))
+    binned = curve("time", replace(prediction, prepared=replace(prediction.prepared, recording=once)))
     assert len(binned.centre) == 24
-    # Each bin of time is one visit of less than half a second.
     assert np.isnan(binned.half_width).all()
 
 
-def not_repeated(prediction: Prediction) -> Prediction:
-    """`prediction` with a motion that does not repeat, so that bins of time may be short."""
-    recording = prediction.prepared.recording
-    once = replace(recording, run=recording.run.model_copy(update={"period": 0.0}))
-    return replace(prediction, prepared=replace(prediction.prepared, recording=once))
+def test_a_vibration_shows_at_its_frequency_with_its_power(planted: Planted, prepared: PreparedRecording) -> None:
+    wave = 0.2 * np.sin(2 * np.pi * 12 * prepared.time)[:, None] * [1, 1, 1]
+    result = spectrum([planted(wave)], 0)
+    assert result.frequency[result.residual.argmax()] == pytest.approx(12, abs=0.3)
+    assert result.residual.sum() * (result.frequency[1] - result.frequency[0]) == pytest.approx(0.02, rel=0.1)
+    assert result.frequency[-1] <= prepared.bandwidth
+
+
+def test_the_repeating_part_is_not_noise(planted: Planted, prepared: PreparedRecording, noise: Floats) -> None:
+    repeating = np.nan_to_num(np.sin(2 * np.pi * 5 * prepared.phase))[:, None] * [1, 1, 1]
+    result = spectrum([planted(repeating + noise)], 0)
+    assert result.noise is not None
+    at_five = abs(result.frequency - 5).argmin()
+    assert result.residual[at_five] > 20 * result.noise[at_five]
+    elsewhere = result.frequency > 10
+    assert result.noise[elsewhere].mean() == pytest.approx(result.residual[elsewhere].mean(), rel=0.15)
+
+
+def test_gaps_and_motions_without_repetition_are_accepted(
+    planted: Planted, prepared: PreparedRecording, noise: Floats
+) -> None:
+    noise[700:705] = np.nan
+    samples = replace(prepared.samples, repeat=np.full_like(prepared.samples.repeat, -1))
+    not_repeated = replace(planted(noise), prepared=replace(prepared, samples=samples))
+    result = spectrum([not_repeated], 2)
+    assert result.noise is None
+    assert np.isfinite(result.residual).all()

@@ -1,3 +1,5 @@
+"""Errors by the phase of the motion, and the worst intervals."""
+
 from collections.abc import Callable
 
 import numpy as np
@@ -6,7 +8,9 @@ import pytest
 from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.identification.prediction import Prediction
 from ident.residuals.phases import joint_residuals, phases
-from recordings.recording import Floats, Recording
+from ident.residuals.windows import worst_windows
+from recordings.recording import Floats, Ints, Recording
+from tests.ident import building
 
 
 @pytest.fixture(scope="module")
@@ -23,12 +27,9 @@ def description(prepared: PreparedRecording, error: Floats) -> str:
     return " ".join(line for joint in joints for line in joint.sentences)
 
 
-def test_uniform_noise_is_not_notable(prepared: PreparedRecording) -> None:
-    assert not description(prepared, noise(prepared))
-
-
-def test_a_zero_residual_is_not_notable(prepared: PreparedRecording) -> None:
-    assert not description(prepared, np.zeros_like(prepared.torque))
+@pytest.mark.parametrize("size", [0.0, 0.1])
+def test_uniform_noise_is_not_notable(prepared: PreparedRecording, size: float) -> None:
+    assert not description(prepared, noise(prepared, size))
 
 
 @pytest.mark.parametrize("phase", ["reversal", "acceleration", "cruise"])
@@ -75,3 +76,22 @@ def test_shares_of_all_phases_sum_to_one(prepared: PreparedRecording) -> None:
         assert sum(phase.time_share for phase in joint.phases.values()) == pytest.approx(1)
         assert sum(phase.error_share for phase in joint.phases.values()) == pytest.approx(1)
         assert joint.rms == pytest.approx(0.1, rel=0.1)
+
+
+def worst_phase(wrong: Ints) -> str:
+    """Phase of the interval with the largest error of a model that is wrong in the rows `wrong`."""
+    prepared = building.prepared(building.record(noise=0.001))
+    computed = prepared.torque - 0.01
+    computed[wrong] -= 1.0
+    (worst,) = worst_windows([Prediction(prepared, computed)], 1)
+    return worst.phase
+
+
+def test_an_interval_has_the_phase_of_most_of_its_error_whatever_else_is_in_it() -> None:
+    recording = building.prepared(building.record(noise=0.001))
+    phase, length = phases(recording)[:, 0], round(0.25 * recording.rate)
+    start = int(np.flatnonzero(np.diff((phase == "reversal").astype(int)) == 1)[4]) + 1
+    assert worst_phase(np.arange(start - 5, start)) == phase[start - 1] != "reversal"
+    clear = [row for row in range(len(phase) - length) if "reversal" not in phase[row - length : row + 2 * length]]
+    inside = clear[len(clear) // 2]
+    assert worst_phase(np.array([inside])) == phase[inside]

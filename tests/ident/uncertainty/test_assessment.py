@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from ident.data import noise
-from ident.dynamics import mechanisms
 from ident.estimation import estimators
 from ident.estimation.linear_fit import Fit, fit
 from ident.estimation.regression import Regression
@@ -20,31 +19,21 @@ NOISE = 0.1
 UNCHANGED = sensitivity.Sensitivity(None, ())
 
 
-def fitted(recordings: list[Recording], method: str = "svd") -> tuple[list[Regression], Fit]:
+def fitted(*recordings: Recording, method: str = "svd") -> tuple[list[Regression], Fit]:
     regressions = [building.regression(recording) for recording in recordings]
-    parameters = mechanisms.create(recordings[0].rig).parameters
-    settings = estimators.settings(method, {})
+    parameters, settings = building.structure(recordings[0]).linear_parameters, estimators.settings(method, {})
     return regressions, fit(regressions, parameters, method, settings, np.random.default_rng(0), lambda *_: None)
 
 
 def assessed(
-    recordings: list[Recording], method: str = "svd", **options: Any
+    *recordings: Recording, method: str = "svd", changes: sensitivity.Sensitivity = UNCHANGED, **options: Any
 ) -> tuple[Assessment, tuple[ParameterUncertainty, ...]]:
-    regressions, result = fitted(recordings, method)
-    changes = options.pop("changes", UNCHANGED)
-    return assess(
-        regressions,
-        result,
-        building.structure(recordings[0]),
-        method,
-        changes,
-        options.pop("relative", False),
-        **options,
-    )
+    regressions, result = fitted(*recordings, method=method)
+    return assess(regressions, result, building.structure(recordings[0]), method, changes, False, **options)
 
 
-def test_noise_floor_and_trend_are_those_of_the_residual() -> None:
-    assessment, _ = assessed([building.record(noise=NOISE, cycles=6)])
+def test_noise_floor_and_model_error_are_those_of_the_residual() -> None:
+    assessment, _ = assessed(building.record(noise=NOISE, cycles=6))
     expected = NOISE * np.sqrt(2 * building.CUTOFF / building.RATE)
     (joint,), (level,) = assessment.floor or (), assessment.noise
     assert joint.cycles == 6
@@ -53,27 +42,18 @@ def test_noise_floor_and_trend_are_those_of_the_residual() -> None:
     assert joint.trend is None
     assert (level.unit, level.source) == ("N m", "repetition")
     assert np.hypot(level.volts, level.floor) == pytest.approx(expected, rel=0.1)
-
-
-def test_model_error_is_above_the_noise() -> None:
-    square = building.record(noise=NOISE, extra=lambda motion: 0.5 * motion.velocity * np.abs(motion.velocity))
-    assessment, _ = assessed([square])
-    (joint,) = assessment.floor or ()
-    assert joint.above_noise > 0.8
-    assert joint.repeating_p < 1e-6
-
-
-def test_one_cycle_has_no_floor() -> None:
-    assert assessed([building.record(cycles=1, noise=NOISE)])[0].floor is None
+    (wrong,) = assessed(building.record(noise=NOISE, extra=building.drag))[0].floor or ()
+    assert wrong.above_noise > 0.8
+    assert wrong.repeating_p < 1e-6
+    assert assessed(building.record(cycles=1, noise=NOISE))[0].floor is None
 
 
 @pytest.mark.parametrize(
     ("method", "loss"), [("svd", "squares"), ("wls", "weighted squares"), ("lad", "absolute deviations")]
 )
 def test_intervals_belong_to_the_loss_of_the_estimator(method: str, loss: str) -> None:
-    assessment, parameters = assessed([building.record(noise=NOISE, seed=3)], method)
+    assessment, parameters = assessed(building.record(noise=NOISE, seed=3), method=method)
     assert assessment.loss == loss
-    assert loss_of(fitted([building.record(noise=NOISE)], method)[1], method) == loss
     for truth, parameter in zip(building.parameters(), parameters, strict=True):
         assert parameter.std is not None
         assert parameter.ci95 is not None
@@ -100,22 +80,19 @@ def test_intervals_of_fitted_recordings_cover_the_truth(method: str) -> None:
 
 
 def test_more_recordings_narrow_the_intervals_by_the_square_root() -> None:
-    recordings = [building.record(noise=NOISE, seed=seed) for seed in range(4)]
-    single, four = (assessed(part)[1] for part in (recordings[:1], recordings))
+    """Their cycles are different blocks."""
+    recordings = [building.record(cycles=3, noise=NOISE, seed=seed) for seed in range(4)]
+    single, four = (assessed(*part)[1] for part in (recordings[:1], recordings))
     ratios = [a.std / b.std for a, b in zip(single, four, strict=True) if a.std and b.std]
     assert np.mean(ratios) == pytest.approx(2.0, rel=0.15)
-
-
-def test_cycles_of_several_recordings_are_different_blocks() -> None:
-    recordings = [building.record(cycles=3, noise=NOISE, seed=seed) for seed in range(2)]
-    _, parameters = assessed(recordings, interval_method="cycles")
+    _, parameters = assessed(*recordings[:2], interval_method="cycles")
     assert [parameter.degrees_of_freedom for parameter in parameters] == [5.0, 5.0, 5.0]
 
 
 def test_collinear_parameters_have_no_interval_and_are_named() -> None:
     """The third column is a copy of the first."""
     recording = building.record(noise=NOISE)
-    regressions, result = fitted([recording])
+    regressions, result = fitted(recording)
     twice = replace(
         regressions[0], regressor=np.concatenate([regressions[0].regressor[:, :, :2]] * 2, axis=2)[:, :, :3]
     )
@@ -129,7 +106,7 @@ def test_collinear_parameters_have_no_interval_and_are_named() -> None:
 
 def test_parameter_at_a_bound_has_no_interval() -> None:
     recording = building.record(noise=NOISE)
-    regressions, result = fitted([recording])
+    regressions, result = fitted(recording)
     at_bound = replace(result, bounds=np.array([[-9.0, 9.0], [result.parameters[1], 9.0], [-9.0, 9.0]]))
     _, parameters = assess(regressions, at_bound, building.structure(recording), "svd", UNCHANGED, False)
     assert [parameter.std is None for parameter in parameters] == [False, True, False]
@@ -137,7 +114,7 @@ def test_parameter_at_a_bound_has_no_interval() -> None:
 
 def test_measured_effort_has_no_uncertain_gain_and_changes_are_passed_on() -> None:
     changes = sensitivity.Sensitivity(np.array([1.0, 2.0, 3.0]), ((15.0, np.array([0.1, 0.2, 0.3])),))
-    assessment, parameters = assessed([building.record(noise=NOISE)], changes=changes)
+    assessment, parameters = assessed(building.record(noise=NOISE), changes=changes)
     assert assessment.gain_uncertainty == 0.0
     assert assessment.cutoffs == (15.0,)
     assert [parameter.per_length_step for parameter in parameters] == [1.0, 2.0, 3.0]
@@ -148,5 +125,5 @@ def test_measured_effort_has_no_uncertain_gain_and_changes_are_passed_on() -> No
 
 def test_impossible_parameter_is_reported() -> None:
     driving = building.record(noise=NOISE, extra=lambda motion: -2.0 * motion.velocity)
-    (warning,) = assessed([driving])[0].warnings
+    (warning,) = assessed(driving)[0].warnings
     assert (warning.name, warning.significant) == ("c_v1", True)

@@ -2,11 +2,9 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from ident.uncertainty.autocovariance import StationaryNoise, bandwidth, parzen, variance_of_sum
+from ident.uncertainty.autocovariance import StationaryNoise, bandwidth, variance_of_sum
 from recordings.recording import Floats
 
 
@@ -22,28 +20,15 @@ def stationary(*blocks: Floats) -> StationaryNoise:
     return StationaryNoise.estimate(blocks, [np.ones_like(block) for block in blocks])
 
 
-@given(width=st.floats(1.0, 500.0))
-def test_lag_weights_fall_from_one_and_have_no_negative_spectrum(width: float) -> None:
-    weights = parzen(width)
-    assert weights[0] == 1
-    assert (np.diff(weights) <= 0).all()
-    assert (weights >= 0).all()
-    spectrum = 2 * np.fft.rfft(weights, 4096).real - 1
-    assert (spectrum > -1e-9).all()
-
-
 @pytest.mark.parametrize("rho", [-0.6, 0.3, 0.8])
 def test_bandwidth_is_andrews_formula_of_the_autocorrelation(rho: float) -> None:
     rows = 200_000
     noise = autoregressive(np.random.default_rng(0), (rows, 1), rho)
     alpha = 4 * rho**2 / (1 - rho) ** 4
     assert bandwidth([noise]) == pytest.approx(2.6614 * (alpha * rows) ** 0.2, rel=0.03)
-
-
-def test_bandwidth_never_exceeds_the_rows_and_does_not_depend_on_the_unit() -> None:
     trend = np.arange(50.0)[:, None]
     assert bandwidth([trend]) <= 50
-    assert bandwidth([trend]) == pytest.approx(bandwidth([1e-9 * trend]))
+    assert bandwidth([1e-9 * trend]) == pytest.approx(bandwidth([trend]))
 
 
 @pytest.mark.parametrize("rho", [-0.5, 0.0, 0.5, 0.9])
@@ -52,19 +37,9 @@ def test_variance_of_a_sum_is_the_long_run_variance(rho: float) -> None:
     rows, rng = 4000, np.random.default_rng(1)
     expected = rows * (1 + rho) / (1 - rho) - 2 * rho * (1 - rho**rows) / (1 - rho) ** 2
     draws = [autoregressive(rng, (rows, 1), rho) for _ in range(60)]
-    sums = [variance_of_sum([x])[0][0, 0] for x in draws]
-    assert np.mean(sums) == pytest.approx(expected, rel=0.08)
     ones = np.ones((rows, 1, 1))
-    assert np.mean([stationary(x).variance_of_sums([ones])[0][0, 0] for x in draws]) == pytest.approx(
-        expected, rel=0.08
-    )
-
-
-def test_autocovariance_of_an_autoregression_falls_geometrically() -> None:
-    noise = autoregressive(np.random.default_rng(2), (200_000, 1), 0.7)
-    process = stationary(noise)
-    lags = np.arange(8)
-    np.testing.assert_allclose(process.covariance[:8, 0, 0] / process.weights[:8], 0.7**lags, atol=0.02)
+    for variance in (lambda x: variance_of_sum([x]), lambda x: stationary(x).variance_of_sums([ones])):
+        assert np.mean([variance(x)[0][0, 0] for x in draws]) == pytest.approx(expected, rel=0.08)
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.8])
@@ -92,42 +67,19 @@ def test_noise_that_joints_share_adds_up_or_cancels() -> None:
 def test_joint_that_follows_another_has_its_autocovariance_shifted() -> None:
     noise = autoregressive(np.random.default_rng(5), (200_000, 1), 0.8)
     process = stationary(np.hstack([noise, np.roll(noise, 3, axis=0)]))
-    lags = np.arange(7)
-    later, earlier = (process.covariance[:7, i, 1 - i] / process.weights[:7] for i in (0, 1))
-    np.testing.assert_allclose(later, 0.8 ** np.abs(lags - 3), atol=0.03)
-    np.testing.assert_allclose(earlier, 0.8 ** (lags + 3.0), atol=0.03)
+    lags, correlation = np.arange(7), process.covariance[:7] / process.weights[:7, None, None]
+    np.testing.assert_allclose(correlation[:, 0, 0], 0.8**lags, atol=0.03)
+    np.testing.assert_allclose(correlation[:, 0, 1], 0.8 ** np.abs(lags - 3), atol=0.03)
+    np.testing.assert_allclose(correlation[:, 1, 0], 0.8 ** (lags + 3.0), atol=0.03)
 
 
-def test_missing_samples_do_not_bias_the_autocovariance() -> None:
+def test_missing_samples_do_not_bias_the_autocovariance_and_recordings_add_up() -> None:
     rng = np.random.default_rng(6)
     noise = autoregressive(rng, (100_000, 1), 0.7)
     valid = (rng.random(noise.shape) < 0.5).astype(float)
     process = StationaryNoise.estimate([noise * valid], [valid])
     np.testing.assert_allclose(process.covariance[:5, 0, 0] / process.weights[:5], 0.7 ** np.arange(5), atol=0.03)
     assert process.samples == pytest.approx(valid.sum())
-
-
-@settings(max_examples=40)
-@given(seed=st.integers(0, 2**32 - 1), scale=st.floats(1e-6, 1e6), joints=st.permutations(range(3)))
-def test_unit_order_of_joints_and_direction_of_time_do_not_matter(seed: int, scale: float, joints: list[int]) -> None:
-    rng = np.random.default_rng(seed)
-    noise, factor = autoregressive(rng, (400, 3), 0.6), rng.normal(size=(400, 3, 2))
-    expected, freedom = stationary(noise).variance_of_sums([factor])
-    # The bandwidth is estimated from all rows but the last: backwards it differs a little.
-    for changed, weights, tolerance in (
-        (noise[:, joints], factor[:, joints], 1e-9),
-        (scale * noise, factor / scale, 1e-9),
-        (noise[::-1], factor[::-1], 0.05),
-    ):
-        variance, same_freedom = stationary(changed).variance_of_sums([weights])
-        np.testing.assert_allclose(variance, expected, rtol=0, atol=tolerance * np.abs(expected).max())
-        np.testing.assert_allclose(same_freedom, freedom, rtol=tolerance)
-
-
-def test_two_recordings_add_their_variances() -> None:
-    rng = np.random.default_rng(7)
-    first, second = autoregressive(rng, (900, 1), 0.5), autoregressive(rng, (600, 1), 0.5)
-    both = stationary(first, second)
     ones = [np.ones((900, 1, 1)), np.ones((600, 1, 1))]
-    total, _ = both.variance_of_sums(ones)
-    assert total == pytest.approx(sum(both.variance_of_sums([block])[0] for block in ones))
+    total, _ = process.variance_of_sums(ones)
+    assert total == pytest.approx(sum(process.variance_of_sums([block])[0] for block in ones))

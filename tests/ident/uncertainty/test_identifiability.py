@@ -1,73 +1,54 @@
-"""Identifiability of parameters, for matrices whose singular values are known."""
+"""Parameters that are not identifiable, or physically impossible, and the coupling of joints."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ident.dynamics import mechanisms
 from ident.dynamics.mechanisms import Parameter
 from ident.uncertainty.identifiability import UNIDENTIFIABLE, WEAK, identifiability
+from ident.uncertainty.physical_consistency import coupling, inertia_matrix, violations
 from recordings.recording import Floats
+from tests.ident import building
+from tests.ident.conftest import TRUTH, make_recording
 
 
 def parameters(k: int) -> tuple[Parameter, ...]:
     return tuple(Parameter(f"p{i}", "kg", f"number {i}") for i in range(k))
 
 
-def pair(correlation: float) -> Floats:
-    """Products of two columns of unit length; singular values sqrt(1 + r), sqrt(1 - r)."""
+def pair(index: float) -> Floats:
+    """Products of two columns of unit length, whose condition number is `index`."""
+    correlation = (index**2 - 1) / (index**2 + 1)
     return np.array([[1.0, correlation], [correlation, 1.0]])
 
 
-def correlation_of(index: float) -> float:
-    """Correlation of two columns whose condition number is `index`."""
-    return (index**2 - 1) / (index**2 + 1)
-
-
-@given(index=st.floats(1.0, 1e3))
-def test_condition_number_of_two_columns(index: float) -> None:
-    result = identifiability(pair(correlation_of(index)), parameters(2))
-    assert result.condition == pytest.approx(index, rel=1e-4)
-    assert result.singular_values[0] ** 2 + result.singular_values[1] ** 2 == pytest.approx(2.0)
-
-
 @pytest.mark.parametrize(
-    ("index", "status"), [(0.9 * WEAK, "identifiable"), (1.1 * WEAK, "weak"), (10 * UNIDENTIFIABLE, "not")]
+    ("index", "status"),
+    [(1.0, "identifiable"), (0.9 * WEAK, "identifiable"), (1.1 * WEAK, "weak"), (10 * UNIDENTIFIABLE, "not")],
 )
-def test_status_follows_the_condition_number(index: float, status: str) -> None:
-    result = identifiability(pair(correlation_of(index)), parameters(2))
+def test_condition_number_of_two_columns_gives_the_status(index: float, status: str) -> None:
+    result = identifiability(pair(index), parameters(2))
+    assert status == "not" or result.condition == pytest.approx(index, rel=1e-4)
+    assert sum(value**2 for value in result.singular_values) == pytest.approx(2.0)
     assert result.status == (status, status)
 
 
-def test_orthogonal_columns_of_any_size_are_perfectly_conditioned() -> None:
-    result = identifiability(np.diag([1e-8, 1.0, 1e8]), parameters(3))
-    assert result.condition == pytest.approx(1.0)
-    assert result.status == ("identifiable",) * 3
-    assert result.combinations == ()
-
-
-def test_collinear_columns_are_named_and_others_are_not() -> None:
-    """Column 3 is twice column 1 less column 2; column 0 is independent."""
-    rng = np.random.default_rng(0)
-    columns = rng.normal(size=(500, 4))
-    columns[:, 3] = 2 * columns[:, 1] - columns[:, 2]
-    result = identifiability(columns.T @ columns, parameters(4))
-    assert result.status == ("identifiable", "not", "not", "not")
+def test_collinear_columns_are_named_with_the_changes_that_cancel() -> None:
+    """Column 2 is -3 times column 1; column 0 is independent: the changes 1 of p1 and 1/3 of p2 cancel."""
+    columns = np.random.default_rng(0).normal(size=(500, 3))
+    columns[:, 2] = -3 * columns[:, 1]
+    result = identifiability(columns.T @ columns, parameters(3))
+    assert result.status == ("identifiable", "not", "not")
     (combination,) = result.combinations
     assert combination.status == "not"
-    assert set(combination.names) == {"p1", "p2", "p3"}
-    assert "cannot be told apart by this motion" in combination.sentence
-    assert "p0" not in combination.sentence
-
-
-def test_sentence_gives_the_changes_that_cancel() -> None:
-    """With x_1 = -3 x_0, the changes 1 of p0 and 1/3 of p1 cancel."""
-    x = np.random.default_rng(0).normal(size=100)
-    columns = np.stack([x, -3 * x], axis=1)
-    (combination,) = identifiability(columns.T @ columns, parameters(2)).combinations
-    changes = dict(zip(combination.names, (1.0, 3.0 if combination.names[0] == "p1" else 1 / 3), strict=True))
+    assert set(combination.names) == {"p1", "p2"}
+    changes = dict(zip(combination.names, (1.0, 3.0 if combination.names[0] == "p2" else 1 / 3), strict=True))
     assert all(f"{name} by {change:+.3g} kg" in combination.sentence for name, change in changes.items())
+    assert "cannot be told apart by this motion" in combination.sentence
     assert "together do next to nothing" in combination.sentence
+    assert "p0" not in combination.sentence
 
 
 @given(seed=st.integers(0, 2**32 - 1), scales=st.lists(st.floats(1e-5, 1e5), min_size=4, max_size=4))
@@ -85,3 +66,48 @@ def test_units_and_order_of_parameters_do_not_matter(seed: int, scales: list[flo
     permuted = identifiability((columns.T @ columns)[np.ix_(order, order)], names)
     assert permuted.condition == pytest.approx(expected.condition, rel=1e-3)
     assert permuted.status == tuple(expected.status[i] for i in order)
+
+
+MASS = Parameter("m", "kg", "a mass", nonnegative=True)
+FRICTION = Parameter("c", "N m", "friction", friction=True)
+OFFSET = Parameter("a", "N m", "an offset")
+
+
+def test_only_negative_masses_and_friction_are_impossible() -> None:
+    values = np.array([-1.0, -2.0, -3.0])
+    intervals = values[:, None] + [-0.5, 0.5]
+    mass, friction = violations((MASS, FRICTION, OFFSET), values, intervals)
+    assert (mass.name, mass.significant) == ("m", True)
+    assert "must be positive for any body" in mass.sentence
+    assert "friction would drive the motion" in friction.sentence
+    assert violations((MASS, FRICTION, OFFSET), np.zeros(3), intervals) == ()
+    for highest in (0.2, np.nan):
+        (chance,) = violations((MASS,), np.array([-1.0]), np.array([[-2.2, highest]]))
+        assert not chance.significant
+        assert "this may be chance" in chance.sentence
+
+
+@pytest.mark.parametrize(("inertias", "positive"), [([0.1, 0.2, 0.3], True), ([0.1, -0.2, 0.3], False)])
+def test_inertia_matrix_of_independent_axes_is_the_diagonal_of_their_inertias(
+    inertias: list[float], positive: bool
+) -> None:
+    motion, values = building.motion_of(joints=3), np.array([*inertias, *np.ones(6)])
+    regressor = mechanisms.create(building.bench(3)).regressor
+    D = inertia_matrix(regressor, motion.position[:5], values)
+    np.testing.assert_allclose(D, np.tile(np.diag(inertias), (5, 1, 1)), atol=1e-15)
+    result = coupling(regressor, motion, values)
+    assert result is not None
+    assert result.positive is positive
+    if positive:
+        np.testing.assert_allclose(result.off_diagonal, np.eye(3), atol=1e-12)
+        assert result.share == pytest.approx(0.0, abs=1e-12)
+    single = mechanisms.create(building.bench()).regressor
+    assert coupling(single, building.motion_of(), building.parameters()) is None
+
+
+def test_inertia_matrix_of_the_delta_robot_is_symmetric_positive_and_coupled() -> None:
+    recording = make_recording(cycles=1, rate=100.0)
+    mechanism = mechanisms.create(recording.rig)
+    D = inertia_matrix(mechanism.regressor, recording.position[::20], TRUTH)
+    np.testing.assert_allclose(D, D.swapaxes(1, 2), atol=1e-9)
+    assert (np.linalg.eigvalsh(D) > 0).all()

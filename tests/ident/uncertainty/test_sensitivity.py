@@ -1,5 +1,6 @@
-"""Changes of the parameters under other assumptions."""
+"""Changes of the parameters under other assumptions, and the time delay between torque and motion of each joint."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -8,23 +9,15 @@ import pytest
 from ident.data.prepared_recording import prepare
 from ident.estimation.regression import Regression
 from ident.uncertainty.sensitivity import CUTOFF_FACTORS, LENGTH_STEP, sensitivity, with_longer_rods
-from recordings.recording import Recording
+from ident.uncertainty.time_delay import delays
+from recordings.recording import Floats, Recording
 from tests.ident import building
 from tests.ident.conftest import TRUTH, make_recording
 
 
-@pytest.fixture(scope="module")
-def delta() -> Recording:
-    return make_recording(cycles=1, rate=250.0)
-
-
-def test_axes_have_no_rods() -> None:
-    result = sensitivity([building.record()], "parallel", 20.0)
-    assert result.per_length_step is None
-
-
 def test_correct_model_does_not_depend_on_the_cutoff() -> None:
     result = sensitivity([building.record()], "parallel", 20.0)
+    assert result.per_length_step is None  # axes have no rods
     assert [hz for hz, _ in result.per_cutoff] == [factor * 20.0 for factor in CUTOFF_FACTORS]
     for _, change in result.per_cutoff:
         np.testing.assert_allclose(change, 0.0, atol=5e-3)
@@ -44,14 +37,8 @@ def test_other_cutoff_is_limited_by_the_rate_and_absent_without_a_cutoff() -> No
     assert sensitivity([recording], "savgol", None).per_cutoff == ()
 
 
-def test_length_changes_only_the_rods(delta: Recording) -> None:
-    longer = with_longer_rods(delta, 0.02)
-    assert longer.rig.geometry.L2 == pytest.approx(delta.rig.geometry.L2 + 0.02)
-    assert replace(longer, rig=delta.rig).rig == delta.rig
-    assert longer.rig.geometry.L1 == delta.rig.geometry.L1
-
-
-def test_change_per_length_predicts_the_fit_with_longer_rods(delta: Recording) -> None:
+def test_change_per_length_predicts_the_fit_with_longer_rods() -> None:
+    delta = make_recording(cycles=1, rate=250.0)
     change = sensitivity([delta], "parallel", 20.0).per_length_step
     assert change is not None
     half = with_longer_rods(delta, LENGTH_STEP / 2)
@@ -69,3 +56,47 @@ def test_only_the_first_minute_of_the_repeated_motion_counts() -> None:
     expected, result = (sensitivity([x], "parallel", 5.0) for x in (long, faulty))
     for (_, change), (_, same) in zip(expected.per_cutoff, result.per_cutoff, strict=True):
         np.testing.assert_array_equal(change, same)
+
+
+Make = Callable[..., Recording]
+
+
+def fitted(recording: Recording) -> tuple[Regression, Floats]:
+    regression = Regression.of_mechanism(prepare(recording, "parallel", None))
+    return regression, np.linalg.lstsq(*regression.rows(), rcond=None)[0]
+
+
+def test_a_planted_delay_is_found_joint_by_joint(make: Make) -> None:
+    recording = make(cycles=2, noise=0.02)
+    voltage = recording.voltage.copy()
+    voltage[:-1, 1] = recording.voltage[1:, 1]  # the second joint is a sample early
+    voltage[1:, 2] = recording.voltage[:-1, 2]  # the third joint is a sample late
+    regression, parameters = fitted(replace(recording, voltage=voltage))
+    estimates = delays([regression], parameters)
+    assert estimates is not None
+    for delay, expected in zip(estimates, (0.0, 0.002, -0.002), strict=True):
+        assert delay.seconds == pytest.approx(expected, abs=2e-4)
+        assert delay.half_width < 2e-4
+
+
+def test_the_interval_covers_the_true_delay(make: Make) -> None:
+    """Two recordings narrow it."""
+    inside, widths = [], np.zeros(2)
+    regression, parameters = fitted(make(cycles=1, noise=0.05))
+    for seed in range(1, 21):
+        other, parameters = fitted(make(cycles=1, noise=0.05, seed=seed))
+        single, both = delays([other], parameters), delays([regression, other], parameters)
+        assert single is not None
+        assert both is not None
+        inside += [abs(delay.seconds) <= delay.half_width for delay in single]
+        widths += single[0].half_width, both[0].half_width
+    assert np.mean(inside) >= 0.85
+    assert widths[1] == pytest.approx(widths[0] / np.sqrt(2), rel=0.1)
+
+
+def test_no_delay_is_estimated_if_the_model_contains_the_derivative_of_the_torque(make: Make) -> None:
+    regression, parameters = fitted(make(cycles=1))
+    from ident.uncertainty.time_delay import _slopes
+
+    shapes = np.concatenate([regression.regressor, _slopes(regression, parameters)], axis=2)
+    assert delays([replace(regression, regressor=shapes)], np.append(parameters, np.zeros(3))) is None

@@ -87,25 +87,6 @@ def test_fit_add_remove_and_return(engine: SelectionEngine) -> None:
         next(engine.remove(spec_of(step_list), 7))
 
 
-@pytest.mark.slow
-def test_contribution_of_a_candidate_agrees_with_its_improvement(engine: SelectionEngine) -> None:
-    """Checked on the training rows; on the other rows the effect has the same coefficient."""
-    step_list, series, candidates, previews, _ = engine.fit(TRAIN, VALIDATE)
-    assert isinstance(step_list, views.StepsView)
-    assert isinstance(series, tuple)
-    assert isinstance(candidates, views.CandidateList)
-    assert isinstance(previews, views.CandidatePreviews)
-    assert set(previews.contributions) == set(previews.figures) == {card.name for card in candidates.cards}
-    residual = series[0].residual
-    for card in candidates.cards[:4]:
-        contributions = previews.contributions[card.name]
-        assert [contribution.shape for contribution in contributions] == [item.residual.shape for item in series]
-        improvement = 1 - np.nansum((residual - contributions[0]) ** 2) / np.nansum(residual**2)
-        assert improvement == pytest.approx(card.improvement, abs=0.03), (
-            "rows are weighted by their noise, equal here"
-        )
-
-
 def test_new_process_rebuilds_the_same_steps(engine: SelectionEngine) -> None:
     step_list = steps_of(engine.fit(TRAIN, None))
     rebuilt = steps_of(SelectionEngine(lambda text: None).show(spec_of(step_list, None)))
@@ -166,17 +147,3 @@ def test_linear_effect_removes_what_the_refit_removes() -> None:
     for torque, before, after in zip(removed, model.residuals, refitted.residuals, strict=True):
         np.testing.assert_allclose(torque, before - after, atol=1e-6)
     assert np.isnan(removed[0][300:305]).all(), "unknown rows stay unknown"
-
-
-def test_signal_effect_removes_about_what_the_refit_removes() -> None:
-    """A drive signal that is 4 ms early."""
-    late = building.record(cycles=6, noise=0.01)
-    assert late.effort is not None
-    late.effort[:-1] = late.effort[1:]
-    data = building.split([late])
-    model = building.fitted(data)
-    (candidate, *_), _ = Screener(data, model.solution).screen({"actuation_delay": library()["actuation_delay"]})
-    (removed,) = EffectContribution(data, model.solution).compute(candidate)
-    (before,) = model.residuals
-    remaining = np.nanmean((before - removed)[data.scored[0]] ** 2)
-    assert remaining < 0.3 * np.nanmean(before[data.scored[0]] ** 2)

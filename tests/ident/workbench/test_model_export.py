@@ -7,11 +7,10 @@ from typing import Any, cast
 
 import pytest
 
-from ident import plugins
 from ident.identification import model_file
 from ident.workbench.folder import Folder
 from ident.workbench.state import model_export
-from ident.workbench.state.model_export import ENDINGS, ModelExport, targets_of
+from ident.workbench.state.model_export import ModelExport
 from ident.workbench.topics import Changes
 from recordings.errors import BadInput
 
@@ -67,24 +66,6 @@ def test_report_saves_the_model_first_and_no_other_file_is_served(export: ModelE
             export.report(name)
     (tmp_path / "a.model.json").unlink()
     assert "a file in" in (export.create_report(MODEL, STEPS) or ""), "what the user deleted meanwhile is named"
-
-
-def test_export_belongs_to_its_model(export: ModelExport, commands: list[tuple[str, ...]]) -> None:
-    assert set(targets_of("delta")) == set(ENDINGS) == set(plugins.names("ident.export.targets"))
-    assert "mjcf" not in targets_of("axes")
-    for target in ENDINGS:
-        name = export.free_name("a.model.json", target)
-        assert name.startswith("a")
-        assert export.export(MODEL, "a.model.json", target, name, None) is None
-        files = export.export_of(MODEL)
-        assert files is not None
-        assert files.document == {"target": target}
-        assert (files.out, files.model_name) == (name, "a.model.json")
-        assert files.command == ("ident", *commands[-1])
-    assert export.export_of(OTHER) is None
-    assert not export.exporting
-    assert export.export(MODEL, "a.model.json", "csv", "b.csv", "fig5b") is None
-    assert commands[-1][-2:] == ("--traj", "fig5b")
 
 
 def test_refused_export_leaves_the_last_one(

@@ -12,8 +12,6 @@ from ident.workbench.state import model_selection
 from ident.workbench.state.branches import MAX_BRANCHES, Branches
 from ident.workbench.state.chosen_recordings import ChosenRecordings
 from ident.workbench.state.model_selection import ModelSelection
-from ident.workbench.state.session import DisplaySettings
-from ident.workbench.state.steps import steps
 from ident.workbench.topics import Changes
 from ident.workbench.worker import views
 from ident.workbench.worker.jobs import Jobs
@@ -224,28 +222,6 @@ def test_only_changes_by_the_user_are_worth_a_question() -> None:
     assert bench.selection.has_changes, "redo would be lost"
 
 
-def test_verdict_of_the_current_model(bench: Bench) -> None:
-    assert not bench.selection.within_noise
-    bench.selection.extend("add", "cogging")
-    bench.send(steps_view("right"), SERIES, CANDIDATES, PREVIEWS, residual_view("", "within-noise"), TaskEnd())
-    assert bench.selection.within_noise
-    bench.selection.change(Branches.undone)
-    assert not bench.selection.within_noise
-
-
-def test_undo_and_redo_of_a_branch() -> None:
-    base, first, second = steps_view("base model"), steps_view("", "stribeck"), steps_view("", "stribeck", "cogging")
-    branches = Branches.start(base).extended(first).extended(second)
-    assert branches.undone().current.step_list is first
-    assert branches.undone().undone().redone().current.step_list is first
-    assert branches.undone().redone().current.step_list is second
-    assert branches.undone().extended(base).current.history == (base, first, base), "what was undone is discarded"
-    with pytest.raises(BadInput, match="first model"):
-        Branches.start(base).undone()
-    with pytest.raises(BadInput, match="redo"):
-        branches.redone()
-
-
 def test_fork_switch_and_drop() -> None:
     first, second = steps_view("", "stribeck"), steps_view("", "stribeck", "cogging")
     single = Branches.start(steps_view("base model"))
@@ -272,27 +248,3 @@ def test_impossible_changes_of_branches_are_refused() -> None:
         branches = branches.forked()
     with pytest.raises(BadInput, match="drop one"):
         branches.forked()
-
-
-def test_each_step_of_the_way_leads_to_the_next() -> None:
-    def next_step(*visited: str, train: str | None = "a.mcap", saved: str | None = None, **parts: Any) -> str | None:
-        selection = {"step_list": None, "within_noise": False, **parts}
-        analysis = SimpleNamespace(residuals=parts.get("residuals"))
-        session = SimpleNamespace(
-            recordings=SimpleNamespace(train=train),
-            selection=SimpleNamespace(**selection, analysis=analysis),
-            display=DisplaySettings(visited=set(visited)),
-            export=SimpleNamespace(saved_name=lambda model: saved),
-        )
-        return next((step.tab for step in steps(cast(Any, session)) if not step.done), None)
-
-    base, residuals = steps_view(""), SimpleNamespace(model=None)
-    added = {"step_list": steps_view("", "stribeck"), "residuals": residuals}
-    assert next_step(train=None) == "data"
-    assert next_step() == "model"
-    assert next_step(step_list=base) == next_step(step_list=base, residuals=residuals) == "residuals"
-    assert next_step("residuals", step_list=base, residuals=residuals) == "missing"
-    assert next_step(**added) == "missing", "more is missing"
-    assert next_step(**added, within_noise=True) == "export"
-    assert next_step(step_list=base, residuals=residuals, within_noise=True) == "export", "it needs no effect"
-    assert next_step(**added, within_noise=True, saved="m.json") is None

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from ident.workbench.pages import plots
-from ident.workbench.pages.import_dialog import _sparkline
 from ident.workbench.pages.page import Page
 from ident.workbench.pages.pose import PoseSequence, pose_sequence
 from ident.workbench.pages.time_span import describe_span, explain_gaps, rank_effects, summary
@@ -48,24 +47,6 @@ def test_change_during_the_first_drawing_is_not_lost(page: Page) -> None:
     assert seen == [0, 5]
 
 
-def test_hidden_tab_is_drawn_when_it_is_shown(page: Page) -> None:
-    calls, draw = counter()
-    page.drawn_tab = "robot"
-    page.watch(draw, "series")
-    page.session.changes.mark("series")
-    page.poll()
-    assert not calls
-    page.show("robot")
-    assert len(calls) == 1
-    page.show("data")
-    page.session.changes.mark("series")
-    page.session.changes.mark("series")
-    page.poll()
-    assert len(calls) == 1
-    page.show("robot")
-    assert len(calls) == 2
-
-
 def test_changes_are_drawn_at_intervals_and_messages_once(page: Page) -> None:
     page.session.changes.mark("message")
     (drawn, draw), (shown, show) = counter(), counter()
@@ -90,13 +71,6 @@ def test_an_hour_is_decimated_without_losing_peaks() -> None:
     assert len(xs) >= 100
     assert np.nanmax(ys) == 5.0
     assert xs[0] < 2469.0 < 2469.2 < xs[-1], "the line continues to both edges"
-
-
-def test_small_plot_of_a_column() -> None:
-    svg = _sparkline([0.0, None, 2.0, 4.0], width=30, height=20)
-    assert 'd="M0.0 18.0M20.0 10.0L30.0 2.0"' in svg, "a gap is no line"
-    assert "L30.0 18.0" in _sparkline([7.0, 7.0], width=30, height=20), "a constant is a line, too"
-    assert _sparkline([None, None]) == ""
 
 
 def test_limbs_have_the_lengths_of_the_geometry() -> None:

@@ -12,7 +12,7 @@ import pytest
 
 from ident.workbench.folder import SUFFIX, Folder
 from ident.workbench.pages.commission import _state
-from ident.workbench.pages.live import has_plots, live_figures, run_summary
+from ident.workbench.pages.live import run_summary
 from ident.workbench.programs import feedforward_comparison, file_import, recording_process
 from ident.workbench.programs.feedforward_comparison import FeedforwardComparison
 from ident.workbench.programs.file_import import DELTA, EXTRA, PRISMATIC, REVOLUTE
@@ -153,20 +153,6 @@ def test_end_of_a_run_says_what_became_of_the_drives(
     assert run_summary(run).endswith(expected) or expected in run_summary(run)
 
 
-def test_only_what_moves_has_plots_and_a_jog_at_its_end() -> None:
-    run, jog = RunStatus(REAL, Path("run.mcap"), "m"), RunStatus(("daq", "jog"), None)
-    assert not has_plots(run), "nothing has come yet"
-    for each in (run, jog):
-        each.rows.append({"time": 0.0, "position": [0.1], "following_error": [0.002], "voltage": [1.5]})
-    assert has_plots(run)
-    assert not has_plots(jog)
-    jog.exit_code = 0
-    assert has_plots(jog)
-    assert not has_plots(RunStatus(("daq", "axis-check"), None, exit_code=0)), "it prints a table"
-    titles = [figure["layout"]["yaxis"]["title"]["text"] for figure in live_figures(run).values()]
-    assert titles == ["position<br>[m]", "following error<br>[mm]", "voltage<br>[V]", "lateness<br>[ms]"]
-
-
 def test_error_of_ident_is_returned(tmp_path: Path) -> None:
     error = run_ident(tmp_path, "export", "missing.json", "--to", "c", "-o", "out")
     assert error is not None
@@ -193,22 +179,30 @@ def chosen(made: file_import.FileGuess) -> list[tuple[str, str, str]]:
 
 
 @pytest.mark.parametrize(
-    ("options", "machine"),
-    [("", DELTA), (" --mechanism axes", REVOLUTE), (" --mechanism axes --joints prismatic", PRISMATIC)],
+    ("proposed", "machine", "names", "options"),
+    [
+        ("", DELTA, "", ["--kt", "0.35"]),
+        (" --mechanism axes", REVOLUTE, "", ["--mechanism", "axes", "--kt", "0.35"]),
+        (
+            " --mechanism axes --joints prismatic",
+            PRISMATIC,
+            "",
+            ["--mechanism", "axes", "--joints", "prismatic", "--kt", "0.35"],
+        ),
+        (
+            " --topic /arm --names c,a,b",
+            "rig.toml",
+            "a,b,c",
+            ["--rig", "rig.toml", "--topic", "/arm", "--names", "a,b,c"],
+        ),
+    ],
 )
-def test_choice_as_guessed(options: str, machine: str, daq: Daq) -> None:
-    made = guessed(daq, f" --map time=Time:ms --kt NUMBER{options}")
-    assert made.machine == machine
-    words = file_import.arguments(made, chosen(made), machine, "b.mcap", 0.35)
+def test_choice_as_guessed(proposed: str, machine: str, names: str, options: list[str], daq: Daq) -> None:
+    made = guessed(daq, f" --map time=Time:ms --kt NUMBER{proposed}")
+    assert made.machine == (machine if machine in file_import.MACHINES else DELTA)
+    words = file_import.arguments(made, chosen(made), machine, "b.mcap", 0.35, names)
     mapped = ("--map", "time=Time:ms", "--map", "position_1=q 1:deg", "--map", "current_1=iq:A")
-    assert words == ["import", "a.csv", "--out", "b.mcap", *mapped, *options.split(), "--kt", "0.35"]
-    assert "--map" not in made.options or made.options["--kt"] == "NUMBER"
-
-
-def test_rig_file_and_joint_names_of_a_bag(daq: Daq) -> None:
-    made = guessed(daq, " --topic /arm --names c,a,b")
-    words = file_import.arguments(made, chosen(made), "rig.toml", "b.mcap", joint_names="a,b,c")
-    assert words[-6:] == ["--rig", "rig.toml", "--topic", "/arm", "--names", "a,b,c"]
+    assert words == ["import", "a.csv", "--out", "b.mcap", *mapped, *options]
 
 
 def test_import_asks_for_what_no_file_says(daq: Daq) -> None:
@@ -318,13 +312,3 @@ def test_failure_ends_a_comparison_with_its_reason(
     assert len(recorder.runs) == failing
     assert comparison.state is comparison.of(MODEL) is None
     assert "SIGTERM" in (comparison.problem or "")
-
-
-def test_recorder_that_refuses_ends_a_comparison(comparison: FeedforwardComparison, recorder: Recorder) -> None:
-    comparison.start(MODEL, "a.model.json", {})
-    recorder.refuses = True
-    recorder.end()
-    assert "no other recording" in (comparison.problem or "")
-    with pytest.raises(BadInput):
-        comparison.start(MODEL, "a.model.json", {})
-    assert comparison.state is None

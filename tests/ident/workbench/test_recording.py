@@ -72,29 +72,18 @@ def test_stop_in_mid_motion_disables_the_drives_and_completes_the_file(
     browser.page.get_by_text("The simulated drives were disabled").wait_for()
 
 
-def test_motion_ends_with_the_server(tmp_path: Path, serve: Serve, browser: Browser) -> None:
+@pytest.mark.parametrize("lost", ["server interrupted", "server killed", "page left"])
+def test_motion_ends_where_no_page_has_a_stop_button(
+    lost: str, tmp_path: Path, serve: Serve, browser: Browser
+) -> None:
     workbench = serve(tmp_path)
     start_recording(browser, workbench.address)
-    browser.page.close()
-    workbench.process.send_signal(signal.SIGINT)
-    assert workbench.process.wait(timeout=120) == 0
-    assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap"))
-
-
-def test_motion_ends_when_no_browser_shows_the_page(tmp_path: Path, serve: Serve, browser: Browser) -> None:
-    workbench = serve(tmp_path)
-    start_recording(browser, workbench.address)
-    browser.page.goto("about:blank")
-    assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap"))
-
-
-def test_motion_ends_when_the_server_is_killed(tmp_path: Path, serve: Serve, browser: Browser) -> None:
-    """Without a server there is no stop button."""
-    workbench = serve(tmp_path)
-    start_recording(browser, workbench.address)
-    browser.page.close()
-    workbench.process.kill()
-    workbench.process.wait(timeout=120)
+    if lost == "page left":
+        browser.page.goto("about:blank")
+    else:
+        browser.page.close()
+        workbench.process.send_signal(signal.SIGKILL if lost == "server killed" else signal.SIGINT)
+        assert workbench.process.wait(timeout=120) == (-signal.SIGKILL if lost == "server killed" else 0)
     assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap"))
 
 

@@ -8,19 +8,18 @@ import pytest
 
 from daq.commands.import_ import command
 from recordings.importing import Description, import_data
+from recordings.importing.repetitions import mean_step
 from recordings.reader import read
 from tests.running import invoke, printed
 
-GOOD = "time,position_1,voltage_1\n0,1,2\n0.1,1.5,2.5\n0.3,2,3\n"
 AXES = Description(mechanism="axes")
+NAN = np.nan
 NO_DATE = "1970-01-01T00:00:00.000+00:00"
 
 
-def imported(folder: Path, text: str | bytes, description: Description = AXES) -> Path:
-    (folder / "data.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
-    out = folder / "data.mcap"
-    out.unlink(missing_ok=True)
-    import_data(folder / "data.csv", out, description)
+def imported(folder: Path, text: str, description: Description = AXES, mapping: tuple[str, ...] = ()) -> Path:
+    (folder / "data.csv").write_bytes(text.encode())
+    import_data(folder / "data.csv", out := folder / "data.mcap", description, mapping)
     return out
 
 
@@ -38,43 +37,60 @@ def test_repetitions_are_detected_without_a_cycle_column(tmp_path: Path) -> None
     np.testing.assert_allclose(recording.time, time - time[0], atol=1e-9)
 
 
-def test_imported_run_and_extra_columns(tmp_path: Path) -> None:
-    text = (
+TABLES: dict[str, tuple[str, Description, tuple[str, ...], dict[str, list[float]]]] = {
+    "gaps, cycles and other columns": (
         "\ufefftime, position_1 ,effort_1,velocity_1,cycle,temperature\r\n"
-        "10,1,2,,1,20.5\r\n10.5,,3,0.1,1,\r\n11.25,3,NaN,0.2,4,21\r\n"
-    )
-    recording = read(imported(tmp_path, text, Description(mechanism="axes", joints=("prismatic",))))
-    np.testing.assert_array_equal(recording.time, [0, 0.5, 1.25])
-    np.testing.assert_array_equal(recording.position, [[1], [np.nan], [3]])
-    np.testing.assert_array_equal(recording.effort, [[2], [3], [np.nan]])
-    np.testing.assert_array_equal(recording.velocity, [[np.nan], [0.1], [0.2]])
-    np.testing.assert_array_equal(recording.voltage, [[np.nan]] * 3)
-    np.testing.assert_array_equal(recording.repeat, [0, 0, 1])
-    np.testing.assert_array_equal(recording.extra["temperature"], [20.5, np.nan, 21])
-    assert recording.rig.joint_types == ("prismatic",)
-    assert recording.rig.torque.gain_source == "calibrated", "the effort itself was measured"
-    assert recording.gaps.tolist() == [1]
+        "10,1,2,,1,20.5\r\n10.5,,3,0.1,1,\r\n11.25,3,NaN,0.2,4,21\r\n",
+        Description(mechanism="axes", joints=("prismatic",)),
+        (),
+        {
+            **{"time": [0, 0.5, 1.25], "position": [1, NAN, 3], "effort": [2, 3, NAN], "velocity": [NAN, 0.1, 0.2]},
+            **{"voltage": [NAN] * 3, "repeat": [0, 0, 1], "extra temperature": [20.5, NAN, 21]},
+        },
+    ),
+    "efforts before currents": (
+        "time,position_1,current_1,effort_1\n0,1,2,3\n0.1,1.5,-1,4\n",
+        AXES,
+        (),
+        {"effort": [3, 4], "extra current_1": [2, -1]},
+    ),
+    "mapped columns": (
+        "t;q;i;T;position_1\n0;90;1000;300;7\n10;180;;301;8\n",
+        Description(mechanism="axes", torque={"per_ampere": [0.5]}, gravity=True),
+        ("time=t:ms", "position_1=q:deg", "current_1=i:mA", "temperature_1=T:K"),
+        {
+            **{
+                "time": [0, 0.01],
+                "position": [np.pi / 2, np.pi],
+                "effort": [0.5, NAN],
+                "temperature": [26.85, 27.85],
+            },
+            **{"extra current_1": [1, NAN], "extra position_1 (not used)": [7, 8]},
+        },
+    ),
+    "rows in the place of times": (
+        "position_1,effort_1\n1,2\n2,3\n3,4\n",
+        AXES,
+        ("time=row:s*0.001",),
+        {"time": [0, 0.001, 0.002]},
+    ),
+}
+"""A file, what it is, its mapping, and the arrays of the recording, or its extra channels."""
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_columns_become_arrays(name: str, tmp_path: Path) -> None:
+    text, description, mapping, expected = TABLES[name]
+    recording = read(imported(tmp_path, text, description, mapping))
+    for array, values in expected.items():
+        kind, _, channel = array.partition(" ")
+        found = recording.extra[channel] if channel else np.ravel(getattr(recording, kind))
+        np.testing.assert_allclose(found, values, err_msg=array)
     assert (recording.complete, recording.run.reason) == (True, "imported from data.csv")
-
-
-CURRENTS = "time,position_1,current_1,temperature_1\n0,1,2,30\n0.1,1.5,-1,\n0.2,2,,31\n"
-
-
-def test_currents_become_efforts_and_temperatures_are_kept(tmp_path: Path) -> None:
-    description = Description(mechanism="axes", torque={"per_ampere": [0.5]}, gravity=True)
-    recording = read(imported(tmp_path, CURRENTS, description))
-    assert recording.effort is not None
-    np.testing.assert_array_equal(recording.effort[:, 0], [1.0, -0.5, np.nan])
-    np.testing.assert_array_equal(recording.temperature[:, 0], [30.0, np.nan, 31.0])
-    np.testing.assert_array_equal(recording.numbered("current")[:, 0], [2.0, -1.0, np.nan])
-    assert recording.rig.torque.per_ampere == (0.5,)
-    assert recording.rig.axes[0].gravity
-
-
-def test_efforts_go_before_currents(tmp_path: Path) -> None:
-    recording = read(imported(tmp_path, "time,position_1,current_1,effort_1\n0,1,2,3\n0.1,1.5,-1,4\n"))
-    assert recording.effort is not None
-    np.testing.assert_array_equal(recording.effort[:, 0], [3.0, 4.0])
+    assert (recording.rig.joint_types, recording.rig.axes[0].gravity) == (description.joints, description.gravity)
+    assert recording.rig.torque.gain_source == "calibrated", (
+        "efforts were measured, or the torque per ampere is known"
+    )
 
 
 def test_command_prints_a_summary_and_one_gain_stands_for_all_joints(tmp_path: Path) -> None:
@@ -121,27 +137,6 @@ def test_start_is_that_of_the_file(times: tuple[str, str], start: str, tmp_path:
     np.testing.assert_array_equal(recording.time, [0, 0.5])
 
 
-def test_mapped_columns_are_converted_and_the_others_kept(tmp_path: Path) -> None:
-    (tmp_path / "data.csv").write_text("t;q;i;T;position_1\n0;90;1000;300;7\n10;180;2000;301;8\n")
-    mapping = ("time=t:ms", "position_1=q:deg", "current_1=i:mA", "temperature_1=T:K")
-    description = Description(mechanism="axes", torque={"per_ampere": [0.5]})
-    import_data(tmp_path / "data.csv", tmp_path / "r.mcap", description, mapping)
-    recording = read(tmp_path / "r.mcap")
-    assert recording.effort is not None
-    np.testing.assert_array_equal(recording.time, [0, 0.01])
-    np.testing.assert_allclose(recording.position[:, 0], [np.pi / 2, np.pi])
-    np.testing.assert_allclose(recording.effort[:, 0], [0.5, 1.0])
-    np.testing.assert_allclose(recording.temperature[:, 0], [26.85, 27.85])
-    np.testing.assert_allclose(recording.numbered("current")[:, 0], [1.0, 2.0])
-    np.testing.assert_array_equal(recording.extra["position_1 (not used)"], [7, 8])
-
-
-def test_rows_are_counted_where_there_is_no_time(tmp_path: Path) -> None:
-    (tmp_path / "data.csv").write_text("position_1,effort_1\n1,2\n2,3\n3,4\n")
-    import_data(tmp_path / "data.csv", tmp_path / "r.mcap", AXES, ("time=row:s*0.001",))
-    np.testing.assert_array_equal(read(tmp_path / "r.mcap").time, [0, 0.001, 0.002])
-
-
 def test_short_recording_with_a_long_gap_is_not_searched_for_repetitions(tmp_path: Path) -> None:
     """The grid of the search would fill the memory."""
     recording = read(imported(tmp_path, "time,position_1,effort_1\n0,1,2\n1e-9,2,3\n2e-9,1,2\n2e9,2,3\n"))
@@ -153,3 +148,16 @@ def test_columns_of_text_and_infinity_are_left_out_and_noted(tmp_path: Path) -> 
     result = import_data(tmp_path / "data.csv", tmp_path / "r.mcap", AXES)
     assert result.notes == ("left out, because not finite numbers throughout: state, load",)
     assert not read(tmp_path / "r.mcap").extra
+
+
+@pytest.mark.parametrize("unit", [1, 10, 256, 1000, 100_000])
+def test_rounded_times_do_not_change_the_step(unit: int) -> None:
+    stamp = np.rint(np.arange(5000) * 2_000_000 / unit).astype(np.int64) * unit
+    assert mean_step(stamp) == pytest.approx(2_000_000, rel=1e-5)
+
+
+def test_a_gap_holds_several_steps() -> None:
+    stamp = np.delete(np.arange(5000) * 2_000_000, slice(1000, 3500)) + np.random.default_rng(0).integers(
+        0, 300, 2500
+    )
+    assert mean_step(stamp) == pytest.approx(2_000_000, rel=1e-6)

@@ -63,7 +63,6 @@ def test_what_is_wrong_is_seen(name: str, tmp_path: Path) -> None:
     columns, expected, says = BAD[name]
     observations = seen(tmp_path, **columns)
     assert observations[expected].level == "warning"
-
     assert re.search(says, observations[expected].says), observations[expected].says
 
 

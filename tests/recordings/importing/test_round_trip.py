@@ -15,6 +15,8 @@ from recordings.importing import Description, import_data
 from recordings.plausible import LARGEST
 from recordings.reader import read
 from recordings.recording import Run
+from tests.arrays import assert_same
+from tests.made_up import run_of
 
 AXES = Description(mechanism="axes")
 NUMBERS = st.floats(allow_infinity=False, width=64)
@@ -48,25 +50,11 @@ def measurements(draw: st.DrawFn) -> tuple[SampleTable, Run]:
         voltage=voltage,
         extra={name: draw(arrays(np.float64, n, elements=NUMBERS)) for name in names},
     )
-    return samples, draw(st.sampled_from([run(0.0), run(0.5)]))
+    return samples, run_of(period=draw(st.sampled_from([0.0, 0.5])), cycles=1, rate=100.0)
 
 
 def is_plain(name: str) -> bool:
     return bool(name) and name.isprintable() and not name.startswith(("time", "cycle", "position", "\ufeff"))
-
-
-def run(period: float) -> Run:
-    return Run(
-        trajectory="t",
-        trajectory_digest="",
-        period=period,
-        cycles=1,
-        rate=100.0,
-        software="0",
-        simulated=True,
-        pace="lockstep",
-        start="",
-    )
 
 
 @given(measurements())
@@ -80,11 +68,6 @@ def test_exported_and_imported_arrays_are_equal(tmp_path: Path, samples_and_run:
     exporting.export(tmp_path / "a.mcap", "csv", tmp_path / "a.csv")
     import_data(tmp_path / "a.csv", tmp_path / "b.mcap", AXES)
     original, imported = read(tmp_path / "a.mcap"), read(tmp_path / "b.mcap")
-    for name in ("time", "position", "command", "voltage", "repeat"):
-        np.testing.assert_array_equal(getattr(imported, name), getattr(original, name), err_msg=name)
-    assert (imported.effort is None) == (original.effort is None)
-    if original.effort is not None:
-        np.testing.assert_array_equal(imported.effort, original.effort)
+    assert_same(imported, original, "time", "position", "command", "voltage", "effort", "repeat")
     assert list(imported.extra) == list(original.extra)
-    for name in original.extra:
-        np.testing.assert_array_equal(imported.extra[name], original.extra[name])
+    assert_same(imported.extra, original.extra, *original.extra)

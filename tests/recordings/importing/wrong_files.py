@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pyarrow
 from pyarrow import parquet
-from scipy.io import savemat
 
 TABLE = "time,position_1,voltage_1\n" + "".join(f"{0.01 * k:.2f},{np.sin(0.3 * k):.4f},{k % 5}\n" for k in range(40))
 SCOPE = "t [ms];q1 [deg];i1 [A];state\n" + "".join(f"{10 * k};{k % 7},5;{k % 3},25;run\n" for k in range(40))
@@ -24,12 +23,9 @@ FILES: dict[str, Callable[[Path], object]] = {
     "two.toml": lambda path: path.write_text(RIG),
     "broken.toml": lambda path: path.write_text("name = "),
     "list.toml": lambda path: path.write_text("position_1 = 3"),
-    "unknown.toml": lambda path: path.write_text('position_x = "q1:deg"'),
     "empty.csv": lambda path: path.touch(),
     "letter.mcap": lambda path: path.write_text("hello world, this is no recording\n" * 20),
-    "words.txt": lambda path: path.write_text("This is a letter,\nand no table.\n"),
     "header.csv": lambda path: path.write_text(TABLE.splitlines()[0] + "\n"),
-    "single.csv": lambda path: path.write_text("\n".join(TABLE.splitlines()[:2]) + "\n"),
     "short-row.csv": lambda path: path.write_text(TABLE.replace("0.05,", "", 1)),
     "text-cell.csv": lambda path: path.write_text(TABLE.replace("0.05,", "0.05,oops", 1)),
     "infinite.csv": lambda path: path.write_text(TABLE.replace("0.05,", "0.05,inf,0\n0.055,", 1)),
@@ -38,24 +34,18 @@ FILES: dict[str, Callable[[Path], object]] = {
     "no-time.csv": lambda path: path.write_text(TABLE.replace("0.06,", ",", 1)),
     "twice.csv": lambda path: path.write_text(TABLE.replace("voltage_1", "position_1", 1)),
     "gap.csv": lambda path: path.write_text(TABLE.replace("position_1", "position_2", 1)),
-    "extra-joint.csv": lambda path: path.write_text(TABLE.replace("voltage_1", "voltage_2", 1)),
     "half-cycle.csv": lambda path: path.write_text("cycle," + TABLE.replace("\n0", "\n0.5,0")),
     "no-drive.csv": lambda path: path.write_text(TABLE.replace("voltage_1", "volts", 1)),
     "rest.csv": lambda path: path.write_text(efforts(f"{k / 100},1,{k}" for k in range(40))),
     "slow.csv": lambda path: path.write_text(efforts(f"{2 * k},{k % 5},{k}" for k in range(400))),
     "constant.csv": lambda path: path.write_text(efforts(f"{k / 100},{k % 9},1" for k in range(400))),
     "huge-angle.csv": lambda path: path.write_text(efforts(f"{k},{1e160 if k == 8 else k},1" for k in range(40))),
-    "huge-torque.csv": lambda path: path.write_text(efforts(f"{k},{k},{-1e200 if k == 8 else k}" for k in range(40))),
     "binary.dat": lambda path: path.write_bytes(bytes(range(256)) * 4),
     "half.parquet": lambda path: (parquet.write_table(pyarrow.table({"t": [1.0]}), path), os.truncate(path, 60)),
-    "half.mat": lambda path: (savemat(path, {"t": np.arange(99.0)}), os.truncate(path, 200)),
-    "texts.mat": lambda path: savemat(path, {"time": np.arange(5.0), "position_1": "abcde"}),
-    "half.npz": lambda path: (np.savez(path, t=np.arange(99.0)), os.truncate(path, 200)),
     "uneven.npz": lambda path: np.savez(path, time=np.arange(9.0), position=np.zeros(8), effort=np.zeros(9)),
     "complex.npz": lambda path: np.savez(path, time=np.arange(9.0), position=np.full((9, 1), 1j), effort=np.zeros(9)),
     "cube.npz": lambda path: np.savez(path, q=np.zeros((3, 3, 3)), Ts=0.1),
     "half.db3": lambda path: path.write_bytes(b"SQLite format 3\0" + bytes(100)),
-    "half.mcap": lambda path: path.write_bytes(b"\x89MCAP0\r\n\x01"),
     "bag.zip": lambda path: path.write_bytes(b"PK\x03\x04" + bytes(100)),
     "bag/metadata.yaml": lambda path: (path.parent.mkdir(), path.write_text("rosbag2_bagfile_information: {}")),
     "folder/x": lambda path: (path.parent.mkdir(), path.touch()),

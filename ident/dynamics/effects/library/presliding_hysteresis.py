@@ -10,7 +10,7 @@ from recordings.recording import Floats
 
 
 def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
-    """z / z_s - sgn v (n, dof, 1), with the bristle deflection z."""
+    """Column z / z_s - sgn v (n, dof, 1), with the bristle deflection z."""
     motion = inputs.motion
     deflection = compiled(_deflection)(np.ascontiguousarray(motion.position), shapes["z_s"])
     difference: Floats = (deflection - motion.direction)[:, :, None]

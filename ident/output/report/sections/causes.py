@@ -1,5 +1,7 @@
 """Section about where the torque goes: its causes, and what would be missing without the coupling of the joints."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording
@@ -11,7 +13,8 @@ from ident.output.digits import percent
 from ident.output.figures import causes
 from ident.output.report.blocks import Plot, ReportSection, Text
 from ident.output.report.contents import ReportContents
-from ident.output.tables import ResultTable, per_joint
+from ident.output.tables import ResultTable
+from ident.output.tables.causes import table
 
 
 def section(contents: ReportContents) -> ReportSection:
@@ -33,7 +36,11 @@ def torque_by_cause(model: Model, prepared: PreparedRecording) -> tuple[Text, Pl
     shown = {cause: values[cycle] for cause, values in terms.items()}
     figure = causes.stacked(chunk.time[chunk.used][cycle], torque[cycle], shown, summary.rms, model.file.effort_units)
     caption = f"The first repetition in {prepared.recording.path.name}, and the RMS of each cause in the recording."
-    return Text(_sentences(summary)), Plot("causes", figure, caption), _table(summary)
+    return (
+        Text(_sentences(summary)),
+        Plot("causes", figure, caption),
+        replace(table(summary), caption="RMS, and its share of the torque's."),
+    )
 
 
 def _sentences(summary: TorqueSummary) -> tuple[str, ...]:
@@ -46,12 +53,3 @@ def _sentences(summary: TorqueSummary) -> tuple[str, ...]:
         f"Without the inertia that couples the joints, the model would lose up to {coupling[worst]:.3g} N m RMS, "
         f"{percent(float(share[worst]))} of the torque (joint {worst + 1}).",
     )
-
-
-def _table(summary: TorqueSummary) -> ResultTable:
-    rows = []
-    for cause, rms in summary.rms.items():
-        pairs = zip(rms, summary.share[cause], strict=True)
-        rows.append((cause, *(f"{x:.3g} ({percent(float(share))})" for x, share in pairs)))
-    rows.append(("torque", *(f"{x:.3g}" for x in summary.torque_rms)))
-    return ResultTable(per_joint("cause", len(summary.torque_rms)), rows, "RMS, and its share of the torque's.")

@@ -2,6 +2,7 @@
 
 import shlex
 from pathlib import Path
+from typing import Any
 
 import click
 import pytest
@@ -11,27 +12,21 @@ from ident.commands.fit import command as fit
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.document import FindingEntry
 from ident.diagnosis.document.findings import fit_command, next_motion
-from ident.diagnosis.search.search import Search
 from ident.diagnosis.unknown.unexplained_residual import estimate_unexplained
 from ident.dynamics.effects.library import library
-from ident.dynamics.motion import Motion
-from recordings.recording import Floats, Recording
+from recordings.recording import Recording
 from tests.ident import building
 
-LIBRARY = library()
+LIBRARY = {**library(), "mine": building.effect(building.drag)}
 
 
-def drag(motion: Motion) -> Floats:
-    return 0.3 * motion.velocity * abs(motion.velocity)
-
-
-def diagnosed(train: Recording, *validate: Recording, forced: tuple[str, ...] = ("quadratic_friction",)) -> Diagnosis:
-    data = building.split([train], list(validate))
-    model = building.structure(train)
-    effects = {name: LIBRARY[name] for name in forced}
-    selection = Search(data, effects, lambda text: None).select_forced(model, building.start(model), forced)
-    unexplained = estimate_unexplained(selection.model)
-    return Diagnosis(data, LIBRARY, {}, selection, unexplained, None, None, True)
+def diagnosed(*validate: Recording, name: str) -> Diagnosis:
+    """Recordings with drag, to which the effect that is planted was added."""
+    data = building.split([building.record(2, noise=0.05, extra=building.drag, name=name)], validate)
+    search, begin = building.search(data, {"quadratic_friction": LIBRARY["quadratic_friction"]})
+    selection = search.select_forced(*begin, ["quadratic_friction"])
+    absent: Any = None
+    return Diagnosis(data, LIBRARY, absent, selection, estimate_unexplained(selection.model), None, absent, None)
 
 
 def found(diagnosis: Diagnosis, *alternatives: str) -> FindingEntry:
@@ -39,47 +34,41 @@ def found(diagnosis: Diagnosis, *alternatives: str) -> FindingEntry:
     return FindingEntry.of(finding.term, finding.judgement.evidence, "", confusable_with=alternatives)
 
 
+def is_accepted(command: click.Command, text: str) -> bool:
+    """Whether `command` takes what follows its two words, without running it."""
+    words = shlex.split(text)
+    with click.Context(command) as context:
+        command.make_parser(context).parse_args(words[2:])
+    return words[0] == "ident"
+
+
 @pytest.fixture(scope="module")
 def alone() -> Diagnosis:
-    return diagnosed(building.record(2, noise=0.05, extra=drag, name="my file"))
+    return diagnosed(name="my file")
 
 
-def accepted(command: click.Command, text: str, *words: str) -> None:
-    """Parse what follows the two words of a command, without running it."""
-    assert shlex.split(text)[:2] == list(words)
-    with click.Context(command) as context:
-        parser = command.make_parser(context)
-        parser.parse_args(shlex.split(text)[2:])
-
-
-def test_effects_that_cannot_be_distinguished_ask_for_a_discriminating_motion(alone: Diagnosis) -> None:
-    advice = next_motion(alone, [found(alone, "stribeck")])
+@pytest.mark.parametrize(
+    ("alternatives", "why", "options"),
+    [
+        (["stribeck"], "cannot distinguish quadratic_friction from stribeck", "--discriminate quadratic_friction"),
+        (["mine"], "cannot distinguish", "--effect-file mine.py"),
+        (
+            ["thermal_drift"],
+            "A second, different motion",
+            "--recording 'my file.mcap'",
+        ),
+        ([], "A second, different motion", "--recording 'my file.mcap'"),
+    ],
+)
+def test_next_motion_tells_apart_what_can_be_told_apart(
+    alone: Diagnosis, alternatives: list[str], why: str, options: str
+) -> None:
+    advice = next_motion(alone, [found(alone, *alternatives)])
     assert advice is not None
-    assert "cannot distinguish quadratic_friction from stribeck" in advice.why
-    words = shlex.split(advice.command)
-    assert words[2:5] == ["--discriminate", "quadratic_friction", "stribeck"]
-    assert words[words.index("--recording") + 1] == "my file.mcap"
-    accepted(design, advice.command, "ident", "design")
-
-
-def test_effect_of_a_user_brings_its_file(alone: Diagnosis) -> None:
-    diagnosis = Diagnosis(**{**vars(alone), "library": {**LIBRARY, "mine": building.effect(drag)}})
-    advice = next_motion(diagnosis, [found(alone, "mine")])
-    assert advice is not None
-    assert "--effect-file mine.py" in advice.command
-
-
-def test_change_with_time_has_no_discriminating_motion(alone: Diagnosis) -> None:
-    advice = next_motion(alone, [found(alone, "thermal_drift")])
-    assert advice is not None
-    assert "--discriminate" not in advice.command
-
-
-def test_single_motion_asks_for_a_second_one(alone: Diagnosis) -> None:
-    advice = next_motion(alone, [found(alone)])
-    assert advice is not None
-    assert "A second, different motion" in advice.why
-    accepted(design, advice.command, "ident", "design")
+    assert why in advice.why
+    assert options in advice.command
+    assert ("--discriminate" in advice.command) == ("distinguish" in advice.why)
+    assert is_accepted(design, advice.command)
 
 
 def test_printed_commands_write_to_names_that_are_free(
@@ -95,11 +84,11 @@ def test_printed_commands_write_to_names_that_are_free(
 
 
 def test_two_motions_without_alternatives_need_no_third() -> None:
-    other = building.record(2, noise=0.05, extra=drag, shape=1, name="other")
-    diagnosis = diagnosed(building.record(2, noise=0.05, extra=drag), other)
+    other = building.record(2, noise=0.05, extra=building.drag, shape=1, name="other")
+    diagnosis = diagnosed(other, name="bench")
     assert next_motion(diagnosis, [found(diagnosis)]) is None
     text = fit_command(diagnosis, Path("curve.py"), [1, 2])
-    accepted(fit, text, "ident", "fit")
+    assert is_accepted(fit, text)
     assert text == (
         "ident fit bench.mcap --validate other.mcap --with quadratic_friction:1,2 --with curve:1,2 "
         "--effect-file curve.py"

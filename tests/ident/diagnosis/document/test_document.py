@@ -1,79 +1,190 @@
-"""The document of a diagnosis on the console and in the report."""
+"""The document of a diagnosis: verdict, entries above the low-pass, and what the console shows of it."""
 
 import io
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
+import pytest
 from rich.console import Console
 
+from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose
 from ident.diagnosis.document.document import (
     Document,
     FindingEntry,
     ParameterValue,
     Remaining,
     StepEntry,
+    Verdict,
     labels,
 )
+from ident.diagnosis.document.findings import above_low_pass, with_ripple
+from ident.diagnosis.document.verdict import conclusion, step_entry, to_document
 from ident.diagnosis.judge.evidence import Evidence
+from ident.diagnosis.ripple.ripple import Ripple
 from ident.dynamics.effects.base import INFINITE_TIME
+from ident.dynamics.effects.library import library
 from ident.output.console import diagnosis
-from ident.output.tables.parameters import with_meanings
+from tests.ident.diagnosis.ripple.test_ripple import found
 
-ADDED = ParameterValue(value=7.25, unit="s", ci95=None, meaning="when it is added", lower=0.0, upper=INFINITE_TIME)
-REMOVED = ParameterValue(
-    value=INFINITE_TIME, unit="s", ci95=None, meaning="when it is taken off again", lower=None, upper=INFINITE_TIME
+SAMPLE = Path("recordings/samples/fig5a.mcap")
+
+
+def test_forced_effect_that_explains_nothing_is_not_missing() -> None:
+    """The sample has no such effect."""
+    document = to_document(
+        diagnose([SAMPLE], [SAMPLE.with_name("fig5b.mcap")], library(), DiagnosisOptions(only=("thermal_drift",)))
+    )
+    (finding,) = (finding for finding in document.findings if finding.effect == "thermal_drift")
+    assert finding.status == "not-supported"
+    assert document.sentence.startswith("Held-out data do not confirm the requested effects (thermal_drift: gain ")
+    assert document.verdict != "missing-effect"
+    for step in document.steps:
+        assert step.train_rms_all == pytest.approx(step.train_rms, rel=0.2)
+
+
+def concluded(
+    error: float,
+    torque: float = 5.0,
+    structured: bool = False,
+    found: bool = False,
+    taken: float = 0.0,
+    **fields: Any,
+) -> Verdict:
+    """The verdict on one joint with a noise floor of 0.1 N m, of which a correct model leaves 0.12 N m at most."""
+    floor = SimpleNamespace(rms=np.array([0.1]), limit=np.array([0.12]))
+    model = SimpleNamespace(
+        judged_residuals=(np.array([[error]]),),
+        noise_floor=floor,
+        names=set(),
+        improvement_over=lambda first: SimpleNamespace(share=taken),
+    )
+    diagnosis: Any = SimpleNamespace(
+        model=model,
+        split=SimpleNamespace(scored=(np.array([[True]]),), torque_rms=np.array([torque])),
+        selection=SimpleNamespace(steps=[SimpleNamespace(model=model)]),
+        ripple=SimpleNamespace(lines=()),
+        unexplained=SimpleNamespace(significant=structured, sentence=""),
+        library=library(),
+        **{"forced": False, "data_problems": (), **fields},
+    )
+    missing: Any = [SimpleNamespace(effect="stribeck", joints=(1,), confusable_with=())] * found
+    return conclusion(diagnosis, missing, missing)[0]
+
+
+@pytest.mark.parametrize(
+    ("left", "verdict"),
+    [
+        ({"error": 0.1}, "adequate"),
+        ({"error": 0.1, "torque": 1.0}, "undetermined"),  # 3 % of the torque would not exceed the limit
+        ({"error": 0.1, "found": True, "taken": 0.9}, "missing-effect"),
+        ({"error": 0.1, "found": True, "taken": 0.09}, "missing-effect"),
+        ({"error": 1.0, "found": True, "taken": 0.5}, "missing-effect"),
+        ({"error": 1.0, "found": True, "taken": 0.09}, "unknown-structure"),  # a trifle beside a large remainder
+        ({"error": 1.0}, "undetermined"),
+        ({"error": 1.0, "structured": True}, "unknown-structure"),
+        ({"error": 1.0, "structured": True, "found": True, "taken": 0.9}, "unknown-structure"),
+    ],
+)
+def test_first_rule_that_applies_decides(left: dict[str, Any], verdict: Verdict) -> None:
+    assert concluded(**left) == verdict
+    problem = SimpleNamespace(blocks=True, why="The torque is noise.")
+    assert concluded(**left, data_problems=(problem,)) == "implausible-data"
+
+
+@pytest.fixture(scope="module")
+def ripple() -> Ripple:
+    return found()
+
+
+def test_step_adds_all_lines_with_parameters_and_intervals(ripple: Ripple) -> None:
+    last, step = (step_entry("cogging", ripple.model, ripple, with_lines=lines) for lines in (False, True))
+    assert step.effects == ("cogging",)
+    assert step.parameters.keys() - last.parameters.keys() == {"cogging.a2", "cogging.b2", "cogging.N"}
+    assert {name: step.parameters[name] for name in last.parameters} == last.parameters
+    low, high = step.parameters["cogging.N"].ci95 or (0.0, 0.0)
+    assert low < 160.0 < high
+    assert step.held_out_rms[1] < last.held_out_rms[1]
+    assert step.held_out_rms_all[1] < last.held_out_rms_all[1]
+
+
+def test_ripple_is_one_finding_with_joint_order_and_doubt(ripple: Ripple) -> None:
+    (finding,) = with_ripple([], ripple)
+    assert (finding.effect, finding.joints, finding.confusable_with) == ("cogging", (2,), ())
+    assert "joint 2: 159.99" in finding.why
+    assert finding.evidence.gain > 0.3
+    uncertain = replace(ripple, lines=(replace(ripple.lines[0], same_frequency=41.0),))
+    (doubted,) = with_ripple([], uncertain)
+    assert doubted.confusable_with == ("vibration",)
+    assert "a vibration of 41 Hz" in doubted.why
+    below = finding.model_copy(update={"joints": (1,), "why": "Below."})
+    (joined,) = with_ripple([below], ripple)
+    assert joined.joints == (1, 2)
+    assert joined.why.startswith("Below. Above the low-pass")
+
+
+def test_unexplained_share_above_the_low_pass_is_stated(ripple: Ripple) -> None:
+    entry = above_low_pass(ripple)
+    assert entry is not None
+    assert entry.unexplained_share == pytest.approx(tuple(ripple.unexplained_share))
+    assert entry.why.startswith("Above the low-pass, up to 200 Hz")
+    assert above_low_pass(replace(ripple, bands=(), lines=())) is None
+
+
+STEP = StepEntry(
+    added="payload_change",
+    effects=(),
+    train_rms=(0.1,),
+    held_out_rms=(0.1,),
+    train_rms_all=(0.1,),
+    held_out_rms_all=(0.25,),
+    parameters={
+        f"payload_change.{name}": ParameterValue(
+            value=value, unit="s", ci95=None, meaning=meaning, lower=None, upper=None
+        )
+        for name, value, meaning in (
+            ("t_c", 7.25, "when it is added"),
+            ("t_e", INFINITE_TIME, "when it is taken off"),
+        )
+    },
 )
 EVIDENCE = Evidence(gain=0.5, gain_ci95=(0.4, 0.6), t=9.0, t_required=3.5, power=1.0, decided_by="held-out")
-PARAMETERS = {"payload_change.t_c": ADDED, "payload_change.t_e": REMOVED}
+FINDING = FindingEntry(
+    effect="payload_change", joints=(1,), evidence=EVIDENCE, confusable_with=(),
+    **dict.fromkeys(("why", "sentence", "symptom", "causes", "remedy"), ""),
+)  # fmt: skip
+DOCUMENT = Document(
+    schema=2, verdict="missing-effect", sentence="It lacks a load.", bandwidth_hz=30.0, noise_rms=(0.1,),
+    noise_ci95=((0.09, 0.11),), noise_source="repetition", torque_rms=(5.0,), explained_share=(0.99,),
+    joints=("joint_1",), effort_units=("N m",), simulated=True, held_out="", findings=(FINDING,), rejected=(),
+    steps=(STEP.model_copy(update={"added": None, "held_out_rms": (0.82,), "parameters": {}}), STEP),
+    remaining=Remaining(structured_share=0.0, depends_on=(), why="", structured_rms=(0.0,)), next_motion=None,
+)  # fmt: skip
 
 
-def test_infinite_instant_is_printed_as_never_and_the_conclusion_last() -> None:
-    finding = FindingEntry(
-        effect="payload_change", joints=(1,), confusable_with=(), evidence=EVIDENCE, why="", sentence="",
-        symptom="", causes="", remedy="",
-    )  # fmt: skip
-    step = StepEntry(added="payload_change", effects=(), train_rms=(0.1,), held_out_rms=(0.1,), parameters=PARAMETERS)
-    base = step.model_copy(update={"added": None, "held_out_rms": (0.82,), "parameters": {}})
-    document = Document(
-        schema=2, verdict="missing-effect", sentence="The base model lacks payload_change.", bandwidth_hz=30.0,
-        noise_rms=(0.1,), noise_ci95=((0.09, 0.11),), noise_source="repetition", torque_rms=(5.0,),
-        explained_share=(0.99,),
-        joints=("joint_1",), effort_units=("N m",), simulated=True, held_out="", steps=(base, step),
-        findings=(finding,), rejected=(),
-        remaining=Remaining(structured_share=0.0, depends_on=(), why="", structured_rms=(0.0,)), next_motion=None,
-    )  # fmt: skip
+def shown(document: Document) -> list[str]:
     output = io.StringIO()
     diagnosis.show(document, Console(file=output, width=120))
-    assert "payload_change.t_c = 7.25 s  when it is added" in output.getvalue()
-    assert "95 % intervals" in output.getvalue()
-    assert "payload_change.t_e = never  when it is taken off again" in output.getvalue()
-    conclusion = output.getvalue().splitlines()[-3:]
-    assert conclusion[0] == "missing-effect: The base model lacks payload_change.", "the last lines are the result"
-    assert conclusion[-1].split() == ["joint_1", "0.82", "→", "0.1", "N", "m"]
-    assert [row[1] for row in with_meanings(PARAMETERS).rows] == ["7.250", "never"]
-    assert document.as_json()["steps"][-1]["parameters"]["payload_change.t_e"]["value"] == INFINITE_TIME
+    return output.getvalue().splitlines()
 
 
-def test_errors_on_all_rows_are_printed_if_they_differ() -> None:
-    step = StepEntry(
-        added=None, effects=(), train_rms=(0.1,), held_out_rms=(0.1,), parameters={}, train_rms_all=(0.11,),
-        held_out_rms_all=(0.25,),
-    )  # fmt: skip
-    document = Document(
-        schema=2, verdict="undetermined", sentence="No missing effect was found.", bandwidth_hz=30.0,
-        noise_rms=(0.1,), noise_ci95=((0.08, 0.12),), noise_source="spectrum", torque_rms=(5.0,),
-        explained_share=(0.99,),
-        joints=("joint_1",), effort_units=("N m",), simulated=False, held_out="", steps=(step,), findings=(),
-        rejected=(),
-        remaining=Remaining(structured_share=0.0, depends_on=(), why="", structured_rms=(0.0,)), next_motion=None,
-    )  # fmt: skip
-    output = io.StringIO()
-    diagnosis.show(document, Console(file=output, width=120))
-    assert "undetermined: No missing effect was found." in output.getvalue()
-    (line,) = (line for line in output.getvalue().splitlines() if "last model, on all rows" in line)
-    assert "0.11 | 0.25" in line
-    like = step.model_copy(update={"held_out_rms_all": (0.11,)})
-    output = io.StringIO()
-    diagnosis.show(document.model_copy(update={"steps": (like,)}), Console(file=output, width=120))
-    assert "on all rows" not in output.getvalue()
+def test_console_prints_never_for_infinite_instants_and_the_conclusion_last() -> None:
+    lines = shown(DOCUMENT)
+    text = " ".join(lines)
+    assert "t_c = 7.25 s  when it is added" in text
+    assert "t_e = never  when it is taken off" in text
+    assert "95 % intervals" in text
+    assert lines[-3] == "missing-effect: It lacks a load.", "the last lines are the result"
+    assert lines[-1].split() == ["joint_1", "0.82", "→", "0.1", "N", "m"]
+
+
+@pytest.mark.parametrize(("on_all_rows", "printed"), [(0.25, True), (0.1, False)])
+def test_errors_on_all_rows_are_printed_if_they_differ(on_all_rows: float, printed: bool) -> None:
+    last = STEP.model_copy(update={"held_out_rms_all": (on_all_rows,)})
+    lines = shown(DOCUMENT.model_copy(update={"steps": (last,)}))
+    assert ["0.1 | 0.25" in line for line in lines if "last model, on all rows" in line] == [True] * printed
 
 
 def test_label_names_the_effects_added_and_removed() -> None:

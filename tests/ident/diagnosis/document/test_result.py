@@ -1,4 +1,4 @@
-"""The result of a diagnosis as a user receives it."""
+"""The result of a diagnosis as a user receives it, and the model file of its last model."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -7,69 +7,93 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import ident
 from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose
-from ident.diagnosis.document.result import DiagnosisResult
+from ident.diagnosis.document.result import METHOD, DiagnosisResult, model_file
 from ident.diagnosis.document.verdict import to_document
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.split.split_data import rms
+from ident.diagnosis.unknown.unexplained_residual import estimate_unexplained
 from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats, Recording
 from tests.ident import building
 
-DRAG = 0.3
 
-
-def drag(motion: Motion) -> Floats:
-    return DRAG * motion.velocity * np.abs(motion.velocity)
-
-
-def with_voltage(recording: Recording, path: Path) -> Recording:
-    """The same torque as voltage of the map v |v|."""
-    assert recording.effort is not None
-    voltage = np.sign(recording.effort) * np.sqrt(np.abs(recording.effort))
-    return replace(recording, voltage=voltage, effort=None, path=path)
-
-
-@pytest.fixture(scope="module")
-def result(write: Callable[[Recording], Path], tmp_path_factory: pytest.TempPathFactory) -> DiagnosisResult:
-    """A diagnosis of two recordings with drag, by the effect that is planted alone."""
-    folder = tmp_path_factory.mktemp("diagnosed")
-    train, other = (
-        write(with_voltage(building.record(noise=0.05, extra=drag, shape=shape), folder / f"{shape}.mcap"))
-        for shape in (0, 1)
-    )
-    options = DiagnosisOptions(only=("quadratic_friction",))
-    diagnosis = diagnose([train], [other], {"quadratic_friction": library()["quadratic_friction"]}, options)
-    return DiagnosisResult(to_document(diagnosis), diagnosis, options)
-
-
-def test_findings_and_verdict_are_those_of_the_document(result: DiagnosisResult) -> None:
-    assert result.verdict == "missing-effect"
+def test_applied_model_is_that_of_the_document(write: Callable[[Recording], Path], tmp_path: Path) -> None:
+    """Two recordings with drag, of the voltage of the map v |v|, by the effect that is planted alone."""
+    files = []
+    for shape in (0, 1):
+        recording = building.record(noise=0.05, extra=building.drag, shape=shape)
+        assert recording.effort is not None
+        voltage = np.sign(recording.effort) * np.sqrt(np.abs(recording.effort))
+        files.append(write(replace(recording, voltage=voltage, effort=None, path=tmp_path / f"{shape}.mcap")))
+    name, options = "quadratic_friction", DiagnosisOptions(only=("quadratic_friction",))
+    diagnosis = diagnose(files[:1], files[1:], {name: library()[name]}, options)
+    result = DiagnosisResult(to_document(diagnosis), diagnosis, options)
     (finding,) = result.findings
-    assert (finding.effect, finding.status, finding.joints) == ("quadratic_friction", "asked-for", (1,))
+    assert (finding.effect, finding.status, finding.joints) == (name, "asked-for", (1,))
+    assert finding.evidence.decided_by == "held-out"
+    assert finding.evidence.gain_ci95 is not None
+    assert finding.evidence.gain_ci95[0] <= finding.evidence.gain <= finding.evidence.gain_ci95[1]
     document = result.as_json()
-    assert document["verdict"] == result.verdict
-    assert [entry["effect"] for entry in document["findings"]] == ["quadratic_friction"]
-    evidence = finding.evidence
-    assert evidence.gain_ci95 is not None
-    assert evidence.gain_ci95[0] <= evidence.gain <= evidence.gain_ci95[1]
-    assert document["findings"][0]["evidence"]["decided_by"] == "held-out"
-
-
-def test_model_with_the_effects_found_has_the_planted_parameters(result: DiagnosisResult) -> None:
-    model = result.apply()
-    assert model.file.effects == ("quadratic_friction",)
-    values = [parameter.value for parameter in model.file.parameters]
-    np.testing.assert_allclose(values, [*building.parameters(), DRAG], rtol=0.05)
-
-
-def test_model_has_the_errors_that_the_document_states(result: DiagnosisResult) -> None:
-    last = result.document.steps[-1].model_copy(update={"train_rms": (1.0,), "held_out_rms": (2.0,)})
-    document = result.document.model_copy(update={"steps": (last,)})
-    file, before = replace(result, document=document).apply().file, result.apply().file
-    assert (file.train.fitted.rms, file.validate_ and file.validate_.fitted.rms) == ((1.0,), (2.0,))
-    assert file.train.fitted.r2 == before.train.fitted.r2
-
-
-def test_inputs_are_kept(result: DiagnosisResult) -> None:
+    assert document["verdict"] == result.verdict == "missing-effect"
+    assert [entry["effect"] for entry in document["findings"]] == [name]
     assert result.document.recordings == ("0.mcap", "1.mcap")
-    assert result.options.only == ("quadratic_friction",)
+    file, last = result.apply().file, result.document.steps[-1]
+    assert file.effects == (name,)
+    values = [parameter.value for parameter in file.parameters]
+    np.testing.assert_allclose(values, [*building.parameters(), building.DRAG], rtol=0.05)
+    assert file.validate_ is not None
+    assert (file.train.fitted.rms, file.validate_.fitted.rms) == (last.train_rms, last.held_out_rms)
+
+
+def test_model_file_has_the_values_intervals_and_errors_of_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An effect with a shape, of recordings that are in memory only, so that they have no digest."""
+    monkeypatch.setattr("ident.identification.model_file.sha256", lambda path: path.name)
+
+    def stribeck(motion: Motion) -> Floats:
+        return np.sign(motion.velocity) * np.exp(-((motion.velocity / 0.3) ** 2))
+
+    train, held_out = (building.record(noise=0.05, extra=stribeck, shape=shape, seed=shape) for shape in (0, 1))
+    split, structure = building.split([train], [held_out]), building.structure(train, "stribeck")
+    model = FittedModel(split, split.fit(structure, np.array([*building.parameters(), 0.5, 0.5])))
+    file = model_file(model, estimate_unexplained(model, ()))
+    names = [entry.name for entry in structure.parameters]
+    values = {entry.name: entry.value for entry in file.all_parameters}
+    assert values == dict(zip(names, model.solution.x.tolist(), strict=True))
+    assert [entry.name for entry in file.searched] == ["stribeck.v_s"]
+    assert file.terms[0].shapes["v_s"] == values["stribeck.v_s"]
+    assert file.method.name == METHOD
+    truth = {"stribeck.a1": 1.0, "stribeck.v_s": 0.3, "I_1": building.INERTIA}
+    for entry in file.all_parameters:
+        assert entry.shape_ci95 is not None
+        assert entry.shape_ci95 == pytest.approx(entry.ci95, rel=1e-12), "the torque was measured"
+        width = entry.shape_ci95[1] - entry.shape_ci95[0]
+        assert abs(entry.value - truth.get(entry.name, entry.value)) < 2 * width
+    assert file.validate_ is not None
+    assert file.train.fitted.rms == pytest.approx(tuple(rms(model.residuals, model.split.train)))
+    assert file.validate_.fitted.rms == pytest.approx(tuple(rms(model.residuals, model.split.test)))
+    assert file.residual_test is not None
+    assert file.residual_test.noise_rms == tuple(model.noise_floor.rms.tolist())
+    assert file.residual_test.verdict == "within-noise"
+
+
+def test_applied_model_predicts_the_ripple_above_the_low_pass(
+    write: Callable[[Recording], Path], tmp_path: Path
+) -> None:
+    def ripple(motion: Motion) -> Floats:
+        return 0.3 * np.sin(200 * motion.position)
+
+    files = []
+    for shape in (0, 1):
+        recording = building.record(noise=0.05, extra=ripple, shape=shape, rate=500.0)
+        files.append(write(replace(recording, path=tmp_path / f"{shape}.mcap")))
+    diagnosis = ident.diagnose(files[:1], validate=files[1:])
+    assert "cogging" in [finding.effect for finding in diagnosis.findings]
+    fitted = diagnosis.apply()
+    assert fitted.file.effects == diagnosis.document.steps[-1].effects
+    fitted.save(tmp_path / "m.json")
+    angle = np.linspace(0.1, 0.3, 400)[:, None]
+    torque = ident.load_model(tmp_path / "m.json").torque(angle, np.ones_like(angle), np.zeros_like(angle))[:, 0]
+    assert np.ptp(torque) == pytest.approx(0.6, rel=0.1)

@@ -1,4 +1,4 @@
-"""The improvement of one model over another, and the coverage of its interval."""
+"""The improvement of one model over another, the coverage of its interval, and the rows that judge."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -11,20 +11,22 @@ from scipy.signal import fftconvolve
 
 from ident import filters
 from ident.diagnosis.judge.improvement import BLOCK_SECONDS, MIN_SHARE, MIN_T, Blocks, Improvement
+from ident.dynamics.motion import Motion
 from recordings.recording import Floats
+from tests.ident import building
 
 RATE = 125.0
 TAPS = filters.low_pass(30.0, RATE)[:, None]
 
 
 def compare(
-    before: Floats, after: Floats, floor: float = 1.0, rows: Any = None, time: Any = None, compared: int = 1
+    before: Floats, after: Floats, floor: Floats | float = 1.0, time: Floats | None = None, compared: int = 1
 ) -> Improvement:
-    """Improvement on all rows of one recording; residuals (m, dof)."""
+    """Improvement on all rows of one recording; residuals (m, dof), noise floor (dof,)."""
     time = np.arange(len(before)) / RATE if time is None else time
-    split: Any = SimpleNamespace(test=[np.ones(before.shape, bool)], recordings=[SimpleNamespace(time=time)])
-    blocks = Blocks.of(split, [before], [after], np.full(before.shape[1], floor), rows or split.test)
-    return blocks.improvement(compared)
+    split: Any = SimpleNamespace(recordings=[SimpleNamespace(time=time)])
+    floors = np.broadcast_to(floor, before.shape[1])
+    return Blocks.of(split, [before], [after], floors, [np.ones(before.shape, bool)]).improvement(compared)
 
 
 def low_passed(rng: np.random.Generator, shape: tuple[int, int]) -> Floats:
@@ -60,19 +62,14 @@ def test_ratio_is_significant_where_one_block_outweighs_the_others() -> None:
     assert not compare(before, everywhere_else_worse).is_supported
 
 
-def test_few_blocks_suffice_where_all_of_the_change_agrees_with_the_residual() -> None:
-    rng = np.random.default_rng(0)
-    noise, change = rng.normal(size=(2, 80 * 31, 1))
-    change *= np.repeat(np.arange(80) % 14 == 3, 31)[:, None] * 2  # in six blocks of eighty
-    assert compare(noise + change, noise).is_supported
-    assert compare(noise, noise - change).t < -MIN_T
-
-
-@pytest.mark.parametrize("blocks", [0, 1, 2])
-def test_change_in_hardly_any_block_tells_nothing(blocks: int) -> None:
-    noise = np.random.default_rng(0).normal(size=(80 * 31, 1))
-    change = 3.0 * (np.arange(len(noise)) < 31 * blocks)[:, None]
-    assert not compare(noise + change, noise).is_supported
+@pytest.mark.parametrize(("blocks", "supported"), [(0, False), (1, False), (2, False), (6, True)])
+def test_change_in_few_blocks_suffices_where_it_agrees_with_the_residual(blocks: int, supported: bool) -> None:
+    """Blocks of eighty: hardly any tell nothing."""
+    noise, change = np.random.default_rng(0).normal(size=(2, 80 * 31, 1))
+    block = np.arange(len(noise)) // 31
+    change *= 2 * ((block % 14 == 3) & (block < 14 * blocks))[:, None]
+    assert compare(noise + change, noise).is_supported is supported
+    assert (compare(noise, noise - change).t < -MIN_T) is supported
 
 
 def test_change_that_gains_nothing_is_as_rarely_supported_as_stated() -> None:
@@ -143,12 +140,6 @@ def test_unit_of_the_torque_does_not_matter(seed: int, unit: float, kept: float)
     assert min(result.t, 20.0) == pytest.approx(min(expected.t, 20.0), rel=0.01)  # rounding makes any larger one
 
 
-def test_rounding_errors_are_no_improvement() -> None:
-    before = 2 * np.random.default_rng(0).normal(size=(500, 2))
-    improvement = compare(before, before * (1 - 2**-53))
-    assert improvement.t == 0
-
-
 @given(seed=st.integers(0, 2**32 - 1), kept=st.floats(-2.0, 2.0))
 def test_share_lies_in_the_interval_and_both_between_minus_one_and_one(seed: int, kept: float) -> None:
     rng = np.random.default_rng(seed)
@@ -167,9 +158,11 @@ def test_all_of_the_excess_is_a_share_of_one() -> None:
 
 def test_same_model_is_no_improvement_and_a_worse_one_is_negative() -> None:
     residual = np.random.default_rng(0).normal(0.0, 2.0, (1000, 1))
-    same, worse = compare(residual, residual), compare(residual, 1.2 * residual)
-    assert (same.share, same.t, same.reduction) == (0.0, 0.0, 0.0)
-    assert same.interval == pytest.approx((0.0, 0.0))
+    for same in (residual, residual * (1 - 2**-53)):  # rounding errors are no improvement
+        result = compare(residual, same)
+        assert (result.share, result.t, result.reduction) == (0.0, 0.0, 0.0)
+        assert result.interval == pytest.approx((0.0, 0.0))
+    worse = compare(residual, 1.2 * residual)
     assert worse.share < worse.interval[1] < 0
     assert worse.t < -3
 
@@ -179,23 +172,15 @@ def test_share_of_an_excess_that_may_be_chance_is_not_known() -> None:
     assert compare(noise, 0.999 * noise).interval == (-1.0, 1.0)
     below = compare(0.5 * noise, 0.4 * noise)
     assert (below.share, below.interval) == (0.0, (-1.0, 1.0))
-
-
-def test_two_blocks_tell_nothing() -> None:
-    rows = int(2 * BLOCK_SECONDS * RATE)
-    assert compare(np.full((rows, 1), 3.0), np.ones((rows, 1))) == Improvement(0.0, (0.0, 0.0), 0.0, 0.0, 0.0)
+    two = int(2 * BLOCK_SECONDS * RATE)  # as many blocks tell nothing
+    assert compare(np.full((two, 1), 3.0), np.ones((two, 1))) == Improvement(0.0, (0.0, 0.0), 0.0, 0.0, 0.0)
 
 
 def test_joints_are_weighted_by_their_floor() -> None:
     """A joint with a tenth of the noise counts ten times its torque."""
-    rng = np.random.default_rng(1)
-    first = rng.normal(0.0, 3.0, (1000, 1))
+    first = np.random.default_rng(1).normal(0.0, 3.0, (1000, 1))
     before, after = np.hstack([first, 0.1 * first]), np.hstack([first / 3, 0.1 * first])
-    split: Any = SimpleNamespace(
-        test=[np.ones(before.shape, bool)], recordings=[SimpleNamespace(time=np.arange(1000) / RATE)]
-    )
-    result = Blocks.of(split, [before], [after], np.array([1.0, 0.1]), split.test).improvement()
-    assert result.share == pytest.approx(0.5, abs=0.03)
+    assert compare(before, after, np.array([1.0, 0.1])).share == pytest.approx(0.5, abs=0.03)
 
 
 def test_blocks_are_of_time_and_not_of_rows() -> None:
@@ -213,6 +198,32 @@ def test_trifle_is_measured_by_what_is_missing(taken: float, small: bool) -> Non
     assert Improvement(0.0, (0.0, 0.0), 9.0, 0.1, -0.2).is_small  # nothing is left above the floor
 
 
-@pytest.mark.parametrize(("t", "supported"), [(MIN_T + 0.1, True), (MIN_T - 0.1, False), (-10.0, False)])
-def test_support_needs_many_blocks(t: float, supported: bool) -> None:
-    assert Improvement(0.5, (0.1, 0.9), t, 1.0, 1.0).is_supported is supported
+def test_rows_outside_of_the_travel_of_a_curve_are_not_compared() -> None:
+    recordings = [building.record(noise=0.05, seed=i, shape=3, size=1 + i, name=f"motion {i}") for i in range(2)]
+    data = building.split(recordings[:1], recordings[1:])
+    base, curve = (building.fitted(data, *names) for names in ((), ("position_dependent_friction",)))
+    floor = curve.noise_floor.rms
+    assert data.judged(base.solution, floor) is data
+    train, held_out = data.unjudged(curve.solution, floor)
+    assert not (train & data.train[0]).any()
+    assert (held_out & data.test[1]).any()
+    known = data.judged(curve.solution, floor)
+    assert curve.improvement_over(base) == curve.improvement_over(base, known.test)
+    inside = known.test[1]
+    assert not (inside & held_out).any()
+    assert known.unjudged_shares == pytest.approx([1 - inside.sum() / data.test[1].sum()])
+    assert known.weights is data.weights
+
+
+@pytest.mark.parametrize("improves", [True, False])
+def test_rows_are_held_out_in_turn_only_where_both_halves_improve(improves: bool) -> None:
+    def offset(motion: Motion) -> Floats:
+        return 0.3 + 0 * motion.position
+
+    train = building.record(noise=0.05, seed=0, extra=offset, name="train")
+    held_out = building.record(noise=0.05, seed=1, extra=offset if improves else None, name="held out")
+    data = building.split([train], [held_out])
+    model, base = building.fitted(data, "torque_offset"), building.fitted(data)
+    in_turn = model.improvement_in_turn(base)
+    assert (in_turn is not None) is improves
+    assert not in_turn or in_turn.t > model.improvement_over(base).t

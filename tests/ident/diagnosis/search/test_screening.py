@@ -1,28 +1,26 @@
-"""Screening: what each effect of a library could explain, by linear algebra."""
-
-from dataclasses import replace
+"""Screening: what each effect of a library could explain, by linear algebra, and on which joints."""
 
 import numpy as np
 import pytest
 
+from ident.diagnosis.search.initial_guesses import initial_guesses
+from ident.diagnosis.search.joint_subsets import Products, choose_joints
 from ident.diagnosis.search.screening import Candidate, Screener
 from ident.diagnosis.search.selection import Exclusion, FittedModel
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
+from ident.dynamics.structure import Term
 from recordings.recording import Floats
 from tests.ident import building
+from tests.ident.building import drag
 
 LIBRARY = library()
 
 
 def effects(*names: str) -> dict[str, Effect]:
     return {name: LIBRARY[name] for name in names}
-
-
-def drag(motion: Motion) -> Floats:
-    return 0.5 * motion.velocity * np.abs(motion.velocity)
 
 
 def screened(data: SplitData, model: FittedModel, *names: str) -> tuple[dict[str, Candidate], dict[str, Exclusion]]:
@@ -70,17 +68,13 @@ def test_promised_loss_counts_the_friction_that_an_effect_replaces(joints: tuple
     assert np.count_nonzero(fitted.x[2:4]) == 2 - len(joints)
 
 
-def test_effect_that_the_model_contains_already_is_collinear() -> None:
-    data = building.split([building.record(2, noise=0.05, extra=drag)])
-    _, excluded = screened(data, building.fitted(data, "quadratic_friction"), "quadratic_friction")
-    assert excluded == {"quadratic_friction": "collinear"}
-
-
-def test_impossible_sign_is_excluded() -> None:
-    """Friction that drives the motion."""
-    data = building.split([building.record(noise=0.05, extra=lambda motion: -drag(motion))])
-    _, excluded = screened(data, building.fitted(data), "quadratic_friction")
-    assert excluded == {"quadratic_friction": "sign"}
+@pytest.mark.parametrize(("sign", "present", "reason"), [(1, ("quadratic_friction",), "collinear"), (-1, (), "sign")])
+def test_effect_of_the_model_or_of_an_impossible_sign_is_excluded(
+    sign: int, present: tuple[str, ...], reason: str
+) -> None:
+    data = building.split([building.record(2, noise=0.05, extra=lambda motion: sign * drag(motion))])
+    _, excluded = screened(data, building.fitted(data, *present), "quadratic_friction")
+    assert excluded == {"quadratic_friction": reason}
 
 
 def test_initial_shape_near_the_truth_is_found() -> None:
@@ -107,21 +101,37 @@ def test_signal_effect_is_extrapolated_to_the_true_delay() -> None:
     assert candidate.loss < 0.5 * model.solution.loss
 
 
-def test_screening_does_not_depend_on_the_unit_of_torque() -> None:
-    data = building.split([building.record(noise=0.05, extra=drag)])
-    tenfold = building.record(noise=0.05, extra=drag)
-    assert tenfold.effort is not None
-    tenfold.effort[:] *= 10.0
-    scaled = building.split([tenfold])
-    first, second = (screened(x, building.fitted(x), "quadratic_friction")[0] for x in (data, scaled))
-    np.testing.assert_allclose(
-        second["quadratic_friction"].coefficients, 10 * first["quadratic_friction"].coefficients, rtol=1e-6
+def test_suggested_parameters_are_tried_after_the_declared_ones_and_once() -> None:
+    """Coefficients of columns start at one; parameters of signals, and shapes, where the effect declares."""
+    delay, stribeck = (
+        Term.on_all_joints(name, LIBRARY[name], building.bench(2)) for name in ("actuation_delay", "stribeck")
     )
-    assert second["quadratic_friction"].loss == pytest.approx(first["quadratic_friction"].loss, rel=1e-6)
+    late = [local for local, _ in initial_guesses(delay, [{"delta": 0.004}, {"delta": 0.004}])]
+    declared = delay.local_parameters[0].initial_guesses
+    assert [local.tolist() for local in late] == [[[guess]] * delay.instances for guess in (*declared, 0.004)]
+    guesses = initial_guesses(stribeck, [{"v_s": 0.123}])
+    assert [shapes.tolist() for _, shapes in guesses] == [[v] for v in (*stribeck.shapes[0].initial_guesses, 0.123)]
+    assert all((local == np.ones((2, 1))).all() for local, _ in guesses)
 
 
-def test_what_several_recordings_suggest_is_tried_once() -> None:
-    late = replace(LIBRARY["actuation_delay"], multistart=9, suggest=lambda inputs, residual: [{"delta": 0.004}])
-    data = building.split([building.record(noise=0.05, extra=drag)] * 3)
-    (candidate,), _ = Screener(data, building.fitted(data).solution).screen({"late": late})
-    assert len({guess.tobytes() for guess in candidate.initial_guesses}) == len(candidate.initial_guesses) > 1
+@pytest.mark.parametrize(
+    ("strengths", "positive", "chosen"),
+    [
+        ([2.0, 0.01, -1.0], False, (0, 2)),  # a joint that adds little is left out
+        ([1.0, -1.0], True, (0,)),  # and one with an impossible sign
+        ([-1.0], True, None),
+        ([1.0, 0.0, 0.0, 1.0], False, (0, 3)),
+        ([1.0, 0.0, 0.0, 1.0, 0.0, 0.0], False, (0, 1, 2, 3, 4, 5)),  # with many joints, each alone and all are tried
+    ],
+)
+def test_joints_that_add_much_with_a_possible_sign_are_chosen(
+    strengths: list[float], positive: bool, chosen: tuple[int, ...] | None
+) -> None:
+    """Columns that are nearly orthogonal, times the strength on each joint."""
+    columns = np.random.default_rng(3).normal(size=(60, len(strengths)))
+    residual = columns @ strengths
+    products = Products(columns.T @ columns, columns.T @ residual, 0.0, np.full(1, 1.0 * positive), np.arange(0))
+    choice = choose_joints(products, range(len(strengths)))
+    assert (choice and choice[0]) == chosen
+    if choice and not positive:
+        np.testing.assert_allclose(choice[2], np.array(strengths)[list(choice[0])], atol=0.01)

@@ -1,25 +1,22 @@
 """Effects that only imitate an unknown one are left out."""
 
 import numpy as np
+import pytest
 
-from ident.diagnosis.search.search import Search
 from ident.diagnosis.search.selection import Selection
 from ident.diagnosis.unknown.imitation import analyse_unexplained
 from ident.diagnosis.unknown.nonparametric_fit import NonparametricFit
-from ident.dynamics.effects.base import Effect
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import Term
 from recordings.recording import Floats
 from tests.ident import building
-
-
-def drag(motion: Motion) -> Floats:
-    return 0.3 * motion.velocity * np.abs(motion.velocity)
+from tests.ident.building import drag
 
 
 def concave(motion: Motion) -> Floats:
     """Friction that rises ever less: no effect of these tests."""
-    return 1.5 * np.sqrt(np.abs(motion.velocity)) * motion.direction
+    torque: Floats = 1.5 * np.sqrt(np.abs(motion.velocity)) * motion.direction
+    return torque
 
 
 def cable(motion: Motion) -> Floats:
@@ -27,74 +24,75 @@ def cable(motion: Motion) -> Floats:
     return 2.0 * np.sin(motion.position[:, ::-1] + 0.5)
 
 
+def both(motion: Motion) -> Floats:
+    """An effect of these tests beside an unknown one of another variable."""
+    return concave(motion) + 2 * motion.position
+
+
+EFFECTS = {
+    "drag": building.effect(drag),
+    "cubic": building.effect(lambda motion: motion.velocity**3),
+    "spring": building.effect(lambda motion: motion.position),
+}
+
+
 def checked(
-    torque: building.Torque, effects: dict[str, Effect], *forced: str, joints: int = 1
+    torque: building.Torque, added: list[str], joints: int = 1, forced: bool = False
 ) -> tuple[Selection, NonparametricFit | None, Selection]:
-    """The selection of `forced` effects before the check, the curves that replace effects, and that after it."""
+    """The selection of the effects `added` before the check, the curves that replace effects, and that after it."""
     data = building.split([building.record(joints, noise=0.02, extra=torque)])
-    selector = Search(data, effects, lambda text: None)
-    model = building.structure(data.recordings[0].recording)
-    selection = selector.select_forced(model, building.start(model), forced)
-    result, _, curves = analyse_unexplained(selector, selection, forced=False)
+    search, begin = building.search(data, {name: EFFECTS[name] for name in added})
+    selection = search.select_forced(*begin, added)
+    result, _, curves = analyse_unexplained(search, selection, forced)
     return selection, curves, result
 
 
-def test_true_effect_is_kept() -> None:
-    selection, _, result = checked(drag, {"drag": building.effect(drag)}, "drag")
+@pytest.mark.parametrize(
+    ("torque", "added", "forced"),
+    [
+        (drag, ["drag"], False),  # the truth
+        (concave, [], False),
+        (concave, ["drag"], True),  # as requested
+        (both, ["spring"], False),
+    ],
+)
+def test_what_is_no_imitation_is_kept(torque: building.Torque, added: list[str], forced: bool) -> None:
+    selection, _, result = checked(torque, added, forced=forced)
     assert result is selection
 
 
-def test_selection_without_effects_is_kept() -> None:
-    selection, _, result = checked(concave, {})
-    assert result is selection
-
-
-def test_effects_that_approximate_an_unknown_one_together_are_left_out() -> None:
-    """Beside a curve over the speed, none of them explains anything."""
-    effects = {"drag": building.effect(drag), "cubic": building.effect(lambda motion: motion.velocity**3)}
-    selection, curves, result = checked(concave, effects, "drag", "cubic")
-    assert [step.added for step in selection.steps] == [None, "drag", "cubic"]
+@pytest.mark.parametrize(
+    ("torque", "added", "joints", "curve", "why"),
+    [
+        (concave, ["drag", "cubic"], 1, ("velocity",), "curves over velocity leave nothing of it to explain."),
+        # The joints move together.
+        (cable, ["spring"], 2, ("position", "joint_1"), "a trifle beside what else is missing."),
+    ],
+)
+def test_effects_that_only_imitate_an_unknown_one_are_left_out(
+    torque: building.Torque, added: list[str], joints: int, curve: tuple[str, ...], why: str
+) -> None:
+    """Beside a curve, none of them explains anything."""
+    selection, curves, result = checked(torque, added, joints)
+    assert [step.added for step in selection.steps] == [None, *added]
     assert [step.added for step in result.steps] == [None]
-    assert result.rejected["drag"].why.endswith("curves over velocity leave nothing of it to explain.")
+    assert result.rejected[added[0]].why.endswith(why)
     assert curves is not None
     assert curves.supported
-
-
-def test_requested_effects_stay() -> None:
-    data = building.split([building.record(1, noise=0.02, extra=concave)])
-    selector = Search(data, {"drag": building.effect(drag)}, lambda text: None)
-    model = building.structure(data.recordings[0].recording)
-    selection = selector.select_forced(model, building.start(model), ["drag"])
-    assert analyse_unexplained(selector, selection, forced=True)[0] is selection
-
-
-def test_effect_that_imitates_what_another_joint_does_is_left_out() -> None:
-    """The joints move together, so that a spring of its own takes a part of what the other one pulls."""
-    effects = {"spring": building.effect(lambda motion: motion.position)}
-    selection, curves, result = checked(cable, effects, "spring", joints=2)
-    assert [step.added for step in selection.steps] == [None, "spring"]
-    assert [step.added for step in result.steps] == [None]
-    assert curves is not None
-    assert (1, ("position", "joint_1")) in {(each.joint, each.variables) for each in curves.dependences}
-
-
-def test_effect_beside_an_unknown_one_of_another_variable_is_kept() -> None:
-    effects = {"spring": building.effect(lambda motion: motion.position)}
-    selection, _, result = checked(lambda motion: concave(motion) + 2 * motion.position, effects, "spring")
-    assert result is selection
+    assert curve in {each.variables for each in curves.dependences}
 
 
 def test_mandatory_effect_is_never_removed() -> None:
     """That a curve explains more beside it is no reason against it."""
-    effects = {"drag": building.effect(drag, mandatory=True)}
-    _, _, result = checked(lambda motion: 3 * drag(motion) + concave(motion), effects)
+    data = building.split([building.record(noise=0.02, extra=lambda motion: 3 * drag(motion) + concave(motion))])
+    search, begin = building.search(data, {"drag": building.effect(drag, mandatory=True)})
+    result, _, _ = analyse_unexplained(search, search.select_forced(*begin, ()), forced=False)
     assert {term.name for term in result.steps[-1].model.terms} == {"drag"}
 
 
 def test_effects_of_a_given_model_are_kept() -> None:
     data = building.split([building.record(noise=0.02, extra=concave)])
-    effects = {"drag": building.effect(drag)}
-    selector = Search(data, effects, lambda text: None)
-    given = building.structure(data.recordings[0].recording).with_term(Term("drag", effects["drag"], (0,)))
-    selection = selector.select_forced(given, building.start(given), ())
-    assert analyse_unexplained(selector, selection, forced=False)[0].steps[0].model.terms == given.terms
+    search, (bare, _) = building.search(data, {"drag": EFFECTS["drag"]})
+    given = bare.with_term(Term("drag", EFFECTS["drag"], (0,)))
+    selection = search.select_forced(given, building.start(given), ())
+    assert analyse_unexplained(search, selection, forced=False)[0].steps[0].model.terms == given.terms

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.diagnosis.search.search import Search
 from ident.diagnosis.split.observability import observability
 from ident.diagnosis.visibility.visibility import EffectVisibility, VisibilityCheck
 from ident.dynamics.effects.library import library
@@ -29,10 +28,8 @@ def check(recording: Recording, *names: str, share: float = DEFAULT_SHARE) -> di
 
 
 def found(recording: Recording, name: str) -> list[str]:
-    data = building.split([recording])
-    selector = Search(data, {name: library()[name]}, lambda text: None)
-    model = building.structure(recording)
-    return [finding.term.name for finding in selector.select(model, building.start(model)).findings]
+    search, begin = building.search(building.split([recording]), {name: library()[name]})
+    return [finding.term.name for finding in search.select(*begin).findings]
 
 
 @pytest.mark.parametrize("name", COLUMNS)
@@ -51,18 +48,16 @@ def test_a_diagnosis_finds_what_is_larger_than_the_smallest_visible_size(name: s
     assert found(hidden(0.2), name) == []
 
 
-def test_the_smallest_size_grows_with_the_noise() -> None:
+def test_the_smallest_size_grows_with_the_noise_and_where_others_reproduce_it() -> None:
+    """One direction does not show an offset."""
     quiet, loud = (
         check(building.record(noise=noise), "quadratic_friction")["quadratic_friction"].best for noise in (0.02, 0.2)
     )
     assert loud.smallest.share > 2 * quiet.smallest.share
     assert loud.outside == pytest.approx(quiet.outside, rel=0.01)
-
-
-def test_one_direction_does_not_show_an_offset() -> None:
-    visibility = check(building.record(noise=NOISE, drift=20.0), "torque_offset")["torque_offset"]
-    assert visibility.best.smallest.share == np.inf
-    assert not visibility.visible_joints(1.0)
+    offset = check(building.record(noise=NOISE, drift=20.0), "torque_offset")["torque_offset"]
+    assert offset.best.smallest.share == np.inf
+    assert not offset.visible_joints(1.0)
 
 
 def test_each_joint_is_judged_by_itself() -> None:

@@ -16,7 +16,6 @@ from recordings.recording import Floats
 from tests.ident import building
 
 NAME = "position_dependent_friction"
-SEEDS = [pytest.param(seed, marks=[pytest.mark.slow] if seed > 1 else []) for seed in range(20)]
 
 
 def rubbing(seed: int) -> building.Torque:
@@ -27,15 +26,6 @@ def rubbing(seed: int) -> building.Torque:
         return product
 
     return building.of_size(torque, 0.03, shape=seed)
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_is_named_where_dry_friction_depends_on_the_position(seed: int) -> None:
-    train, validate = (
-        building.record(noise=0.05, seed=2 * seed + i, shape=shape, extra=rubbing(seed), name=f"motion {i}")
-        for i, shape in enumerate((seed, seed + 1000))
-    )
-    assert building.named(train, validate)[0][0] == "position_dependent_friction"
 
 
 def test_its_values_are_the_dry_friction_along_the_travel() -> None:

@@ -25,16 +25,6 @@ def torque(motion: Motion, **parameters: float) -> Floats:
     return mechanism.regressor(motion) @ np.array(list(values.values()))
 
 
-def test_parameters_have_the_units_of_their_joint() -> None:
-    units = {parameter.name: parameter.unit for parameter in mechanisms.create(RIG).parameters}
-    assert units == {
-        **{"I_1": "kg m^2", "m_2": "kg", "I_3": "kg m^2"},
-        **{"c_v1": "N m s/rad", "c_v2": "N s/m", "c_v3": "N m s/rad"},
-        **{"c_c1": "N m", "c_c2": "N", "c_c3": "N m"},
-        **{"G_c1": "N m", "G_s1": "N m", "G_2": "N"},
-    }
-
-
 def test_torque_is_newtons_law(motion: Motion) -> None:
     computed = torque(motion, I_1=0.2, c_v1=0.3, c_c1=0.4, G_c1=0.5, G_s1=0.6, m_2=7.0, c_v2=0.8, c_c2=0.9, G_2=1.1)
     q, v, a = motion.position, motion.velocity, motion.acceleration
@@ -51,10 +41,6 @@ def test_columns_are_nan_at_an_unknown_instant_of_that_joint_only(motion: Motion
     assert np.isnan(columns[7, 1]).any()
     assert np.isfinite(columns[7, [0, 2]]).all()
     assert np.isfinite(np.delete(columns, 7, axis=0)).all()
-
-
-def test_axes_have_no_nominal_torque(motion: Motion) -> None:
-    assert mechanisms.create(RIG).nominal_torque(motion) is None
 
 
 def test_inertia_and_gravity_are_what_the_columns_give_at_rest() -> None:

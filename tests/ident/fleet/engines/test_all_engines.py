@@ -1,17 +1,15 @@
 """Every engine gives the same results, survives its workers, and is found by its name."""
 
-import math
 import os
 import resource
 import signal
-from collections import deque
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from ident.fleet import engines
-from ident.fleet.engines import EngineOptions, dask
+from ident.fleet.engines import EngineOptions
 from recordings.errors import BadInput
 
 LOCAL = EngineOptions(workers=2)
@@ -60,10 +58,6 @@ def test_workers_have_one_thread_and_this_process_is_left_as_it_was(name: str) -
     assert os.environ.get("NUMBA_NUM_THREADS") == before
 
 
-def test_names() -> None:
-    assert engines.names() == ("dask", "processes", "serial")
-
-
 @pytest.mark.parametrize(
     "name",
     ["serial", pytest.param("processes", marks=pytest.mark.slow), pytest.param("dask", marks=pytest.mark.slow)],
@@ -78,14 +72,6 @@ def test_of_several_items_given_to_a_dask_worker_only_what_kills_it_is_given_up(
     items = [(number + (number > 3), tmp_path) for number in range(-400, 200)]  # -400 … 3, 5 … 200
     results = dict(engines.load("dask").run(deadly, items, LOCAL))
     assert results == {item: None if item[0] == 3 else item[0] ** 2 for item in items}
-
-
-@pytest.mark.parametrize(("seconds", "largest"), [(math.inf, 1), (2.0, 1), (0.1, 5), (1e-4, 32)])
-def test_short_items_are_given_to_dask_several_at_a_time(seconds: float, largest: int) -> None:
-    tasks = list(dask._tasks(deque(range(1000)), 2000, 2, seconds))
-    assert [index for task in tasks for index in task] == list(range(1000))
-    assert max(map(len, tasks)) == largest
-    assert len(tasks[-1]) == 1  # so that none waits long for the last
 
 
 @pytest.mark.slow

@@ -1,20 +1,15 @@
 """Figures show what the results hold, with units on their axes, and no name from a file as markup."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import plotly.graph_objects as go
 import pytest
 
 from ident.identification.model_file import ModelFile
-from ident.output.figures import parameters, quality, residuals, spectrum, theme, torque
-from ident.output.figures.following import over_time
+from ident.output.figures import parameters, quality, residuals, spectrum, torque
 from ident.residuals.analysis import ResidualAnalysis
-from recordings.reader import read
 from recordings.recording import Recording
-
-SAMPLE = Path(__file__).parents[4] / "recordings" / "samples" / "fig5b.mcap"
 
 
 def axis_titles(figure: go.Figure, letter: str) -> list[str]:
@@ -56,32 +51,6 @@ def test_torque_and_residual_share_one_time_axis(
     assert rms == pytest.approx(analysis.joints[0].summary.rms_all, rel=1e-3)
 
 
-def test_detail_follows_the_number_of_points(
-    analyses: dict[str, ResidualAnalysis], analysis: ResidualAnalysis
-) -> None:
-    prepared = analysis.predictions[0].prepared
-    rows, first = len(prepared.time), prepared.first_cycle
-    complete, decimated = (
-        [trace for trace in torque.over_time(analyses, 0, points).data if trace.name == "measured"]
-        for points in (rows, 100)
-    )
-    assert [len(trace.x) for trace in complete] == [rows] * 3
-    for trace, torques in zip(decimated, prepared.torque.T, strict=True):
-        assert len(trace.x) < rows
-        assert np.isin(prepared.time[first].astype(np.float32), trace.x).all()
-        assert np.nanmax(np.abs(trace.y)) == np.float32(np.nanmax(np.abs(torques))), "no peak is lost"
-
-
-def test_phases_are_those_of_the_analysis(analysis: ResidualAnalysis) -> None:
-    figure = residuals.phases({"model": analysis})
-    bars = [trace for trace in figure.data if trace.type == "bar"]
-    for joint, trace in zip(analysis.joints, bars, strict=True):
-        assert dict(zip(trace.x, trace.y, strict=True)) == {
-            name: phase.rms for name, phase in joint.summary.phases.items()
-        }
-        assert trace.marker.color == theme.joint_colour(joint.summary.number - 1)
-
-
 def test_curves_name_their_quantity_and_its_unit(analyses: dict[str, ResidualAnalysis]) -> None:
     figure = residuals.curves(analyses)
     labels = axis_titles(figure, "x")
@@ -106,13 +75,3 @@ def test_parameters_show_half_width_in_percent(model: ModelFile) -> None:
     heat = parameters.correlation(model).data[0]
     assert np.asarray(heat.z).shape == (11, 11)
     assert np.asarray(heat.z)[0, 0] == pytest.approx(1)
-
-
-def test_following_errors_of_all_runs_are_drawn_for_each_joint() -> None:
-    recording = read(SAMPLE)
-    still = replace(recording, position=recording.position * np.nan)
-    figure = over_time({"plain": recording, "fed": still})
-    assert [trace.name for trace in figure.data] == ["plain"] * 3 + ["fed"] * 3
-    worst = 1e3 * np.nanmax(np.abs(recording.following_error[recording.repeat >= 0][:, 1]))
-    assert np.isclose(np.nanmax(np.abs(figure.data[1].y)), worst)
-    assert axis_titles(figure, "y")[0].endswith("[mrad]")

@@ -26,13 +26,6 @@ def test_thinning_keeps_a_slice_complete() -> None:
     assert len(thin_x) < 400
 
 
-def test_short_traces_are_unchanged() -> None:
-    x = np.arange(50.0)
-    thin_x, thin_y = theme.thinned(x, x**2, 100)
-    np.testing.assert_array_equal(thin_x, x)
-    np.testing.assert_array_equal(thin_y, x**2)
-
-
 @pytest.mark.parametrize(
     ("value", "shown"),
     [

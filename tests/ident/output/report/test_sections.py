@@ -5,13 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.export.torque_table import TorqueSummary
 from ident.output.report.blocks import Plot, Text, plots
 from ident.output.report.contents import ReportContents, ReportRequest, gather
 from ident.output.report.sections import causes, response
 from ident.output.report.sections.reproduce import file_names
 from ident.output.tables import ResultTable
-from tests.ident.estimation.test_axis_response import made_up
+from tests.ident.estimation.test_axis_model import made_up
 from tests.ident.kept_models import MODELS
 
 
@@ -36,12 +35,6 @@ def test_causes_stand_in_plot_and_table_and_the_coupling_in_a_sentence(contents:
     for joint, bar in enumerate(bars, start=1):
         shown = [float(row[joint].split(" ")[0]) for row in table.rows[:-1]]
         np.testing.assert_allclose(bar.x, shown, rtol=0.02)
-
-
-def test_independent_axes_have_no_coupling() -> None:
-    summary = TorqueSummary()
-    summary.add(np.ones((5, 2)), {"inertia": np.ones((5, 2)), "inertia_coupling": np.zeros((5, 2))})
-    assert "move independently" in causes._sentences(summary)[0]
 
 
 def test_every_response_has_its_sentence_its_plot_and_its_figures() -> None:

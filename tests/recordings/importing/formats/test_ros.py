@@ -53,44 +53,52 @@ def read(path: Path, topic: str | None = None, names: tuple[str, ...] = ()) -> T
     return formats.read(path, BagPart(topic, names))
 
 
-def test_names_choose_the_joints_and_their_order(tmp_path: Path) -> None:
-    path = bag(tmp_path, *states([0, 10**7, 2 * 10**7]))
-    np.testing.assert_array_equal(read(path, names=("b",)).column("position_1"), [2, 12, 22])
-    both = read(path, names=("b", "a"))
-    np.testing.assert_array_equal(both.column("position_2"), [1, 11, 21])
-    np.testing.assert_array_equal(both.column("time"), [0, 0.01, 0.02])
-    assert both.options == ("--topic", "/joint_states", "--names", "b,a")
-
-
-def test_joints_that_messages_lack_are_gaps(tmp_path: Path) -> None:
-    path = bag(tmp_path, *states([0, 10**7]), *states([2 * 10**7], names=("gripper",)))
-    with pytest.raises(BadInput, match=r"several sets of joints \(a,b; gripper\); choose with --names"):
-        read(path)
-    np.testing.assert_array_equal(read(path, names=NAMES).column("position_1"), [1, 11, np.nan])
-
-
-def test_order_of_names_may_change(tmp_path: Path) -> None:
-    path = bag(tmp_path, *states([0]), *states([10**7], names=("b", "a")))
-    np.testing.assert_array_equal(read(path).column("position_1"), [1, 2])
-
-
-def test_unsorted_and_repeated_stamps_are_noted(tmp_path: Path) -> None:
-    table = read(bag(tmp_path, *states([10**7, 0, 2 * 10**7, 2 * 10**7])))
-    np.testing.assert_array_equal(table.column("time"), [0, 0.01, 0.02])
-    np.testing.assert_array_equal(table.column("position_1"), [11, 1, 21])
-    assert "1 messages came out of order" in table.notes[1]
-    assert "1 messages repeat the stamp" in table.notes[2]
-
-
-def test_arrival_is_time_where_the_stamps_are_empty(tmp_path: Path) -> None:
-    table = read(bag(tmp_path, *states([0, 0, 0])))
-    np.testing.assert_allclose(table.column("time"), [0, 0.001, 0.002])
-    assert "time is that of arrival" in table.notes[1]
-
-
 TOPICS = ("/left/joint_states", "/right/joint_states")
 BOTH = [(topic, content) for _, content in states([0, 10**7]) for topic in TOPICS]
+STRANGER = [*states([0, 10**7]), *states([2 * 10**7], names=("gripper",))]
 SHORT = ("/joint_states", message(0, NAMES, [1.0], [1.0, 2.0]))
+RIGHT: dict[str, tuple[Sequence[tuple[str, Any]], dict[str, Any], dict[str, list[float]], list[str]]] = {
+    "a joint": (states([0, 10**7]), {"names": ("b",)}, {"position_1": [2, 12]}, []),
+    "an order of joints": (
+        states([0, 10**7, 2 * 10**7]),
+        {"names": ("b", "a")},
+        {"time": [0, 0.01, 0.02], "position_1": [2, 12, 22], "position_2": [1, 11, 21]},
+        [],
+    ),
+    "joints that messages lack": (STRANGER, {"names": NAMES}, {"position_1": [1, 11, np.nan]}, []),
+    "names in another order": (
+        [*states([0]), *states([10**7], names=("b", "a"))],
+        {},
+        {"position_1": [1, 2], "position_2": [2, 1]},
+        [],
+    ),
+    "stamps out of order and repeated": (
+        states([10**7, 0, 2 * 10**7, 2 * 10**7]),
+        {},
+        {"time": [0, 0.01, 0.02], "position_1": [11, 1, 21]},
+        ["1 messages came out of order", "1 messages repeat the stamp"],
+    ),
+    "no stamps": (
+        states([0, 0, 0]),
+        {},
+        {"time": [0, 0.001, 0.002], "position_2": [2, 12, 22]},
+        ["time is that of arrival"],
+    ),
+    "a topic": (BOTH, {"topic": TOPICS[1]}, {"position_1": [1, 11]}, []),
+}
+"""Messages, what is wanted of them, columns of the table, and what its notes behind the first one say."""
+
+
+@pytest.mark.parametrize("name", RIGHT)
+def test_messages_become_columns(name: str, tmp_path: Path) -> None:
+    messages, wanted, columns, notes = RIGHT[name]
+    table = read(bag(tmp_path, *messages, topics=sorted({topic for topic, _ in messages})), **wanted)
+    for column, values in columns.items():
+        np.testing.assert_allclose(table.column(column), values, atol=1e-12)
+    assert all(expected in note for expected, note in zip(notes, table.notes[1:], strict=True))
+    assert table.options[:2] == ("--topic", wanted.get("topic", "/joint_states"))
+
+
 WRONG: list[tuple[Sequence[tuple[str, Any]], dict[str, Any], dict[str, Any], str]] = [
     (BOTH, {"topics": TOPICS}, {}, r"several topics .*: /left/joint_states, /right/joint_states; choose .* --topic"),
     (
@@ -101,6 +109,7 @@ WRONG: list[tuple[Sequence[tuple[str, Any]], dict[str, Any], dict[str, Any], str
     ),
     ([], {"topics": ["/text"], "kind": "std_msgs/msg/String"}, {}, r"/text \(std_msgs/msg/String\) found; record"),
     (states([0, 1]), {}, {"names": ("b", "x")}, r"joints on /joint_states \(a, b\) expected, 'x' found"),
+    (STRANGER, {}, {}, r"several sets of joints \(a,b; gripper\); choose with --names"),
     ([], {}, {}, "messages on /joint_states expected, none found"),
     ([SHORT], {}, {}, "message 1: 2 values of position, one for each name, expected, 1 found"),
 ]
@@ -113,10 +122,6 @@ def test_bag_without_what_is_wanted_is_refused(
     path = bag(tmp_path, *messages, **content)
     with pytest.raises(BadInput, match=reason):
         read(path, **wanted)
-
-
-def test_topic_is_chosen(tmp_path: Path) -> None:
-    assert read(bag(tmp_path, *BOTH, topics=TOPICS), TOPICS[1]).count == 2
 
 
 def test_older_databases_hold_no_definitions(tmp_path: Path) -> None:

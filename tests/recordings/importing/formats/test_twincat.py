@@ -38,37 +38,35 @@ def table_of(folder: Path, lines: list[str], delimiter: str = "\t") -> Table:
 
 
 CHANNELS = {"ActPos": ("1", "° (Angle)"), "Torque": ("1", "(None)")}
+SLOW = {"a": ("1", ""), "b": ("1", ""), "slow": ("2", "")}
+SAME = [line.replace("Torque", "ActPos") for line in exported(CHANNELS, ["0|1|0|-3", "1|2|1|-4"])]
+TICKS = [132959733843760000 + 10_000 * k for k in range(3)]
+EXPORTS: dict[str, tuple[list[str], dict[str, list[float]]]] = {
+    "every channel with a time of its own": (
+        exported(CHANNELS, ["0|1,5|0|-3", "1|2,5|1|-4", "2|3,5|2|-5", "EOF"]),
+        {"time": [0, 1, 2], "ActPos": [1.5, 2.5, 3.5], "Torque": [-3, -4, -5]},
+    ),
+    "channels that share the time of their sample time": (
+        exported(SLOW, ["0|1|10|0|5", "1|2|20|2|7", "2|3|30||", "3|4|40||"]),
+        {"b": [10, 20, 30, 40], "slow": [5, 6, 7, 7]},
+    ),
+    "full timestamps in ticks of 100 ns": (
+        exported(CHANNELS, [f"{tick}|{k}|{tick}|{k}" for k, tick in enumerate(TICKS)]),
+        {"time": [0, 1, 2]},
+    ),
+    "channels of one name": (SAME, {"time": [0, 1], "ActPos": [1, 2], "ActPos#2": [-3, -4]}),
+}
 
 
 @pytest.mark.parametrize("delimiter", ["\t", ";"])
-def test_every_channel_has_a_time_of_its_own(delimiter: str, tmp_path: Path) -> None:
-    lines = exported(CHANNELS, ["0|1,5|0|-3", "1|2,5|1|-4", "2|3,5|2|-5", "EOF"])
+@pytest.mark.parametrize("name", EXPORTS)
+def test_exports_become_columns(name: str, delimiter: str, tmp_path: Path) -> None:
+    lines, columns = EXPORTS[name]
     table = table_of(tmp_path, lines, delimiter)
-    np.testing.assert_array_equal(table.columns["time"], [0, 1, 2])
-    np.testing.assert_array_equal(table.columns["ActPos"], [1.5, 2.5, 3.5])
-    np.testing.assert_array_equal(table.columns["Torque"], [-3, -4, -5])
-    assert dict(table.units) == {"time": "ms", "ActPos": "°"}
-    assert table.start == "2022-05-02T13:56:24.376+00:00"
-
-
-def test_channels_share_the_time_of_their_sample_time(tmp_path: Path) -> None:
-    channels = {"a": ("1", ""), "b": ("1", ""), "slow": ("2", "")}
-    table = table_of(tmp_path, exported(channels, ["0|1|10|0|5", "1|2|20|2|7", "2|3|30||", "3|4|40||"]))
-    np.testing.assert_array_equal(table.columns["b"], [10, 20, 30, 40])
-    np.testing.assert_array_equal(table.columns["slow"], [5, 6, 7, 7])
-
-
-def test_full_timestamps_are_ticks_of_100_ns(tmp_path: Path) -> None:
-    ticks = 132959733843760000
-    rows = [f"{ticks + 10_000 * k}|{k}|{ticks + 10_000 * k}|{k}" for k in range(3)]
-    table = table_of(tmp_path, exported(CHANNELS, rows))
-    np.testing.assert_allclose(table.columns["time"], [0, 1, 2], atol=0.01)
-
-
-def test_channels_of_one_name_are_told_apart(tmp_path: Path) -> None:
-    lines = exported(CHANNELS, ["0|1|0|-3", "1|2|1|-4"])
-    table = table_of(tmp_path, [line.replace("Torque", "ActPos") for line in lines])
-    assert list(table.columns) == ["time", "ActPos", "ActPos#2"]
+    for column, values in columns.items():
+        np.testing.assert_allclose(table.columns[column], values, atol=0.01)
+    assert (table.units["time"], table.start) == ("ms", "2022-05-02T13:56:24.376+00:00")
+    assert set(table.units.values()) <= {"ms", "°"}
 
 
 @pytest.mark.parametrize(

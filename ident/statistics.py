@@ -1,0 +1,20 @@
+"""The confidence level of all intervals with its quantiles, and the guard of quotients against zero."""
+
+import numpy as np
+
+from recordings.recording import Floats
+
+LEVEL = 0.95
+"""Confidence level of all intervals."""
+NORMAL = 1.959963984540054
+"""Half the width of an interval of this level, in standard errors that are known."""
+TINY = 1e-150
+"""In place of a divisor of zero; its square is a number, too."""
+
+
+def half_width(freedom: Floats) -> Floats:
+    """Half the width of an interval of `LEVEL`, in standard errors with this `freedom`, from Student's t."""
+    from scipy.special import stdtrit  # takes time to import
+
+    width: Floats = np.asarray(stdtrit(freedom, (1 + LEVEL) / 2), np.float64)
+    return width
