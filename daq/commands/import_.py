@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _DESCRIBING = ("--mechanism", "--joints", "--torque-map", "--gain", "--kt", "--gravity")
 """Options that stand for a rig file."""
-_REPEATED = {"--rig", *_DESCRIBING, "--start", "--robot", "--simulated"}
+_REPEATED = {"--rig", *_DESCRIBING, "--start", "--robot", "--simulated", "--unwrap", "--thin", "--drop-outliers"}
 """Options that a proposed command repeats."""
 _EPILOG = """\b
 Examples:
@@ -50,6 +50,13 @@ def _kinds(context: click.Context, option: click.Parameter, text: str | None) ->
         if kind not in ("revolute", "prismatic"):
             raise BadInput(f"--joints: revolute or prismatic expected, {kind!r} found; choose from these")
     return kinds
+
+
+def _joint_numbers(context: click.Context, option: click.Parameter, text: str | None) -> tuple[int, ...]:
+    parts = text.split(",") if text else []
+    if not all(part.strip().isdigit() for part in parts):
+        raise BadInput(f"{option.opts[0]}: numbers of joints such as 1,3 expected, {text!r} found; correct the list")
+    return tuple(int(part) for part in parts)
 
 
 def _numbers(context: click.Context, option: click.Parameter, text: str | None) -> list[float] | None:
@@ -107,6 +114,11 @@ def _numbers(context: click.Context, option: click.Parameter, text: str | None) 
     help="N m/A (N/A for prismatic joints) of current_i, for all joints or one each.",
 )
 @click.option("--gravity", is_flag=True, help="Gravity loads the joint; of --mechanism axes with a single axis.")
+@click.option(
+    "--unwrap", metavar="JOINT,...", callback=_joint_numbers, help="Joints whose angles jump by whole turns."
+)
+@click.option("--thin", type=click.IntRange(1), default=1, help="Keep one of so many samples: where new values come.")
+@click.option("--drop-outliers", is_flag=True, help="Make gaps of single samples far outside of all others.")
 @click.option("--start", metavar="DATE", help="Time of the first sample, such as 2026-01-05T08:00:00Z.")
 @click.option("--robot", metavar="NAME", callback=_name, help="Name of the robot, kept in the recording.")
 @click.option("--simulated", is_flag=True, help="The measurements come from a simulation; the recording will say so.")
@@ -170,10 +182,12 @@ def _description(
     start: str | None,
     robot: str | None,
     simulated: bool,
+    **healing: Any,
 ) -> "Description":
     """What the options say of the machine and of the measurement."""
     from recordings.importing import Description
     from recordings.importing.dates import iso_date
+    from recordings.importing.healing import Healing
     from recordings.rig import load_rig
 
     if mechanism != "axes" and "--joints" in _given_options():
@@ -188,6 +202,7 @@ def _description(
         simulated=simulated,
         start=None if start is None else iso_date("--start", start),
         robot=robot,
+        healing=Healing(**healing),
     )
 
 

@@ -1,20 +1,55 @@
 """Data problems: what cannot be right about recordings. One kind is one module, found by its name.
 
-Each has a function `find(facts)` that returns the problem, or None.
+Each module of `kinds` has a function `find(facts)` that returns the problem, or None. `recordings.data_problems` has
+those that need no model.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 from ident import plugins
+from ident.data.prepared_recording import PreparedRecording
+from ident.data_problems import angle_unit
 from ident.data_problems.facts import Facts
+from recordings import data_problems
 from recordings.data_problems import DataProblem
+from recordings.data_problems.kinds.spikes import without_spikes
+from recordings.errors import BadInput
+from recordings.recording import Recording
 
 _KINDS = "ident.data_problems.kinds"
+Prepare = Callable[[Sequence[Recording]], Sequence[Sequence[PreparedRecording]]]
+"""Prepares recordings, each as one or several excerpts."""
+
+
+def prepared_with_problems(
+    recordings: Sequence[Recording], prepare: Prepare
+) -> tuple[Sequence[Sequence[PreparedRecording]], tuple[DataProblem, ...]]:
+    """Prepare `recordings` without spikes, and list what cannot be right about them.
+
+    Raises:
+        BadInput: they cannot be prepared; with the problem that explains it, where there is one.
+    """
+    found = [problem for recording in recordings for problem in _of_recording(recording)]
+    try:
+        prepared = prepare([without_spikes(recording) for recording in recordings])
+    except BadInput:
+        reasons = [f"{problem.kind}: {problem.why} {problem.remedy}" for problem in found if problem.blocks]
+        if not reasons:
+            raise
+        raise BadInput("\n".join(["recordings that can be right expected, found", *reasons])) from None
+    found += [problem for excerpts in prepared for problem in problems(Facts(excerpts))]
+    return prepared, tuple(found)
 
 
 def problems(facts: Facts) -> Iterator[DataProblem]:
-    """Yield the problems of recordings, by kind in alphabetical order."""
+    """Yield the problems of a recording that take a model, by kind in alphabetical order."""
     for name in plugins.names(_KINDS):
         found = plugins.load(_KINDS, name).find(facts)
         if found is not None:
             yield found
+
+
+def _of_recording(recording: Recording) -> Iterator[DataProblem]:
+    yield from data_problems.problems(recording)
+    if (found := angle_unit.find(recording)) is not None:
+        yield found

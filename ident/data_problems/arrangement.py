@@ -78,7 +78,11 @@ class Arrangements:
     def _others(self) -> Iterator[Arrangement]:
         joints = range(self._dof)
         if self._dof <= _MAX_PERMUTED:
-            yield from (Arrangement(order, signs) for order in permutations(joints) for signs in product((1, -1), repeat=self._dof))
+            yield from (
+                Arrangement(order, signs)
+                for order in permutations(joints)
+                for signs in product((1, -1), repeat=self._dof)
+            )
             return
         for first, second in combinations(joints, 2):
             exchange = {first: second, second: first}
@@ -89,7 +93,7 @@ class Arrangements:
         """RMS error as a share of the torque, with the parameters that are physically positive `bounded`."""
         from scipy.optimize import lsq_linear
 
-        b = sum(sign * self._products[j, i] for j, (i, sign) in enumerate(zip(arrangement.order, arrangement.signs, strict=True)))
+        b = np.array(arrangement.signs) @ self._products[np.arange(self._dof), list(arrangement.order)]
         # Least squares with these normal equations: |L' x - L^-1 b|^2 + |torque|^2 - |L^-1 b|^2.
         values, vectors = np.linalg.eigh(self._gram)
         kept = values > _TINY * values[-1]

@@ -17,7 +17,7 @@ def mapping(recording: Recording, names: Sequence[str], arrangement: Arrangement
         column = drive_signal(recording)[0] if name == "drive" else name
         if column == "velocity" and recording.velocity is None:
             continue
-        # A torque that joint j needs stands in column order[j]; the position of joint order[j] then stands in column j.
+        # The torque of joint j stands in column order[j]; or the position of joint order[j] in column j.
         order = arrangement.order if name == "drive" else tuple(np.argsort(arrangement.order).tolist())
         for joint, (other, sign) in enumerate(zip(order, arrangement.signs, strict=True)):
             turned = sign < 0 and name == "drive"

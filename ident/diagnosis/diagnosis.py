@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import chain, islice
 from pathlib import Path
 
@@ -10,9 +11,7 @@ import numpy as np
 from ident.data.compatibility import check_no_overlap, check_not_repeated, check_same_rig
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import PreparedRecording, common_cutoff, prepare
-from ident.data_problems import problems
-from ident.data_problems.facts import DataProblem, Facts
-from ident.data_problems.kinds.spikes import without_spikes
+from ident.data_problems import prepared_with_problems
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.ripple.ripple import Ripple, below_low_pass, find_ripple
 from ident.diagnosis.ripple.vibration_check import with_vibration_alternatives
@@ -30,6 +29,7 @@ from ident.identification.chosen_effects import check_effect_name
 from ident.identification.model_file import ModelFile
 from ident.identification.prediction import check_model_rig, structure_of
 from ident.threads import in_threads
+from recordings.data_problems import DataProblem
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording
@@ -58,8 +58,13 @@ class DiagnosisInputs:
     effects: Observability
     excerpt_share: float | None
     """Share of the rows that is analysed, if the recordings are too long to analyse them completely."""
-    recordings: tuple[Recording, ...]
-    """As they were read."""
+    problems: tuple[DataProblem, ...] = ()
+    """What cannot be right about the recordings."""
+
+    @property
+    def blocked(self) -> bool:
+        """Whether the recordings cannot be what they are said to be, so that nothing can be named."""
+        return any(problem.blocks for problem in self.problems)
 
     def initial_model(
         self, library: Mapping[str, Effect], model: ModelFile | None = None
@@ -129,13 +134,14 @@ def diagnose(
     effects = inputs.effects
     _check_effects(options.only, library, {**effects.unobservable, **effects.untested})
     search = Search(inputs.split, effects.observable, progress)
-    selection = _select(search, inputs.initial_model(library, initial_model), options)
+    selection = _select(search, inputs, inputs.initial_model(library, initial_model), options)
     progress("analysing the unexplained residual")
-    selection, unexplained, learned = analyse_unexplained(search, selection, bool(options.only))
+    selection, unexplained, learned = analyse_unexplained(search, selection, bool(options.only) or inputs.blocked)
     # All steps are scored on the rows that the last model can judge, so that their errors can be compared.
     selection = selection.on(selection.model.on_judged_rows.split)
     progress("searching ripple above the low-pass")
-    wanted = {name: effect for name, effect in effects.observable.items() if not options.only or name in options.only}
+    tried = () if inputs.blocked else options.only or effects.observable
+    wanted = {name: effect for name, effect in effects.observable.items() if name in tried}
     ripple = find_ripple(selection.model, wanted)
     split = selection.model.split
     return Diagnosis(
@@ -147,7 +153,7 @@ def diagnose(
         learned,
         ripple,
         inputs.excerpt_share,
-        tuple(problems(Facts(inputs.recordings, split.torque_rms, selection.model.noise_floor.rms))),
+        inputs.problems,
         bool(options.only),
     )
 
@@ -159,7 +165,11 @@ def _check_effects(names: Sequence[str], library: Mapping[str, Effect], not_show
             raise BadInput(f"effect: one that these recordings can show expected, '{name}' found: {not_shown[name]}")
 
 
-def _select(search: Search, start: tuple[ModelStructure, Floats], options: DiagnosisOptions) -> Selection:
+def _select(
+    search: Search, inputs: DiagnosisInputs, start: tuple[ModelStructure, Floats], options: DiagnosisOptions
+) -> Selection:
+    if inputs.blocked:
+        return search.select_forced(*start, ())
     return search.select_forced(*start, options.only) if options.only else search.select(*start)
 
 
@@ -175,16 +185,17 @@ def prepare_inputs(
     recordings = tuple(in_threads(read, (*files, *validate)))
     check_same_rig(recordings)
     check_no_overlap(recordings)
-    prepared, share = _prepare_recordings(in_threads(without_spikes, recordings), options)
+    prepared, problems = prepared_with_problems(recordings, partial(_prepare_recordings, options))
     train, test = prepared[: len(files)], prepared[len(files) :]
     split = split_recordings(list(chain.from_iterable(train)), list(chain.from_iterable(test)))
-    return DiagnosisInputs(split, observability(split, library, options.without), share, recordings)
+    kept = sum(len(excerpt.recording.time) for excerpt in chain.from_iterable(prepared))
+    whole = sum(len(recording.time) for recording in recordings)
+    share = None if kept == whole else kept / whole
+    return DiagnosisInputs(split, observability(split, library, options.without), share, problems)
 
 
-def _prepare_recordings(
-    recordings: Sequence[Recording], options: DiagnosisOptions
-) -> tuple[list[list[PreparedRecording]], float | None]:
-    """The prepared excerpts of each recording, all with the same cut-off, and the share of rows in them."""
+def _prepare_recordings(options: DiagnosisOptions, recordings: Sequence[Recording]) -> list[list[PreparedRecording]]:
+    """The prepared excerpts of each recording, all with the same cut-off."""
     excerpt_lists = [excerpts(recording) for recording in recordings]
     cutoff = common_cutoff(recordings, options.preprocessing) if options.cutoff is None else options.cutoff
     prepared = iter(
@@ -193,7 +204,4 @@ def _prepare_recordings(
             chain.from_iterable(excerpt_lists),
         )
     )
-    kept = sum(len(excerpt.recording.time) for excerpt_list in excerpt_lists for excerpt in excerpt_list)
-    whole = sum(len(recording.time) for recording in recordings)
-    by_recording = [list(islice(prepared, len(excerpt_list))) for excerpt_list in excerpt_lists]
-    return by_recording, None if kept == whole else kept / whole
+    return [list(islice(prepared, len(excerpt_list))) for excerpt_list in excerpt_lists]

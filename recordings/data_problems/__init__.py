@@ -1,7 +1,7 @@
-"""Data problems that need no model: what cannot be right about a recording. One kind is one module, found by its name.
+"""Data problems that need no model: what cannot be right about a recording.
 
-Each module of `kinds` has a function `find(recording)` that returns the problem, or None. Those that take a model live
-in `ident.data_problems`.
+One kind is one module of `kinds`, found by its name. It has a function `find(recording)` that returns the problem, or
+None. Those that take a model live in `ident.data_problems`.
 """
 
 import importlib

@@ -6,7 +6,7 @@ SI units (`mapping`, `units`, `quantities`), and these a recording. `guessing` s
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,8 @@ from recordings.blocks import SampleTable
 from recordings.config import validated
 from recordings.errors import BadInput
 from recordings.imported import imported_rig, measured_torque
-from recordings.importing import formats
+from recordings.importing import formats, own_recording
+from recordings.importing.healing import Healing
 from recordings.importing.mapping import sources
 from recordings.importing.quantities import Quantities, quantities
 from recordings.importing.repetitions import mean_step, repetitions
@@ -51,6 +52,8 @@ class Description:
     """ISO 8601 time of the first sample; None: as the file says."""
     robot: str | None = None
     """Name of the robot."""
+    healing: Healing = field(default_factory=Healing)
+    """What is mended of the samples."""
 
     @property
     def hints(self) -> RigHints:
@@ -91,6 +94,8 @@ def import_data(
             exists.
         OSError: `out` cannot be written; no partial file is left.
     """
+    if path.suffix == own_recording.SUFFIX and path.is_file():
+        return _healed(path, out, description, mapping)
     table = formats.read(path, part or BagPart())
     columns = sources(table, mapping)
     values = quantities(table, columns, description.hints)
@@ -127,11 +132,45 @@ def import_data(
         velocity=joints.get("velocity"),
         effort=joints.get("effort"),
     )
-    blocks.write(out, rig, run, samples)
+    samples = description.healing.of(samples)
+    blocks.write(out, rig, _thinned(run, description), samples)
     used = {source.column for source in columns.values()}
     unread = ", ".join(name for name in table.unreadable if name not in used)
     notes = (*table.notes, *([f"left out, because not finite numbers throughout: {unread}"] if unread else []))
     return Imported(rig, run, samples, notes, columns["time"].column)
+
+
+def _healed(path: Path, out: Path, description: Description, mapping: Sequence[str]) -> Imported:
+    """Write our own recording `path` anew: other columns or units, mended samples; rig, run and gaps are kept."""
+    recording, table = own_recording.table(path)
+    rig = description.rig or recording.rig
+    columns = sources(table, mapping)
+    values = quantities(table, columns, RigHints(rig.joint_types, rig.drives))
+    _rig(table, replace(description, rig=rig), values.joints, recording.run.rate)  # the number of joints is right
+    joints = dict(values.joints)
+    samples = SampleTable(
+        joints=rig.joint_names,
+        stamp=values.stamp,
+        log=values.stamp,
+        cycle=np.arange(len(values.stamp)),
+        repeat=recording.repeat,
+        extra=values.extra,
+        position=joints["position"],
+        command=joints.get("command"),
+        voltage=joints.get("voltage"),
+        velocity=joints.get("velocity"),
+        effort=joints.get("effort"),
+        statusword=recording.statusword.astype(np.int64),
+        error_code=recording.error_code.astype(np.int64),
+    )
+    samples = description.healing.of(samples)
+    run = _thinned(recording.run, description)
+    blocks.write(out, rig, run, samples)
+    return Imported(rig, run, samples, (f"{path.name}: rig, run and gaps are kept, bus frames and events are not",))
+
+
+def _thinned(run: Run, description: Description) -> Run:
+    return run.model_copy(update={"rate": run.rate / description.healing.thin})
 
 
 def _start(table: Table, values: Quantities) -> str:

@@ -1,4 +1,4 @@
-"""Efforts in another unit than N m or N, off by a power of ten, where the manufacturer's model says how large they are."""
+"""Efforts in another unit than N m or N, off by a power of ten, where a reference model tells their size."""
 
 from collections.abc import Sequence
 
@@ -41,7 +41,11 @@ def _scale(recordings: Sequence[PreparedRecording]) -> tuple[float, float]:
     """What the reference is to be multiplied by, beside friction, and the RMS share of the torque that is left."""
     friction = [parameter.friction for parameter in recordings[0].mechanism.parameters]
     columns = np.concatenate(
-        [np.concatenate([each.nominal[:, :, None], each.regressor[:, :, friction]], 2) for each in recordings if each.nominal is not None]
+        [
+            np.concatenate([each.nominal[:, :, None], each.regressor[:, :, friction]], 2)
+            for each in recordings
+            if each.nominal is not None
+        ]
     )
     torque = np.concatenate([each.torque for each in recordings])
     known = np.isfinite(torque) & np.isfinite(columns).all(axis=2)

@@ -4,12 +4,12 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any, Literal
 
-from ident.data_problems.facts import DataProblem
 from ident.diagnosis.judge.evidence import Evidence, RejectionStatus
 from ident.diagnosis.split.noise_floor import NoiseSource
 from ident.dynamics.effects.base import is_infinite
 from ident.dynamics.structure import Term
 from recordings.config import ConfigSection, JsonDocument
+from recordings.data_problems import DataProblem
 
 Verdict = Literal["adequate", "missing-effect", "unknown-structure", "undetermined", "implausible-data"]
 Numbers = tuple[float, ...]

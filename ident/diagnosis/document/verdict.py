@@ -86,7 +86,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
         ),
         above_low_pass=above_low_pass(ripple),
         next_motion=next_motion(diagnosis, missing),
-        warnings=(*bound_warnings(steps[-1].parameters, usual), *data_warnings(diagnosis)),
+        warnings=() if blocked else (*bound_warnings(steps[-1].parameters, usual), *data_warnings(diagnosis)),
         recordings=tuple(file_names(split, range(len(split.recordings)))),
     )
 

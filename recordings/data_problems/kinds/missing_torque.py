@@ -14,8 +14,8 @@ def find(recording: Recording) -> DataProblem | None:
     """Return the problem if a joint that moves has hardly any torque, voltage or current."""
     rows = of_motion(recording)
     name, signal = drive_signal(recording)
-    columns = zip(recording.position[rows].T, signal[rows].T, strict=True)
-    faults = {joint: fault for joint, (q, x) in enumerate(columns, 1) if travel(q) > MIN_TRAVEL and (fault := _fault(x))}
+    moves = [joint for joint, column in enumerate(recording.position[rows].T, 1) if travel(column) > MIN_TRAVEL]
+    faults = {joint: fault for joint in moves if (fault := _fault(signal[rows, joint - 1]))}
     if not faults:
         return None
     text = "; ".join(f"{name} {joint} {fault}" for joint, fault in faults.items())

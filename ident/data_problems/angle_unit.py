@@ -24,6 +24,6 @@ def find(recording: Recording) -> DataProblem | None:
         kind="angle-unit",
         joints=(),
         blocks=True,
-        why="An arm turns by more than half a turn, and the mechanism tears apart; it closes if these angles are degrees.",
+        why="An arm turns by more than half a turn; the mechanism closes if these angles are degrees.",
         remedy=healing_command(recording.path, [word for entry in entries for word in ("--map", entry)]),
     )
