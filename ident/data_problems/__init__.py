@@ -29,15 +29,22 @@ def prepared_with_problems(
     Raises:
         BadInput: they cannot be prepared; with the problem that explains it, where there is one.
     """
-    found = [problem for recording in recordings for problem in _of_recording(recording)]
+    several = len(recordings) > 1
+    found = [_named(recording, problem, several) for recording in recordings for problem in _of_recording(recording)]
     try:
         prepared = prepare([without_spikes(recording) for recording in recordings])
     except BadInput:
         reasons = [f"{problem.kind}: {problem.why} {problem.remedy}" for problem in found if problem.blocks]
         if not reasons:
             raise
-        raise BadInput("\n".join(["recordings that can be right expected, found", *reasons])) from None
-    found += [problem for excerpts in prepared for problem in problems(Facts(excerpts))]
+        names = ", ".join(recording.path.name for recording in recordings)
+        raise BadInput("\n".join([f"{names}: data that can be right expected, found", *reasons])) from None
+    if not _blocks(found):  # a fit would only blur what is known
+        found += [
+            _named(excerpts[0].recording, problem, several)
+            for excerpts in prepared
+            for problem in problems(Facts(excerpts))
+        ]
     return prepared, tuple(found)
 
 
@@ -49,7 +56,17 @@ def problems(facts: Facts) -> Iterator[DataProblem]:
             yield found
 
 
-def _of_recording(recording: Recording) -> Iterator[DataProblem]:
-    yield from data_problems.problems(recording)
-    if (found := angle_unit.find(recording)) is not None:
-        yield found
+def _of_recording(recording: Recording) -> list[DataProblem]:
+    found = list(data_problems.problems(recording))
+    if _blocks(found) or (unit := angle_unit.find(recording)) is None:
+        return found
+    return [*found, unit]
+
+
+def _named(recording: Recording, problem: DataProblem, several: bool) -> DataProblem:
+    """The `problem`, with the name of the file where there are several."""
+    return problem.model_copy(update={"why": f"{recording.path.name}: {problem.why}"}) if several else problem
+
+
+def _blocks(found: Sequence[DataProblem]) -> bool:
+    return any(problem.blocks for problem in found)

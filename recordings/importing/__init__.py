@@ -94,7 +94,7 @@ def import_data(
             exists.
         OSError: `out` cannot be written; no partial file is left.
     """
-    if path.suffix == own_recording.SUFFIX and path.is_file():
+    if own_recording.recognises(path):
         return _healed(path, out, description, mapping)
     table = formats.read(path, part or BagPart())
     columns = sources(table, mapping)

@@ -5,13 +5,21 @@ from pathlib import Path
 
 import numpy as np
 
+from recordings.container import MAGIC
 from recordings.files import sha256
 from recordings.importing.table import Table
-from recordings.reader import read
+from recordings.reader import is_foreign, read
 from recordings.recording import Floats, Recording
 
-SUFFIX = ".mcap"
 _SIGNALS = ("position", "command", "voltage", "velocity", "effort")
+
+
+def recognises(path: Path) -> bool:
+    """Whether `path` is a recording of ours: MCAP with the description of a rig."""
+    if not path.is_file() or path.suffix != ".mcap":
+        return False
+    with path.open("rb") as stream:
+        return stream.read(len(MAGIC)) == MAGIC and not is_foreign(path)
 
 
 def table(path: Path) -> tuple[Recording, Table]:

@@ -6,8 +6,9 @@ from recordings.data_problems import DataProblem, joint_list
 from recordings.data_problems.signals import MIN_TRAVEL, drive_signal, of_motion, travel
 from recordings.recording import Floats, Recording
 
-MAX_EMPTY = 0.5
-"""Largest share of the rows of the motion that may be empty."""
+MIN_USABLE = 0.2
+"""Smallest share of the rows of the motion with a torque between two others: what is measured only now and then
+cannot be filtered."""
 
 
 def find(recording: Recording) -> DataProblem | None:
@@ -29,8 +30,8 @@ def find(recording: Recording) -> DataProblem | None:
 
 
 def _fault(signal: Floats) -> str | None:
-    known = signal[np.isfinite(signal)]
-    empty = 1 - len(known) / max(len(signal), 1)
-    if empty > MAX_EMPTY:
-        return f"is empty in {empty:.0%} of the rows"
-    return f"is {known[0]:g} throughout" if np.ptp(known) == 0 else None
+    known = np.isfinite(signal)
+    usable = known[1:-1] & known[:-2] & known[2:]
+    if usable.sum() < MIN_USABLE * len(signal):
+        return f"is empty in {1 - known.mean():.0%} of the rows"
+    return f"is {signal[known][0]:g} throughout" if np.ptp(signal[known]) == 0 else None

@@ -15,7 +15,7 @@ def find(recording: Recording) -> DataProblem | None:
     """Return the problem if the motion lasts less than half a second."""
     time = recording.time[of_motion(recording)]
     seconds = float(np.ptp(time)) if len(time) else 0.0
-    if seconds >= MIN_SECONDS:
+    if seconds >= MIN_SECONDS or len(time) < 2:
         return None
     return DataProblem(
         kind="too-short",

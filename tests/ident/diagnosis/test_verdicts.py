@@ -272,6 +272,6 @@ def test_short_recording(case: Case, tmp_path: Path) -> None:
     assert (document.verdict, found) == (case.expected, [(name,) for name in case.named]), case.guards
     assert {finding.joints for finding in document.findings} <= {case.joints}, case.guards
     assert [finding.effect for finding in document.likely] == list(case.likely), case.guards
-    assert tuple(problem.kind for problem in document.data_problems) == case.problems, case.guards
+    assert tuple({problem.kind for problem in document.data_problems}) == case.problems, case.guards
     rules = {entry.effect: entry.evidence.decided_by for entry in document.rejected if entry.evidence}
     assert case.refused.items() <= rules.items(), case.guards

@@ -147,7 +147,7 @@ AFTER: dict[str, tuple[list[str], list[str], str]] = {
         ["fit", "new.mcap"],
         "check that time is in seconds, and not in milliseconds",
     ),
-    "diagnosis of time in ms": (["slow.csv"], ["diagnose", "new.mcap"], "and not in milliseconds"),
+    "diagnosis of time in ms": (["slow.csv"], ["diagnose", "new.mcap"], "--map time=time:ms"),
     "fit of a joint at rest": (["rest.csv"], ["fit", "new.mcap"], "joint 1 should move"),
     "fit of a constant torque": (["constant.csv"], ["fit", "new.mcap"], "is 1 N m throughout"),
     "fit of a short recording": (["table.csv"], ["fit", "new.mcap"], "new.mcap"),

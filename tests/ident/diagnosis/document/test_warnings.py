@@ -124,11 +124,9 @@ def test_parameter_outside_of_its_bounds_is_named_with_value_and_interval(
     assert text.split(". ")[0] == expected
 
 
-def test_document_of_a_reversed_torque_names_every_impossible_parameter(
-    write: Callable[[Recording], Path], tmp_path: Path
-) -> None:
+def test_a_reversed_torque_is_a_problem_of_the_data(write: Callable[[Recording], Path], tmp_path: Path) -> None:
     assert GOOD.effort is not None
     file = write(replace(GOOD, effort=-GOOD.effort, path=tmp_path / "a.mcap"))
-    text = " ".join(to_document(diagnose([file], [], {}, DiagnosisOptions())).warnings)
-    assert all(f"{name} = -" in text for name in ("I_1", "c_v1", "c_c1"))
-    assert "the sign of a torque or an angle is reversed" in text
+    document = to_document(diagnose([file], [], {}, DiagnosisOptions()))
+    assert (document.verdict, document.findings, document.warnings) == ("implausible-data", (), ())
+    assert [problem.kind for problem in document.data_problems] == ["torque-sign"]

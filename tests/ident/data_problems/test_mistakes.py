@@ -1,0 +1,137 @@
+"""Ordinary mistakes in recordings of a delta robot are told by kind and joint, and what is right is not."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from ident.data.prepared_recording import PreparedRecording, prepare
+from ident.data_problems import prepared_with_problems
+from recordings.errors import BadInput
+from recordings.recording import Floats, Recording
+from tests.ident import building
+from tests.ident.conftest import TRUTH, make_recording
+
+ENCODER_STEP = 4e-5
+
+
+def robot(seed: int, motion: str = "fig5a") -> Recording:
+    """A delta robot with measured torque, whose parameters are drawn."""
+    random = np.random.default_rng(seed)
+    recording = make_recording(motion, cycles=2, parameters=np.abs(TRUTH) * random.uniform(0.6, 1.5, len(TRUTH)))
+    effort = np.sign(recording.voltage) * recording.voltage**2 * np.array(recording.rig.torque.gain)
+    return replace(
+        recording,
+        position=np.round(recording.position / ENCODER_STEP) * ENCODER_STEP,
+        effort=effort + random.normal(0.0, 0.1, effort.shape),
+        voltage=np.full_like(effort, np.nan),
+    )
+
+
+def effort(change: Callable[[Floats], Floats]) -> Callable[[Recording], Recording]:
+    """What happens to the effort (n, 3)."""
+
+    def changed(recording: Recording) -> Recording:
+        assert recording.effort is not None
+        return replace(recording, effort=change(recording.effort.copy()))
+
+    return changed
+
+
+def position(change: Callable[[Floats], Floats]) -> Callable[[Recording], Recording]:
+    """What happens to the position (n, 3)."""
+    return lambda recording: replace(recording, position=change(recording.position.copy()))
+
+
+def wrapped(q: Floats) -> Floats:
+    return np.column_stack([q[:, 0], np.mod(q[:, 1] - np.median(q[:, 1]), 2 * np.pi), q[:, 2]])
+
+
+def short(recording: Recording) -> Recording:
+    rows = slice(800, 950)
+    names = ("position", "command", "voltage", "effort", "statusword", "error_code", "repeat", "lateness")
+    cut = {name: getattr(recording, name)[rows] for name in names}
+    return replace(recording, time=recording.time[:150], **cut)
+
+
+def spiky(tau: Floats) -> Floats:
+    tau[np.random.default_rng(1).choice(len(tau), 30), 0] = 1e4
+    return tau
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """What happened to a recording, and what is to be said of it."""
+
+    change: Callable[[Recording], Recording]
+    kind: str
+    joints: tuple[int, ...]
+    remedy: str
+    blocks: bool = True
+
+
+MISTAKES = {
+    "flipped torque": Mistake(
+        effort(lambda tau: tau * [-1, 1, 1]), "torque-sign", (1,), "--map 'effort_1=effort_1:Nm*-1'"
+    ),
+    "swapped positions": Mistake(
+        position(lambda q: q[:, [1, 0, 2]]), "joint-order", (1, 2), "--map position_1=position_2:rad"
+    ),
+    "swapped torques": Mistake(
+        effort(lambda tau: tau[:, [1, 0, 2]]), "joint-order", (1, 2), "--map effort_1=effort_2:Nm"
+    ),
+    "angle within a turn": Mistake(position(wrapped), "angle-wrap", (2,), "--unwrap 2"),
+    "degrees": Mistake(position(np.degrees), "angle-unit", (), "--map position_1=position_1:deg"),
+    "mN m": Mistake(effort(lambda tau: 1000 * tau), "torque-unit", (), "--map 'effort_1=effort_1:Nm*1e-3'"),
+    "four cells of five empty": Mistake(
+        effort(lambda tau: np.where(np.arange(len(tau))[:, None] % 5, np.nan, tau)),
+        "missing-torque",
+        (1, 2, 3),
+        "Record the torque",
+    ),
+    "held": Mistake(effort(lambda tau: tau[np.arange(len(tau)) // 5 * 5]), "held-samples", (1, 2, 3), "--thin 5"),
+    "constant": Mistake(effort(lambda tau: 0 * tau + 3.3), "missing-torque", (1, 2, 3), "Record the torque"),
+    "white noise": Mistake(
+        effort(lambda tau: np.random.default_rng(0).normal(0, 5, tau.shape)), "uninformative", (1, 2, 3), "Check how"
+    ),
+    "a third of a second": Mistake(short, "too-short", (), "Record some seconds"),
+    "spikes": Mistake(effort(spiky), "spikes", (1,), "--drop-outliers", blocks=False),
+}
+
+
+UNUSABLE = ("degrees", "four cells of five empty", "constant", "a third of a second")
+"""Mistakes after which nothing can be fitted."""
+
+
+def prepared(recordings: list[Recording]) -> list[list[PreparedRecording]]:
+    return [[prepare(recording, "parallel", None)] for recording in recordings]
+
+
+@pytest.mark.parametrize("motion", ["fig5a", "fig5b"])
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_is_told_by_kind_and_joint_with_its_remedy(mistake: str, motion: str) -> None:
+    expected = MISTAKES[mistake]
+    recording = expected.change(robot(3, motion))
+    if mistake in UNUSABLE:
+        with pytest.raises(BadInput, match=f"{expected.kind}: .*{re.escape(expected.remedy)}"):
+            prepared_with_problems([recording], prepared)
+        return
+    (problem,) = prepared_with_problems([recording], prepared)[1]
+    assert (problem.kind, problem.joints, problem.blocks) == (expected.kind, expected.joints, expected.blocks)
+    assert expected.remedy in problem.remedy
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_nothing_is_said_of_what_is_right(seed: int) -> None:
+    assert prepared_with_problems([robot(seed), robot(seed, "fig5b")], prepared)[1] == ()
+
+
+def test_a_single_axis_without_weight_has_the_sign_of_its_inertia() -> None:
+    recording = building.record(noise=0.05)
+    assert recording.effort is not None
+    flipped = replace(recording, effort=-recording.effort)
+    ((problem,), right) = (prepared_with_problems([each], prepared)[1] for each in (flipped, recording))
+    assert (problem.kind, problem.joints) == ("torque-sign", (1,))
+    assert right == ()
