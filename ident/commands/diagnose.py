@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -177,7 +178,8 @@ def _next(
     """
     default = files[0].with_suffix(".model.json")
     if document.verdict == "implausible-data":
-        return ["ident", "check", *files]
+        healing = [each.remedy for each in document.data_problems if each.blocks and each.remedy.startswith("daq ")]
+        return list(shlex.split(healing[0])) if healing else ["ident", "check", *files]
     if not applied and document.findings and document.verdict == "missing-effect":
         return diagnosis(files, *recorded, *choices, model=model or default)
     if not applied and document.verdict == "unknown-structure" and not document.learned_curve:

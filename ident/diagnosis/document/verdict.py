@@ -85,7 +85,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
             structured_rms=_numbers(unexplained.rms),
         ),
         above_low_pass=above_low_pass(ripple),
-        next_motion=next_motion(diagnosis, missing),
+        next_motion=None if blocked else next_motion(diagnosis, missing),
         warnings=() if blocked else (*bound_warnings(steps[-1].parameters, usual), *data_warnings(diagnosis)),
         recordings=tuple(file_names(split, range(len(split.recordings)))),
     )

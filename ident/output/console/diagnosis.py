@@ -22,7 +22,8 @@ def show(document: Document, console: Console) -> None:
     """Print steps of the selection, findings, unexplained residual, rejected effects, and the conclusion."""
     print_simulated(console, document.simulated)
     for problem in document.data_problems:
-        print_plain(console, f"Data problem ({problem.kind}): {problem.why} {problem.remedy}")
+        print_plain(console, f"Data problem ({problem.kind}): {problem.why}")
+        print_command(console, problem.remedy)
     for warning in document.warnings:
         print_plain(console, f"Warning: {warning}")
     print_table(console, diagnosis.steps(document))

@@ -35,10 +35,13 @@ def findings(result: DiagnosisResult) -> ReportSection:
     below = {finding.term.name: finding for finding in merge_repeated(diagnosis.selection.findings)}
     # Effects that every machine of this kind has come last: they are no findings.
     entries = sorted(document.findings, key=lambda entry: diagnosis.library[entry.effect].mandatory)
-    blocks: list[ReportBlock] = [
+    blocks: list[ReportBlock] = []
+    for problem in document.data_problems:
+        blocks += [Text((f"{problem.kind}: {problem.why}",)), Code((problem.remedy,))]
+    blocks += [
         _card(index, diagnosis, document, entry, below.get(entry.effect)) for index, entry in enumerate(entries, 1)
     ]
-    if not blocks:
+    if not entries:
         blocks.append(Text(("No effect was found.",)))
     for likely in document.likely:
         blocks.append(Text((f"Likely: {likely.effect} ({joint_numbers(likely.joints)}). {likely.why}",)))
