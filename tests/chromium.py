@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-PATIENCE = 300.0
+PATIENCE = 600.0
 """Longest time that a page may take on a busy machine [s]."""
 
 
