@@ -17,6 +17,11 @@ _MIN_SAMPLES = 100
 """Fewer samples do not tell what is ordinary."""
 
 
+def without_outliers(values: Floats) -> Floats:
+    """The `values` (n, dof), NaN at outliers."""
+    return np.where(np.stack([outliers(column) for column in values.T], axis=1), np.nan, values)
+
+
 def outliers(values: Floats) -> Bools:
     """Mark the outliers among `values` (n,); gaps are none."""
     result = np.zeros(len(values), bool)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from recordings.command_line import repeated
 from recordings.data_problems import DataProblem, healing_command
 from recordings.recording import Recording
 from trajectories import kinematics
@@ -25,5 +26,5 @@ def find(recording: Recording) -> DataProblem | None:
         joints=(),
         blocks=True,
         why="An arm turns by more than half a turn; the mechanism closes if these angles are degrees.",
-        remedy=healing_command(recording.path, [word for entry in entries for word in ("--map", entry)]),
+        remedy=healing_command(recording.path, repeated("--map", entries)),
     )

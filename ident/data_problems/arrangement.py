@@ -57,6 +57,13 @@ class Arrangements:
         return solution
 
     @cached_property
+    def _roots(self) -> tuple[Floats, Floats]:
+        """Roots (r,) of the eigenvalues of the normal equations, and their vectors (k, r); none that vanishes."""
+        values, vectors = np.linalg.eigh(self._gram)
+        kept = values > _TINY * values[-1]
+        return np.sqrt(values[kept]), vectors[:, kept]
+
+    @cached_property
     def best(self) -> tuple[Arrangement, float, float] | None:
         """The arrangement that explains the torque far better than the present one, and the errors of this and that,
         as shares of the torque; None where there is none."""
@@ -95,10 +102,8 @@ class Arrangements:
 
         b = np.array(arrangement.signs) @ self._products[np.arange(self._dof), list(arrangement.order)]
         # Least squares with these normal equations: |L' x - L^-1 b|^2 + |torque|^2 - |L^-1 b|^2.
-        values, vectors = np.linalg.eigh(self._gram)
-        kept = values > _TINY * values[-1]
-        root = np.sqrt(values[kept])[:, None] * vectors[:, kept].T
-        target = (vectors[:, kept].T @ b) / np.sqrt(values[kept])
+        size, vectors = self._roots
+        root, target = size[:, None] * vectors.T, (vectors.T @ b) / size
         rest = max(self._square - float(target @ target), 0.0)
         if bounded:
             lower = [0.0 if parameter.physically_positive else -np.inf for parameter in self._parameters]

@@ -27,7 +27,7 @@ from recordings.importing.table import BagPart, Table
 from recordings.importing.units import RigHints
 from recordings.metadata import software
 from recordings.plausible import LARGEST, first_implausible
-from recordings.recording import IMPORTED, Floats, Run
+from recordings.recording import IMPORTED, Floats, Ints, Run
 from recordings.rig import JointType, MechanismName, Rig, Torque
 
 _MAX_RATE = 4000.0
@@ -119,20 +119,7 @@ def import_data(
         exit_status=0,
         reason=f"imported from {path.name}",
     )
-    samples = SampleTable(
-        joints=rig.joint_names,
-        stamp=values.stamp,
-        log=values.stamp,
-        cycle=np.arange(len(values.stamp)),
-        repeat=repeat,
-        extra=values.extra,
-        position=joints["position"],
-        command=joints.get("command"),
-        voltage=joints.get("voltage"),
-        velocity=joints.get("velocity"),
-        effort=joints.get("effort"),
-    )
-    samples = description.healing.of(samples)
+    samples = description.healing.of(_samples(rig, values, joints, repeat))
     blocks.write(out, rig, _thinned(run, description), samples)
     used = {source.column for source in columns.values()}
     unread = ", ".join(name for name in table.unreadable if name not in used)
@@ -147,26 +134,28 @@ def _healed(path: Path, out: Path, description: Description, mapping: Sequence[s
     columns = sources(table, mapping)
     values = quantities(table, columns, RigHints(rig.joint_types, rig.drives))
     _rig(table, replace(description, rig=rig), values.joints, recording.run.rate)  # the number of joints is right
-    joints = dict(values.joints)
-    samples = SampleTable(
+    of_drives = {name: getattr(recording, name).astype(np.int64) for name in ("statusword", "error_code")}
+    samples = description.healing.of(replace(_samples(rig, values, values.joints, recording.repeat), **of_drives))
+    run = _thinned(recording.run, description)
+    blocks.write(out, rig, run, samples)
+    return Imported(rig, run, samples, (f"{path.name}: rig, run and gaps are kept, bus frames and events are not",))
+
+
+def _samples(rig: Rig, values: Quantities, joints: Mapping[str, Floats], repeat: Ints) -> SampleTable:
+    """The samples of `joints`, (n, dof) by quantity, at the stamps of `values`."""
+    return SampleTable(
         joints=rig.joint_names,
         stamp=values.stamp,
         log=values.stamp,
         cycle=np.arange(len(values.stamp)),
-        repeat=recording.repeat,
+        repeat=repeat,
         extra=values.extra,
         position=joints["position"],
         command=joints.get("command"),
         voltage=joints.get("voltage"),
         velocity=joints.get("velocity"),
         effort=joints.get("effort"),
-        statusword=recording.statusword.astype(np.int64),
-        error_code=recording.error_code.astype(np.int64),
     )
-    samples = description.healing.of(samples)
-    run = _thinned(recording.run, description)
-    blocks.write(out, rig, run, samples)
-    return Imported(rig, run, samples, (f"{path.name}: rig, run and gaps are kept, bus frames and events are not",))
 
 
 def _thinned(run: Run, description: Description) -> Run:

@@ -7,7 +7,7 @@ import numpy as np
 
 from recordings.blocks import SampleTable
 from recordings.errors import BadInput
-from recordings.outliers import outliers
+from recordings.outliers import without_outliers
 from recordings.recording import Floats, Ints
 
 _MEASURED = ("position", "voltage", "effort")
@@ -39,7 +39,7 @@ class Healing:
         if self.drop_outliers:
             for name in _MEASURED:
                 values = getattr(samples, name)
-                samples = samples if values is None else _with(samples, name, _without_outliers(values))
+                samples = samples if values is None else _with(samples, name, without_outliers(values))
         return samples if self.thin == 1 else _thinned(samples, self.thin)
 
 
@@ -52,10 +52,6 @@ def _unwrapped(position: Floats, joint: int) -> Floats:
     known = np.isfinite(position[:, joint])
     result[known, joint] = np.unwrap(position[known, joint])
     return result
-
-
-def _without_outliers(values: Floats) -> Floats:
-    return np.where(np.stack([outliers(column) for column in values.T], axis=1), np.nan, values)
 
 
 def _thinned(samples: SampleTable, count: int) -> SampleTable:

@@ -7,6 +7,7 @@ import numpy as np
 from ident.data.prepared_recording import PreparedRecording
 from ident.data.samples import holds_torque
 from ident.data_problems.facts import Facts
+from recordings.command_line import repeated
 from recordings.data_problems import DataProblem, healing_command
 from recordings.data_problems.signals import drive_signal
 
@@ -33,7 +34,7 @@ def find(facts: Facts) -> DataProblem | None:
         joints=(),
         blocks=True,
         why=f"The efforts are {scale:.2g} times those of the manufacturer's model: their unit is off by 10^{power}.",
-        remedy=healing_command(recording.path, [word for entry in mapped for word in ("--map", entry)]),
+        remedy=healing_command(recording.path, repeated("--map", mapped)),
     )
 
 

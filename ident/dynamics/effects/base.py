@@ -14,7 +14,7 @@ import numpy as np
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects import quantities
 from ident.dynamics.effects.c_code import CCode
-from ident.dynamics.effects.formula import LATEX, TEXT, Formula, sum_of_products, traced
+from ident.dynamics.effects.formula import LATEX, TEXT, Formula, sum_of_products, traced, unknown_arguments
 from recordings.recording import Floats
 from recordings.rig import Rig
 
@@ -181,6 +181,10 @@ class Effect:
         """The formula as LaTeX, without limits; None where there is none, or where words say more."""
         return None
 
+    @staticmethod
+    def _names(described: Sequence[Quantity]) -> list[str]:
+        return [quantity.name for quantity in described]
+
     def errors(self) -> Iterator[str]:
         """Yield what its kind lacks in the description."""
         yield from ()
@@ -243,6 +247,8 @@ class Additive(Effect):
         """See `Effect`."""
         if self.columns is _no_columns:
             yield "formula: a function of named quantities expected, or columns; none found"
+        if self.formula is not None:
+            yield from unknown_arguments("formula", self.formula, [*quantities.QUANTITIES, *self._names(self.shapes)])
 
     @property
     def expression(self) -> Any:
@@ -274,6 +280,12 @@ class Signal(Effect):
     def __post_init__(self) -> None:
         if self.reading is not None and not self.equation:
             object.__setattr__(self, "equation", f"measured q = {TEXT(traced(self.reading)[0])}")
+
+    def errors(self) -> Iterator[str]:
+        """See `Effect`."""
+        if self.reading is not None:
+            known = ["q", *self._names(self.parameters), *self._names(self.shapes)]
+            yield from unknown_arguments("reading", self.reading, known)
 
     @property
     def latex(self) -> str | None:

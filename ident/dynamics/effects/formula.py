@@ -18,7 +18,7 @@ and as LaTeX. A formula names what it needs as its arguments: its effect's param
 import functools
 import inspect
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -56,6 +56,13 @@ def symbol(name: str) -> Any:
 def arguments(formula: Formula) -> tuple[str, ...]:
     """Names of the quantities on which `formula` depends."""
     return tuple(inspect.signature(formula).parameters)
+
+
+def unknown_arguments(name: str, formula: Formula, known: Collection[str]) -> Iterator[str]:
+    """Yield what is wrong with the arguments of the `formula` that a description has under `name`."""
+    for argument in arguments(formula):
+        if argument not in known:
+            yield f"{name}: arguments out of {', '.join(known)} expected, {argument!r} found"
 
 
 @cache

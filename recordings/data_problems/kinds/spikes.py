@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from recordings.data_problems import DataProblem, healing_command
-from recordings.outliers import outliers
+from recordings.outliers import outliers, without_outliers
 from recordings.recording import Floats, Recording
 
 
@@ -27,7 +27,7 @@ def find(recording: Recording) -> DataProblem | None:
 def without_spikes(recording: Recording) -> Recording:
     """The `recording` with gaps in place of spikes."""
     for name, values in _signals(recording):
-        recording = replace(recording, **{name: _without(values)})  # type: ignore[arg-type]  # the three are arrays
+        recording = replace(recording, **{name: without_outliers(values)})  # type: ignore[arg-type]  # the three are arrays
     return recording
 
 
@@ -48,8 +48,3 @@ def _signals(recording: Recording) -> Iterator[tuple[str, Floats]]:
         values = getattr(recording, name)
         if values is not None and any(outliers(column).any() for column in values.T):
             yield name, values
-
-
-def _without(values: Floats) -> Floats:
-    """The `values` (n, dof), NaN at spikes."""
-    return np.where(np.stack([outliers(column) for column in values.T], axis=1), np.nan, values)

@@ -21,6 +21,7 @@ def test_the_effects_of_the_library_are_valid(name: str) -> None:
     [
         ({"sentence": 3}, "sentence: a text expected, 3 found"),
         ({"causes": " "}, "causes: a text expected"),
+        ({"formula": lambda speed: speed, "equation": "a v"}, "formula: arguments out of q, qd, .* 'speed' found"),
         ({"axis": "colour"}, "axis: one of position, velocity"),
         ({"replaces": "friction"}, "replaces: one of c_v, c_c expected, 'friction' found"),
         ({"needs": ("luck",)}, "needs: any of temperature, both directions expected, 'luck' found"),
