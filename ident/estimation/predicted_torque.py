@@ -15,7 +15,7 @@ import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording
 from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.base import Additive
+from ident.dynamics.effects.base import Additive, Signal
 from ident.dynamics.mechanism_motion import MechanismMotion
 from ident.dynamics.structure import ModelStructure
 from ident.recent import RecentResults
@@ -242,18 +242,16 @@ class TorquePredictor:
         if not any(effect.distorts_report for _, _, effect in structure.signals):
             return self._all_columns(structure, x, load_parameters, conditioned=True)
         columns = self._all_columns(structure, x, load_parameters, conditioned=False)
-        step = _RELATIVE_STEP * max(float(np.sqrt(np.nanmean(true**2))), 1e-12)
-        if all(effect.pointwise for _, _, effect in structure.signals):
-            upper, lower = (self._report(structure, x, load_parameters, true + side * step) for side in (1, -1))
-            return self.prepared.condition(columns * ((upper - lower) / (2 * step))[:, :, None])
-        slopes = []
-        for column in np.ascontiguousarray(np.moveaxis(columns, 2, 0)):
-            column_step = step / max(float(np.sqrt(np.nanmean(column**2))), 1e-12)
-            upper, lower = (
-                self._report(structure, x, load_parameters, true + side * column_step * column) for side in (1, -1)
-            )
-            slopes.append((upper - lower) / (2 * column_step))
-        return self.prepared.condition(np.stack(slopes, axis=2))
+        inputs, torque = self.effect_inputs(structure, x, load_parameters), true
+        for term, report in structure.reports(x):
+            if cast(Signal, term.effect).pointwise:
+                step = _RELATIVE_STEP * max(float(np.sqrt(np.nanmean(torque**2))), 1e-12)
+                slope = (report(torque + step, inputs) - report(torque - step, inputs)) / (2 * step)
+                columns = columns * slope[:, :, None]
+            else:
+                columns = report(columns, inputs)
+            torque = report(torque, inputs)
+        return self.prepared.condition(columns)
 
     def _nonlinear_derivative(
         self,

@@ -13,7 +13,7 @@ from itertools import islice
 import numpy as np
 
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.judge.judge import Judgement, judge
+from ident.diagnosis.judge.judge import judge
 from ident.diagnosis.judge.price import PRICE, score
 from ident.diagnosis.judge.rules import OF_VALUES, objection
 from ident.diagnosis.judge.rules.strength import wald_statistic
@@ -52,7 +52,7 @@ class BestFirst:
         self._candidates, self._fits, self._progress = candidates, candidates.fits, progress
         self._states: dict[Key, State] = {}
         self._expanded: set[Names] = set()
-        self._accepted: dict[Key, list[Judgement]] = {}
+        self._refused: dict[Key, int | None] = {}
 
     def search(self, start: FittedModel) -> FittedModel:
         """The best model that is reached from `start` and accepted."""
@@ -61,15 +61,6 @@ class BestFirst:
         while (state := self._next()) is not None:
             self._expand(state)
         return self._answer()
-
-    def judgements(self, model: FittedModel) -> list[Judgement]:
-        """What the judge says of each effect of `model` beside all the others."""
-        key = key_of(model.solution.structure)
-        if key not in self._accepted:
-            self._accepted[key] = [
-                judge(self._fits.without_effect(model, index), model, index) for index in range(len(model.terms))
-            ]
-        return self._accepted[key]
 
     def _ranked(self) -> Iterator[State]:
         """The models, the best first, and the best one of those that differ in joints only."""
@@ -144,20 +135,25 @@ class BestFirst:
             )
 
     def _answer(self) -> FittedModel:
-        """The best model in which every effect is accepted; one without the least effect that is not, is one, too."""
+        """The best model in which every effect is accepted; one without the weakest that is not, is one, too."""
         refused: set[Names] = set()
         while True:
             state = next(each for each in self._ranked() if each.names not in refused)
-            model = state.model
-            failed = [
-                index
-                for index, judgement in enumerate(self.judgements(model))
-                if not (judgement.accepted or model.terms[index].effect.mandatory)
-            ]
-            if not failed:
-                return model
+            if (index := self._refused_effect(state.model)) is None:
+                return state.model
             refused.add(state.names)
-            self._insert(min((self._fits.without_effect(model, index) for index in failed), key=score))
+            self._insert(self._fits.without_effect(state.model, index))
+
+    def _refused_effect(self, model: FittedModel) -> int | None:
+        """Number of the weakest effect of `model` that the judge does not accept beside all the others."""
+        key = key_of(model.solution.structure)
+        if key not in self._refused:
+            fits = self._fits
+            judged = (
+                (index, judge(fits.without_effect(model, index), model, index)) for index in _by_strength(model)
+            )
+            self._refused[key] = next((index for index, judgement in judged if not judgement.accepted), None)
+        return self._refused[key]
 
 
 def _is_possible(model: FittedModel, other: FittedModel) -> bool:
@@ -179,6 +175,20 @@ def _leaves_much(model: FittedModel) -> bool:
     )
 
 
+def _by_strength(model: FittedModel) -> list[int]:
+    """Numbers of the effects of `model` that not every robot has, the weakest first."""
+    masks = map(model.solution.structure.parameter_mask, range(len(model.terms)))
+    strengths = [_price_ratio(model, np.flatnonzero(mask)) for mask in masks]
+    optional = [index for index, term in enumerate(model.terms) if not term.effect.mandatory]
+    return sorted(optional, key=lambda index: strengths[index])
+
+
 def _is_cheap(model: FittedModel, entries: Ints) -> bool:
-    """Whether the parameters `entries` take less of the loss than their price, by Wald's statistic."""
-    return wald_statistic(model.solution.x[entries], model.uncertainty.covariance, entries) < PRICE * len(entries)
+    """Whether the parameters `entries` take less of the loss than their price."""
+    return _price_ratio(model, entries) < 1
+
+
+def _price_ratio(model: FittedModel, entries: Ints) -> float:
+    """What the parameters `entries` take of the loss, by Wald's statistic, relative to their price."""
+    taken = wald_statistic(model.solution.x[entries], model.uncertainty.covariance, entries)
+    return taken / (PRICE * len(entries))

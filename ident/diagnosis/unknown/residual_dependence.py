@@ -118,10 +118,9 @@ def _sums(joint: int, dof: int) -> Iterator[tuple[LearnedCurve, ...]]:
     yield (LearnedCurve(joint, "position", joint, "velocity"),)
     for curve in own[:3]:  # load and time are no motion
         others = [replace(curve, variable_joint=other) for other in range(1, dof + 1) if other != joint]
-        yield from ((other,) for other in others)
+        # What acts between joints acts on what the joint itself does, too, whatever of that an effect imitates.
         yield from ((curve, other) for other in others)
         if len(others) > 1:
-            yield tuple(others)
             yield (curve, *others)
 
 

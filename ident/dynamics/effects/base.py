@@ -273,7 +273,7 @@ class Signal(Effect):
     """Compute the report with an error of one standard deviation in what the equation idealizes, such as the instant
     of an impact, which widens the intervals; None: there is no such error."""
     pointwise: bool = True
-    """False if the report at an instant depends on the true torque at other instants, as with a delay."""
+    """False if the report is a linear filter over time, as of a delay, for torque (n, dof, ...)."""
     offset: bool = False
     """True if the report is the true torque plus a torque that does not depend on it."""
 

@@ -3,6 +3,7 @@
 from functools import lru_cache
 
 import numpy as np
+from scipy.ndimage import convolve1d
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Quantity, Signal, Values
@@ -13,20 +14,19 @@ _REACH = 12
 
 
 def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
-    """Report the torque (n, dof) of delta later."""
-    shifted = [_ahead(column, delta * inputs.rate) for column, delta in zip(torque.T, values["delta"], strict=True)]
+    """Report the torque (n, dof, ...) of delta later."""
+    shifted = [_ahead(torque[:, joint], delta * inputs.rate) for joint, delta in enumerate(values["delta"])]
     return np.stack(shifted, axis=1)
 
 
 def _ahead(x: Floats, instants: float) -> Floats:
-    """Advance `x` (n,) by a fractional number of `instants` with a windowed sinc; NaN beyond the ends."""
+    """Advance `x` (n, ...) by a fractional number of `instants` with a windowed sinc; NaN beyond the ends."""
     if instants == 0:
         return x
     whole = int(np.floor(instants))
-    margin = _REACH + abs(whole)
-    padded = np.pad(x, margin, constant_values=np.nan)
-    sums = np.convolve(padded, _taps(instants - whole), mode="same")
-    return sums[margin + whole : margin + whole + len(x)]
+    ends = np.full((_REACH + abs(whole), *x.shape[1:]), np.nan)
+    sums: Floats = convolve1d(np.concatenate([ends, x, ends]), _taps(instants - whole), axis=0)
+    return sums[len(ends) + whole :][: len(x)]
 
 
 @lru_cache(maxsize=16)
