@@ -65,6 +65,7 @@ def fit(
     intervals: IntervalMethod = "stationary",
     seed: int = 0,
     settings: Mapping[str, Any] | None = None,
+    accept: Sequence[str] = (),
     progress: Progress = lambda *_: None,
 ) -> Model:
     """Fit the dynamic model, Eq. (26), to the recordings `files` of one rig together.
@@ -77,8 +78,10 @@ def fit(
     effect_files: Python files with effects of your own; they are executed.
     preprocessing, cutoff: method and low-pass [Hz]; None: the cut-off is chosen from the spectra.
     physical: allow only friction that opposes motion (search methods).
+    accept: kinds of data problems in spite of which the recordings are used.
 
     Raises:
+        ImplausibleData: a recording cannot be what it is said to be.
         BadInput: a recording cannot be used, the recordings are not of one rig, or an option does not exist.
     """
     from ident.data.compatibility import check_not_repeated
@@ -108,6 +111,7 @@ def fit(
         library=library(_paths(effect_files, least=0)),
         physical=physical,
         intervals=intervals,
+        accept=_names(accept),
     )
     result = identify(paths, held_out[0] if held_out else None, options, progress)
     test = None if result.model.form else check_residual(result.predictions, result.structure, result.parameters)
@@ -127,10 +131,13 @@ def load_model(path: File, effect_files: Sequence[File] = ()) -> Model:
     return Model(model_file.load(Path(path)), library(_paths(effect_files, least=0)))
 
 
-def compare(model: Model, files: Sequence[File]) -> ResidualAnalysis:
+def compare(model: Model, files: Sequence[File], *, accept: Sequence[str] = ()) -> ResidualAnalysis:
     """Compare `model` with the recordings `files`: the residual by joint, phase, window, quantity and frequency.
 
+    accept: as in `fit`, beside what the model was fitted with.
+
     Raises:
+        ImplausibleData: a recording cannot be what it is said to be.
         BadInput: a recording cannot be used, or is of another rig than the model.
     """
     from ident.diagnosis.unknown.residual_test import scored_predictions
@@ -138,7 +145,7 @@ def compare(model: Model, files: Sequence[File]) -> ResidualAnalysis:
     from ident.residuals.analysis import analyse
 
     _check_model(model)
-    predictions = predict(model.file, _paths(files), model.library)
+    predictions = predict(model.file, _paths(files), model.library, _names(accept))
     return analyse(model.file, *scored_predictions(model.file, predictions, model.library))
 
 
@@ -152,6 +159,7 @@ def diagnose(
     cutoff: float | None = None,
     only: Sequence[str] = (),
     without: Sequence[str] = (),
+    accept: Sequence[str] = (),
     progress: StatusCallback = lambda text: None,
 ) -> DiagnosisResult:
     """Find the physical effects that the model of the recordings `files` lacks, with the evidence.
@@ -162,8 +170,10 @@ def diagnose(
     preprocessing, cutoff: as in `fit`.
     only: effects to add in this order, without any others.
     without: effects of the library to leave out.
+    accept: as in `fit`.
 
     Raises:
+        ImplausibleData: a recording cannot be what it is said to be.
         BadInput: a recording cannot be used, the recordings are not of one rig, or an effect does not exist.
     """
     from ident.diagnosis.diagnosis import DiagnosisOptions
@@ -173,7 +183,7 @@ def diagnose(
     if model is not None:
         _check_model(model)
     held_out = _paths([validate] if isinstance(validate, (str, Path)) else validate or (), least=0)
-    options = DiagnosisOptions(preprocessing, _cutoff(cutoff), _names(only), _names(without))
+    options = DiagnosisOptions(preprocessing, _cutoff(cutoff), _names(only), _names(without), _names(accept))
     # A file of the user is executed once: what the model was loaded with is there already.
     effects = model.library if model and not effect_files else library(_paths(effect_files, least=0))
     return diagnosed(_paths(files), held_out, effects, options, progress, model.file if model else None)

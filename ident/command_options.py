@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ident import plugins
-from recordings.command_line import FiniteRange, NameChoice, refuse_existing
+from recordings.command_line import FiniteRange, NameChoice, refuse_existing, say_next
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
@@ -39,6 +39,12 @@ CUTOFF = click.option(
     metavar="HZ",
     help="Cut-off of the low-pass (-3 dB).  [default: from the spectra]",
 )
+ACCEPT = click.option(
+    "--accept",
+    multiple=True,
+    metavar="KIND",
+    help="Use the recordings in spite of data problems of this kind, such as torque-sign. May be repeated.",
+)
 JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
 
 Rule = Callable[[Mapping[str, object]], str | None]
@@ -63,6 +69,27 @@ class RuledCommand(click.Command):
             if problem := rule(given):
                 raise BadInput(problem)
         return super().invoke(ctx)
+
+
+class DataCommand(RuledCommand):
+    """A command that, of data that cannot be right, shows what is wrong in place of its result."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """See click: data problems are a result, and the command that heals the data comes next."""
+        try:
+            return super().invoke(ctx)
+        except BadInput as error:
+            from functools import partial
+
+            from ident.data_problems.implausible import ImplausibleData
+            from ident.output.console.problems import show_implausible
+
+            if not isinstance(error, ImplausibleData):
+                raise
+            document = error.document
+            show_result(ctx.params.get("as_json", False), document.as_json, partial(show_implausible, document))
+            if document.healing_command:
+                say_next(*document.healing_command)
 
 
 def excludes(option: str, *others: str, note: str = "") -> Rule:

@@ -134,6 +134,7 @@ def command(
     **described: Any,
 ) -> None:
     """Write the measurements in DATA, of another program, as a recording."""
+    from daq import data_problems
     from recordings.importing import import_data
     from recordings.importing.observations import observe
     from recordings.importing.proposal import propose
@@ -153,7 +154,10 @@ def command(
         raise BadInput(f"--out: a recording's name (.mcap) expected, {out} found; give it that ending")
     imported = import_data(file, out, _description(**described), mapping, part)
     seen = observe(imported)
-    figures = _figures(imported, out, seen)
+    problems, unchecked = data_problems.of_file(out)
+    figures = _figures(imported, out, seen) | {"data_problems": [each.model_dump(mode="json") for each in problems]}
+    if unchecked:
+        figures["notes"].append(unchecked)
     if as_json:
         click.echo(json.dumps(figures))
     else:
@@ -242,7 +246,7 @@ def _show(figures: dict[str, Any], imported: "Imported", seen: "list[Observation
     click.echo(f"cycles: {cycles}")
     if figures["extra"]:
         click.echo(f"kept as extra channel: {', '.join(figures['extra'])}")
-    for note in imported.notes:
+    for note in figures["notes"]:
         click.echo(note)
     for first, *others in _by_kind(seen):
         likewise = f" (likewise joint {', '.join(str(other.joint) for other in others)})" if others else ""
@@ -253,7 +257,12 @@ def _show(figures: dict[str, Any], imported: "Imported", seen: "list[Observation
         click.echo(
             "torque gain: assumed, so a fit will be relative; --gain or a rig file can say otherwise", err=True
         )
-    click.echo(f"imported {figures['recording']}; next: ident check {shlex.quote(figures['recording'])}")
+    problems = figures["data_problems"]
+    for problem in problems:
+        click.echo(f"data problem ({problem['kind']}): {problem['why']}\n  {problem['remedy']}", err=True)
+    healing = [each["remedy"] for each in problems if each["blocks"] and each["remedy"].startswith("daq ")]
+    following = healing[0] if healing else f"ident check {shlex.quote(figures['recording'])}"
+    click.echo(f"imported {figures['recording']}; next: {following}")
 
 
 def _by_kind(seen: "list[Observation]") -> "list[list[Observation]]":

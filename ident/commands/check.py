@@ -4,12 +4,13 @@ from pathlib import Path
 
 import click
 
-from ident.command_options import EFFECT_FILES, FILE, JSON, show_result
+from ident.command_options import ACCEPT, EFFECT_FILES, FILE, JSON, DataCommand, show_result
 from recordings.command_line import FiniteRange, check_readable, repeated, say_next
 from recordings.next_command import diagnosis
 
 
 @click.command(
+    cls=DataCommand,
     short_help="Tell which effects a recording can show, and what to record to see the others.",
     epilog="Example: ident check fig5a.mcap",
 )
@@ -22,8 +23,17 @@ from recordings.next_command import diagnosis
     help="Size of the effects: RMS of their torque, as a share of that of the joint.",
 )
 @EFFECT_FILES
+@ACCEPT
+@click.option("--problems", "only_problems", is_flag=True, help="Tell only what cannot be right about the data.")
 @JSON
-def command(files: tuple[Path, ...], share: float, effect_files: tuple[Path, ...], as_json: bool) -> None:
+def command(
+    files: tuple[Path, ...],
+    share: float,
+    effect_files: tuple[Path, ...],
+    accept: tuple[str, ...],
+    only_problems: bool,
+    as_json: bool,
+) -> None:
     """Tell what the recordings FILE can show: sampling, resolution, motions, and which effects.
 
     Every effect of the library (ident effects) is visible, visible but not to be told from others, or not visible,
@@ -33,12 +43,18 @@ def command(files: tuple[Path, ...], share: float, effect_files: tuple[Path, ...
 
     from functools import partial
 
+    from ident.data_problems import check_data
     from ident.diagnosis.visibility.check import check
     from ident.dynamics.effects.library import library
     from ident.output.console.check import show
+    from ident.output.console.problems import show_problems
     from recordings.progress import progress_bar
 
+    if only_problems:
+        listing = check_data(files)
+        show_result(as_json, listing.as_json, partial(show_problems, listing.data_problems))
+        return
     with progress_bar("reading") as progress:
-        document = check(files, library(effect_files), share, progress)
+        document = check(files, library(effect_files), share, progress, accept)
     show_result(as_json, document.as_json, partial(show, document))
-    say_next(*diagnosis(files, *repeated("--effect-file", effect_files)))
+    say_next(*diagnosis(files, *repeated("--effect-file", effect_files), *repeated("--accept", accept)))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ident.command_options import EFFECT_FILES, FILE, JSON, say_written, show_result
+from ident.command_options import ACCEPT, EFFECT_FILES, FILE, JSON, DataCommand, say_written, show_result
 from ident.model_name import model_stem
 from recordings.command_line import check_readable, refuse_existing, repeated, say_next
 from recordings.next_command import diagnosis, free_output
@@ -17,10 +17,11 @@ if TYPE_CHECKING:
     from ident.identification.model_file import ModelFile
 
 
-@click.command(epilog="Example: ident compare fig5a.model.json fig5b.mcap")
+@click.command(cls=DataCommand, epilog="Example: ident compare fig5a.model.json fig5b.mcap")
 @click.argument("model_path", metavar="MODEL", type=FILE)
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=FILE)
 @EFFECT_FILES
+@ACCEPT
 @click.option(
     "--report",
     type=FILE,
@@ -33,6 +34,7 @@ def command(
     model_path: Path,
     files: tuple[Path, ...],
     effect_files: tuple[Path, ...],
+    accept: tuple[str, ...],
     report: Path | None,
     force: bool,
     as_json: bool,
@@ -52,7 +54,7 @@ def command(
     check_readable(model_path, *files)
     refuse_existing(report, force=force, read=(model_path, *files, *effect_files))
     model = ident.load_model(model_path, effect_files)
-    result = ident.compare(model, files)
+    result = ident.compare(model, files, accept=accept)
     if report:
         from ident.output.report import contents, page
 
@@ -60,7 +62,7 @@ def command(
         page.write(contents.assemble(request, {model_path.name: model.file}, {model_path.name: result}), report)
     show_result(as_json, result.as_json, partial(show, result))
     say_written(report=report)
-    options = repeated("--effect-file", effect_files)
+    options = [*repeated("--effect-file", effect_files), *repeated("--accept", accept)]
     train, held_out = _as_fitted(model.file, model_path, files)
     recorded = [*train, *repeated("--validate", held_out)]
     if result.within_noise:

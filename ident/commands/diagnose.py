@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ident.command_options import (
+    ACCEPT,
     CUTOFF,
     EFFECT_FILES,
     FILE,
     JSON,
     PREPROCESS,
-    RuledCommand,
+    DataCommand,
     check_outputs,
     ends,
     needs,
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 @click.command(
-    cls=RuledCommand,
+    cls=DataCommand,
     rules=[
         needs("--out", "--apply", "without it no model is written"),
         ends("--learn", ".py", "a name", "it becomes an effect file"),
@@ -61,6 +61,7 @@ if TYPE_CHECKING:
 @click.option(
     "--without", multiple=True, metavar="EFFECT", help="Leave this effect out of the library. May be repeated."
 )
+@ACCEPT
 @click.option("--apply", is_flag=True, help="Write a model with all effects found.")
 @click.option("-o", "--out", type=FILE, metavar="FILE", help="Model file.  [default: first FILE's name, .model.json]")
 @click.option(
@@ -87,6 +88,7 @@ def command(
     cutoff: float | None,
     only: tuple[str, ...],
     without: tuple[str, ...],
+    accept: tuple[str, ...],
     apply: bool,
     out: Path | None,
     learned_curve: Path | None,
@@ -115,7 +117,8 @@ def command(
     with progress_bar("reading") as progress:
         start = ident.load_model(model_path, effect_files) if model_path else None
         own = () if start else effect_files
-        choices: dict[str, Any] = {"cutoff": cutoff, "only": only, "without": without, "progress": progress}
+        choices: dict[str, Any] = {"cutoff": cutoff, "only": only, "without": without, "accept": accept}
+        choices["progress"] = progress
         result = ident.diagnose(files, validate, model=start, effect_files=own, preprocessing=preprocess, **choices)
         if learned_curve:
             progress("learning curves for the unexplained residual")
@@ -131,6 +134,7 @@ def command(
         click.echo(f"{learned_curve} not written: no curve explains the residual on rows that were not fitted.")
     say_written(model=out, report=report)
     given = [*repeated("--model", start_files), *repeated("--only", only), *repeated("--without", without)]
+    given += repeated("--accept", accept)
     given += ["--preprocess", preprocess] if preprocess != "parallel" else []
     given += ["--cutoff", f"{cutoff:g}"] if cutoff else []
     recorded = [*repeated("--validate", validate), *repeated("--effect-file", effect_files)]
@@ -177,9 +181,6 @@ def _next(
     recorded: options that name further files; choices: those that make this diagnosis what it is.
     """
     default = files[0].with_suffix(".model.json")
-    if document.verdict == "implausible-data":
-        healing = [each.remedy for each in document.data_problems if each.blocks and each.remedy.startswith("daq ")]
-        return list(shlex.split(healing[0])) if healing else ["ident", "check", *files]
     if not applied and document.findings and document.verdict == "missing-effect":
         return diagnosis(files, *recorded, *choices, model=model or default)
     if not applied and document.verdict == "unknown-structure" and not document.learned_curve:

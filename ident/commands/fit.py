@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ident import plugins
-from ident.command_options import CUTOFF, EFFECT_FILES, FILE, RuledCommand, say_written, sets, show_result
+from ident.command_options import ACCEPT, CUTOFF, EFFECT_FILES, FILE, RuledCommand, say_written, sets, show_result
 from recordings.command_line import NameChoice, check_readable, refuse_existing, repeated, say_next
 from recordings.errors import BadInput
 from recordings.next_command import diagnosis
@@ -78,6 +78,7 @@ if TYPE_CHECKING:
     help="Leave out an effect of the base model, which every real machine has: rod_inertia. May be repeated.",
 )
 @EFFECT_FILES
+@ACCEPT
 @click.option("--physical", is_flag=True, help="Allow only friction that opposes motion.")
 @click.option(
     "--intervals",
@@ -105,6 +106,7 @@ def command(
     effects: tuple[str, ...],
     without: tuple[str, ...],
     effect_files: tuple[Path, ...],
+    accept: tuple[str, ...],
     physical: bool,
     intervals: IntervalMethod,
     seed: int,
@@ -137,6 +139,7 @@ def command(
             without=without,
             bare=paper,
             effect_files=effect_files,
+            accept=accept,
             preprocessing=preprocess or ("central" if paper else "parallel"),
             cutoff=cutoff,
             physical=physical,
@@ -149,6 +152,7 @@ def command(
     _show(model, as_json, details)
     say_written(model=out, pictures=pictures)
     options = [*(["--validate", validate] if validate else []), *repeated("--effect-file", effect_files)]
+    options += repeated("--accept", accept)
     say_next(*diagnosis(files, *options, model=out))
 
 

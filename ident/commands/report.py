@@ -4,13 +4,14 @@ from pathlib import Path
 
 import click
 
-from ident.command_options import EFFECT_FILES, FILE, check_outputs, say_written
+from ident.command_options import ACCEPT, EFFECT_FILES, FILE, DataCommand, check_outputs, say_written
 from recordings.command_line import check_readable, repeated, say_next
 from recordings.errors import BadInput, ForeignFile
 from recordings.next_command import diagnosis
 
 
 @click.command(
+    cls=DataCommand,
     short_help="Write models, residuals and diagnosis into one HTML file.",
     epilog="Example: ident report fig5a.model.json fig5a.mcap --validate fig5b.mcap -o report.html",
 )
@@ -38,6 +39,7 @@ from recordings.next_command import diagnosis
     "--diagnose/--no-diagnose", default=True, show_default=True, help="Find the physical effects that are missing."
 )
 @EFFECT_FILES
+@ACCEPT
 @click.option("--force", is_flag=True, help="Replace an existing report.")
 def command(
     files: tuple[Path, ...],
@@ -46,6 +48,7 @@ def command(
     responses: tuple[Path, ...],
     diagnose: bool,
     effect_files: tuple[Path, ...],
+    accept: tuple[str, ...],
     force: bool,
 ) -> None:
     """Compare the models MODEL (.json) with the recordings FILE (.mcap) in one HTML file, which opens in any browser.
@@ -72,7 +75,9 @@ def command(
 
     with progress_bar("reading") as progress:
         gathered = contents.gather(
-            contents.ReportRequest(models, recordings, held_out, effect_files, diagnose, responses=responses),
+            contents.ReportRequest(
+                models, recordings, held_out, effect_files, diagnose, responses=responses, accept=accept
+            ),
             progress,
         )
         progress("drawing")
@@ -87,6 +92,7 @@ def command(
         say_next("ident", "workbench", *recordings[:1], *held_out[:1])
     else:
         options = [*repeated("--validate", held_out), *repeated("--effect-file", effect_files)]
+        options += repeated("--accept", accept)
         say_next(*diagnosis(recordings, *options, model=models[0]))
 
 

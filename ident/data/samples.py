@@ -6,14 +6,14 @@ import numpy as np
 
 from ident import filters
 from ident.dynamics.torque_map import torque_from_voltage, torque_per_volt
+from recordings.data_problems import signals
+from recordings.data_problems.signals import MIN_TRAVEL
 from recordings.errors import BadInput
 from recordings.interpolation import interpolate_columns
 from recordings.plausible import LARGEST, first_implausible
 from recordings.recording import Bools, Floats, Ints, Recording
 from recordings.schemas import POSITION_DELAY, VOLTAGE_DELAY
 
-MIN_TRAVEL = 1e-3
-"""A joint with less travel than this is considered at rest [rad or m]."""
 MAX_LATENESS = 0.1
 """Maximum distance of a sample from its SYNC on a uniform grid, in sample periods."""
 MIN_RATE = 5.0
@@ -97,13 +97,12 @@ def sample(recording: Recording) -> Samples:
 
 def holds_torque(recording: Recording) -> bool:
     """Whether the recording contains measured effort and no voltage."""
-    return recording.effort is not None and not np.isfinite(recording.voltage).any()
+    return signals.drive_signal(recording)[0] == "effort"
 
 
 def drive_signal(recording: Recording) -> Floats:
     """(n, dof) measured signal of the drives: voltage [V], or effort [N m or N]."""
-    effort = recording.effort if holds_torque(recording) else None
-    return recording.voltage if effort is None else effort
+    return signals.drive_signal(recording)[1]
 
 
 def _check_complete(recording: Recording) -> None:

@@ -4,48 +4,87 @@ Each module of `kinds` has a function `find(facts)` that returns the problem, or
 those that need no model.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
 from ident import plugins
-from ident.data.prepared_recording import PreparedRecording
+from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.data_problems import angle_unit
 from ident.data_problems.facts import Facts
+from ident.data_problems.implausible import ImplausibleData, ProblemsDocument
 from recordings import data_problems
 from recordings.data_problems import DataProblem
 from recordings.data_problems.kinds.spikes import without_spikes
 from recordings.errors import BadInput
+from recordings.reader import read
 from recordings.recording import Recording
 
 _KINDS = "ident.data_problems.kinds"
-Prepare = Callable[[Sequence[Recording]], Sequence[Sequence[PreparedRecording]]]
+Preparation = Callable[[Sequence[Recording]], Sequence[Sequence[PreparedRecording]]]
 """Prepares recordings, each as one or several excerpts."""
 
 
-def prepared_with_problems(
-    recordings: Sequence[Recording], prepare: Prepare
-) -> tuple[Sequence[Sequence[PreparedRecording]], tuple[DataProblem, ...]]:
-    """Prepare `recordings` without spikes, and list what cannot be right about them.
+@dataclass(frozen=True, eq=False)
+class Examined:
+    """A recording that was prepared."""
+
+    excerpts: Sequence[PreparedRecording]
+    problems: tuple[DataProblem, ...]
+    """Those that do not keep from using it."""
+
+
+def examined(
+    recordings: Sequence[Recording], preparation: Preparation, accept: Collection[str] = ()
+) -> list[Examined]:
+    """Prepare `recordings` without spikes, if nothing is wrong with them that blocks.
+
+    accept: kinds of problems that do not keep from using them.
 
     Raises:
-        BadInput: they cannot be prepared; with the problem that explains it, where there is one.
+        ImplausibleData: they cannot be what they are said to be.
+        BadInput: they cannot be prepared, or a kind does not exist.
     """
-    several = len(recordings) > 1
-    found = [_named(recording, problem, several) for recording in recordings for problem in _of_recording(recording)]
+    if unknown := [kind for kind in accept if kind not in kind_names()]:
+        raise BadInput(f"a kind of data problem expected ({', '.join(kind_names())}), '{unknown[0]}' found; choose one")
+    of_recordings = [list(_of_recording(recording)) for recording in recordings]
+    _check(recordings, of_recordings, accept)
+    prepared = preparation([without_spikes(recording) for recording in recordings])
+    for excerpts, found in zip(prepared, of_recordings, strict=True):
+        found.extend(problems(Facts(excerpts)))
+    _check(recordings, of_recordings, accept)
+    return [Examined(excerpts, tuple(found)) for excerpts, found in zip(prepared, of_recordings, strict=True)]
+
+
+def check_data(files: Sequence[Path]) -> ProblemsDocument:
+    """List what cannot be right about the recordings `files`.
+
+    Raises:
+        BadInput: one of them cannot be used, but no problem is the reason.
+    """
+    recordings = [read(path) for path in files]
     try:
-        prepared = prepare([without_spikes(recording) for recording in recordings])
-    except BadInput:
-        reasons = [f"{problem.kind}: {problem.why} {problem.remedy}" for problem in found if problem.blocks]
-        if not reasons:
-            raise
-        names = ", ".join(recording.path.name for recording in recordings)
-        raise BadInput("\n".join([f"{names}: data that can be right expected, found", *reasons])) from None
-    if not _blocks(found):  # a fit would only blur what is known
-        found += [
-            _named(excerpts[0].recording, problem, several)
-            for excerpts in prepared
-            for problem in problems(Facts(excerpts))
-        ]
-    return prepared, tuple(found)
+        usable = examined(recordings, lambda each: [[prepare(recording, "parallel", None)] for recording in each])
+        found = listed(recordings, [each.problems for each in usable])
+    except ImplausibleData as error:
+        found = error.problems
+    return ProblemsDocument(schema=2, data_problems=found, recordings=tuple(path.name for path in files))
+
+
+def kind_names() -> tuple[str, ...]:
+    """All kinds, in alphabetical order."""
+    modules = [*plugins.names(_KINDS), *plugins.names("recordings.data_problems.kinds"), "angle_unit"]
+    return tuple(sorted(name.replace("_", "-") for name in modules))
+
+
+def listed(
+    recordings: Sequence[Recording], of_recordings: Sequence[Sequence[DataProblem]]
+) -> tuple[DataProblem, ...]:
+    """The problems of all `recordings`, with the name of the file where there are several."""
+    pairs = [(each, problem) for each, found in zip(recordings, of_recordings, strict=True) for problem in found]
+    if len(recordings) == 1:
+        return tuple(problem for _, problem in pairs)
+    return tuple(problem.model_copy(update={"why": f"{each.path.name}: {problem.why}"}) for each, problem in pairs)
 
 
 def problems(facts: Facts) -> Iterator[DataProblem]:
@@ -56,17 +95,16 @@ def problems(facts: Facts) -> Iterator[DataProblem]:
             yield found
 
 
-def _of_recording(recording: Recording) -> list[DataProblem]:
+def _of_recording(recording: Recording) -> Iterator[DataProblem]:
     found = list(data_problems.problems(recording))
-    if _blocks(found) or (unit := angle_unit.find(recording)) is None:
-        return found
-    return [*found, unit]
+    yield from found
+    if not any(problem.blocks for problem in found) and (unit := angle_unit.find(recording)):
+        yield unit
 
 
-def _named(recording: Recording, problem: DataProblem, several: bool) -> DataProblem:
-    """The `problem`, with the name of the file where there are several."""
-    return problem.model_copy(update={"why": f"{recording.path.name}: {problem.why}"}) if several else problem
-
-
-def _blocks(found: Sequence[DataProblem]) -> bool:
-    return any(problem.blocks for problem in found)
+def _check(
+    recordings: Sequence[Recording], of_recordings: Sequence[Sequence[DataProblem]], accept: Collection[str]
+) -> None:
+    found = listed(recordings, of_recordings)
+    if any(problem.blocks and problem.kind not in accept for problem in found):
+        raise ImplausibleData([recording.path.name for recording in recordings], found)

@@ -11,7 +11,7 @@ import numpy as np
 from ident.data.compatibility import check_no_overlap, check_not_repeated, check_same_rig
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import PreparedRecording, common_cutoff, prepare
-from ident.data_problems import prepared_with_problems
+from ident.data_problems import examined, listed
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.ripple.ripple import Ripple, below_low_pass, find_ripple
 from ident.diagnosis.ripple.vibration_check import with_vibration_alternatives
@@ -48,6 +48,8 @@ class DiagnosisOptions:
     """Effects to add in this order, without any others; empty: stepwise selection."""
     without: tuple[str, ...] = ()
     """Effects of the library that are left out."""
+    accept: tuple[str, ...] = ()
+    """Kinds of data problems in spite of which the recordings are used."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,12 +61,7 @@ class DiagnosisInputs:
     excerpt_share: float | None
     """Share of the rows that is analysed, if the recordings are too long to analyse them completely."""
     problems: tuple[DataProblem, ...] = ()
-    """What cannot be right about the recordings."""
-
-    @property
-    def blocked(self) -> bool:
-        """Whether the recordings cannot be what they are said to be, so that nothing can be named."""
-        return any(problem.blocks for problem in self.problems)
+    """What cannot be right about the recordings, but does not keep from using them."""
 
     def initial_model(
         self, library: Mapping[str, Effect], model: ModelFile | None = None
@@ -126,6 +123,7 @@ def diagnose(
     initial_model: the model whose effects are the starting point; None: the mechanism without effects.
 
     Raises:
+        ImplausibleData: a recording cannot be what it is said to be.
         BadInput: a recording cannot be used, the recordings are not of the same rig, or a requested effect does not
             exist or cannot be observed.
     """
@@ -134,13 +132,14 @@ def diagnose(
     effects = inputs.effects
     _check_effects(options.only, library, {**effects.unobservable, **effects.untested})
     search = Search(inputs.split, effects.observable, progress)
-    selection = _select(search, inputs, inputs.initial_model(library, initial_model), options)
+    start = inputs.initial_model(library, initial_model)
+    selection = search.select_forced(*start, options.only) if options.only else search.select(*start)
     progress("analysing the unexplained residual")
-    selection, unexplained, learned = analyse_unexplained(search, selection, bool(options.only) or inputs.blocked)
+    selection, unexplained, learned = analyse_unexplained(search, selection, bool(options.only))
     # All steps are scored on the rows that the last model can judge, so that their errors can be compared.
     selection = selection.on(selection.model.on_judged_rows.split)
     progress("searching ripple above the low-pass")
-    tried = () if inputs.blocked else options.only or effects.observable
+    tried = options.only or effects.observable
     wanted = {name: effect for name, effect in effects.observable.items() if name in tried}
     ripple = find_ripple(selection.model, wanted)
     split = selection.model.split
@@ -165,14 +164,6 @@ def _check_effects(names: Sequence[str], library: Mapping[str, Effect], not_show
             raise BadInput(f"effect: one that these recordings can show expected, '{name}' found: {not_shown[name]}")
 
 
-def _select(
-    search: Search, inputs: DiagnosisInputs, start: tuple[ModelStructure, Floats], options: DiagnosisOptions
-) -> Selection:
-    if inputs.blocked:
-        return search.select_forced(*start, ())
-    return search.select_forced(*start, options.only) if options.only else search.select(*start)
-
-
 def prepare_inputs(
     files: Sequence[Path], validate: Sequence[Path], library: Mapping[str, Effect], options: DiagnosisOptions
 ) -> DiagnosisInputs:
@@ -185,12 +176,14 @@ def prepare_inputs(
     recordings = tuple(in_threads(read, (*files, *validate)))
     check_same_rig(recordings)
     check_no_overlap(recordings)
-    prepared, problems = prepared_with_problems(recordings, partial(_prepare_recordings, options))
+    usable = examined(recordings, partial(_prepare_recordings, options), options.accept)
+    prepared = [each.excerpts for each in usable]
     train, test = prepared[: len(files)], prepared[len(files) :]
     split = split_recordings(list(chain.from_iterable(train)), list(chain.from_iterable(test)))
     kept = sum(len(excerpt.recording.time) for excerpt in chain.from_iterable(prepared))
     whole = sum(len(recording.time) for recording in recordings)
     share = None if kept == whole else kept / whole
+    problems = listed(recordings, [each.problems for each in usable])
     return DiagnosisInputs(split, observability(split, library, options.without), share, problems)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from ident.data.compatibility import check_no_overlap, check_same_rig
 from ident.data.prepared_recording import PreparedRecording, prepare_all
 from ident.data.samples import holds_torque
+from ident.data_problems import examined, listed
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.library import library as load_library
 from ident.dynamics.structure import ModelStructure, Term
@@ -64,6 +65,8 @@ class FitOptions:
     """Constrain friction to oppose motion."""
     intervals: IntervalMethod = "stationary"
     """Method of the confidence intervals, see `ident.uncertainty.covariance`."""
+    accept: tuple[str, ...] = ()
+    """Kinds of data problems in spite of which the recordings are used."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +106,7 @@ def identify(
     effects of `options`.
 
     Raises:
+        ImplausibleData: a recording cannot be what it is said to be.
         BadInput: a recording cannot be used, recordings overlap, or they are not of the same rig.
     """
     recordings = [read(path) for path in (*files, *([validate] if validate else []))]
@@ -111,7 +115,12 @@ def identify(
     form = estimators.form(options.method)
     if form and options.effects:
         raise BadInput(f"--with cannot be combined with a method that fits the form '{form}'; choose another method")
-    prepared = prepare_all(recordings, options.preprocessing, options.cutoff, form)
+
+    def prepare(recordings: Sequence[Recording]) -> list[list[PreparedRecording]]:
+        return [[each] for each in prepare_all(recordings, options.preprocessing, options.cutoff, form)]
+
+    usable = examined(recordings, prepare, options.accept)
+    prepared = [excerpt for each in usable for excerpt in each.excerpts]
     searched = _search(prepared[: len(files)], options, progress) if estimators.nonlinear(options.method) else None
     known = (searched.structure, searched.x) if searched else known_structure
     structure, x = known or _structure(prepared[: len(files)], options)
@@ -148,7 +157,7 @@ def identify(
         options.preprocessing,
         (assessment, uncertainties),
         (_agreement(train, result), _agreement([validation], result) if validation else None),
-    ).model_copy(update={"form": form})
+    ).model_copy(update={"form": form, "data_problems": listed(recordings, [each.problems for each in usable])})
     return Identification(model, structure, x, result, train, validation)
 
 

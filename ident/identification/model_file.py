@@ -14,6 +14,7 @@ from ident.identification.goodness_of_fit import GoodnessOfFit
 from ident.uncertainty.assessment import Assessment, ParameterUncertainty
 from ident.uncertainty.time_delay import Delay
 from recordings.config import ConfigSection, JsonDocument, validated
+from recordings.data_problems import DataProblem
 from recordings.errors import BadInput
 from recordings.files import replacement, sha256
 from recordings.recording import Recording
@@ -170,6 +171,8 @@ class ModelFile(JsonDocument):
     """None for alternative forms of the mechanism, which serve only for comparison."""
     residual_test: ResidualTest | None = None
     """On the training and validation data together; None for alternative forms."""
+    data_problems: tuple[DataProblem, ...] = ()
+    """Of the recordings, in spite of which they were used."""
 
     @property
     def all_parameters(self) -> tuple[FittedParameter, ...]:

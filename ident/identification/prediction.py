@@ -1,12 +1,13 @@
 """Predict the torque of recordings by a model from a file."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording, prepare
+from ident.data_problems import examined
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.mechanisms import Parameter
@@ -15,6 +16,7 @@ from ident.estimation import chunks
 from ident.estimation.linear_fit import SEARCH_FACTOR
 from ident.identification.model_file import EffectTerm, FittedParameter, ModelFile
 from ident.uncertainty.assessment import interval_or_none
+from recordings.data_problems import DataProblem
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Bools, Floats, Recording
@@ -30,6 +32,8 @@ class Prediction:
     """(m, dof) [N m or N]."""
     scored: Bools | None = None
     """(m, dof) rows that enter errors; None: all usable ones."""
+    problems: tuple[DataProblem, ...] = ()
+    """What cannot be right about the recording, but does not keep from using it."""
 
     @property
     def residual(self) -> Floats:
@@ -43,10 +47,15 @@ class Prediction:
         return self.residual if self.scored is None else np.where(self.scored, self.residual, np.nan)
 
 
-def predict(model: ModelFile, files: Sequence[Path], library: Mapping[str, Effect]) -> tuple[Prediction, ...]:
+def predict(
+    model: ModelFile, files: Sequence[Path], library: Mapping[str, Effect], accept: Collection[str] = ()
+) -> tuple[Prediction, ...]:
     """Apply `model` to the recordings `files`; `library` holds the effects by name.
 
+    accept: kinds of data problems in spite of which they are used, beside those that the model was fitted with.
+
     Raises:
+        ImplausibleData: a recording cannot be what it is said to be.
         BadInput: a recording cannot be used, or is of another rig than the model.
     """
     recordings = [read(path) for path in files]
@@ -54,8 +63,16 @@ def predict(model: ModelFile, files: Sequence[Path], library: Mapping[str, Effec
         check_model_rig(model, recording)
     cutoff = model.preprocessing.bandwidth if model.preprocessing.cutoff else None
     structure, x = structure_of(model, recordings[0].rig, library)
-    prepared = (prepare(recording, model.preprocessing.name, cutoff, form=model.form) for recording in recordings)
-    return tuple(Prediction(each, chunks.torque(each, structure, x)) for each in prepared)
+
+    def prepared(recordings: Sequence[Recording]) -> list[list[PreparedRecording]]:
+        return [[prepare(each, model.preprocessing.name, cutoff, form=model.form)] for each in recordings]
+
+    usable = examined(recordings, prepared, {*accept, *(problem.kind for problem in model.data_problems)})
+    return tuple(
+        Prediction(excerpt, chunks.torque(excerpt, structure, x), problems=each.problems)
+        for each in usable
+        for excerpt in each.excerpts
+    )
 
 
 def structure_of(model: ModelFile, rig: Rig, library: Mapping[str, Effect]) -> tuple[ModelStructure, Floats]:

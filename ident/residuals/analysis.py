@@ -9,6 +9,7 @@ import numpy as np
 
 from ident.data import cycle_statistics
 from ident.data.cycle_statistics import CycleStatistics
+from ident.data_problems import listed
 from ident.identification.model_file import ModelFile, ResidualTest
 from ident.identification.prediction import Prediction
 from ident.residuals import phases
@@ -16,6 +17,7 @@ from ident.residuals.curves import BinnedCurve, binned_curves
 from ident.residuals.influences import MIN_EXPLAINED, Influence, strongest_influence
 from ident.residuals.spectrum import Spectrum, spectrum
 from ident.residuals.windows import Window, worst_windows
+from recordings.data_problems import DataProblem
 from recordings.recording import Floats
 
 SCHEMA = 2
@@ -69,6 +71,12 @@ class ResidualAnalysis:
         return tuple(strongest_influence(self.predictions, joint) for joint in range(len(self.joints)))
 
     @property
+    def data_problems(self) -> tuple[DataProblem, ...]:
+        """What cannot be right about the recordings, but does not keep from using them."""
+        recordings = [prediction.prepared.recording for prediction in self.predictions]
+        return listed(recordings, [prediction.problems for prediction in self.predictions])
+
+    @property
     def sentences(self) -> tuple[str, ...]:
         """What explains most of the residual; the verdict in words; what else is notable if it is not noise."""
         shares = ", ".join(f"joint {each.summary.number} {100 * each.summary.share:.1f} %" for each in self.joints)
@@ -104,6 +112,7 @@ class ResidualAnalysis:
         return {
             "schema": SCHEMA,
             "recordings": [prepared.recording.path.name for prepared in recordings],
+            "data_problems": [problem.model_dump(mode="json") for problem in self.data_problems],
             "simulated": any(prepared.recording.run.simulated for prepared in recordings),
             "relative": self.model.relative,
             "effects": list(self.model.effects),

@@ -70,7 +70,6 @@ class Imported:
     samples: SampleTable
     notes: tuple[str, ...] = ()
     """Sentences on what was left out, and how the file was read."""
-    time_column: str = "time"
 
     @property
     def steps(self) -> Floats:
@@ -124,7 +123,7 @@ def import_data(
     used = {source.column for source in columns.values()}
     unread = ", ".join(name for name in table.unreadable if name not in used)
     notes = (*table.notes, *([f"left out, because not finite numbers throughout: {unread}"] if unread else []))
-    return Imported(rig, run, samples, notes, columns["time"].column)
+    return Imported(rig, run, samples, notes)
 
 
 def _healed(path: Path, out: Path, description: Description, mapping: Sequence[str]) -> Imported:

@@ -1,5 +1,7 @@
 """What can be seen in imported measurements: rate, quantisation, gaps, and what speaks for a wrong unit or column.
 
+What cannot be right is a data problem (`recordings.data_problems`).
+
 Each function below looks at one thing and yields what it sees. A warning says what to do about it.
 """
 
@@ -16,8 +18,6 @@ from recordings.resolution import resolution
 
 _MIN_RATE = 20.0
 """Below this rate [Hz] friction at reversals and ripple pass between two samples."""
-_MAX_TIME_STEP = 0.2
-"""Steps [s] above this are seldom meant: time is in ms."""
 _MAX_JITTER = 0.1
 """Standard deviation of the time steps, relative to their median, that is pointed out."""
 _EVEN = 1e-4
@@ -68,15 +68,7 @@ def _rate(imported: Imported) -> Iterator[Observation]:
     jitter = float(np.std(imported.steps[imported.steps < _GAP * step]) / step)
     steps = f"steps jitter by {100 * jitter:.2g} %" if jitter > _EVEN else "even steps"
     yield Observation("rate", "note", f"rate {1 / step:.4g} Hz, {steps}")
-    column = imported.time_column
-    if step > _MAX_TIME_STEP:
-        yield Observation(
-            "time-unit",
-            "warning",
-            f"a sample every {step:g} s ({1 / step:.3g} Hz) is too slow to identify a motion: time looks like ms; "
-            f'import again with --map "time={column}:ms"',
-        )
-    elif 1 / step < _MIN_RATE:
+    if 1 / step < _MIN_RATE:
         yield Observation(
             "low-rate",
             "warning",
@@ -113,29 +105,6 @@ def _empty(imported: Imported) -> Iterator[Observation]:
                 "check its column, or leave the joint out",
                 joint,
             )
-    for name in _drive_names(imported):
-        for joint, column in _columns(imported, name):
-            known = column[np.isfinite(column)]
-            if not len(known) or np.ptp(known) == 0:
-                text = (
-                    f"{name} {joint} is {'empty' if not len(known) else f'{known[0]:g} throughout'}: check its column"
-                )
-                yield Observation("empty-drive", "warning", text, joint)
-
-
-def _outliers(imported: Imported) -> Iterator[Observation]:
-    for name in ("position", *_drive_names(imported)):
-        for joint, column in _columns(imported, name):
-            rows = np.flatnonzero(outliers(column))
-            if not len(rows):
-                continue
-            first = f"{column[rows[0]]:.4g} {_unit(imported, name, joint)}"
-            text = (
-                f"{name} {joint}: {_count(len(rows), 'sample')} far outside of all others, the first {first} at "
-                f"{imported.samples.stamp[rows[0]] / 1e9:.4g} s: no motion makes that, and a diagnosis takes it for "
-                "an effect; leave its cell empty and import again"
-            )
-            yield Observation(f"{name}-outliers", "warning", text, joint)
 
 
 def _angle(imported: Imported) -> Iterator[Observation]:
@@ -144,13 +113,13 @@ def _angle(imported: Imported) -> Iterator[Observation]:
         if imported.rig.joint_types[joint - 1] != "revolute" or not np.isfinite(column).any():
             continue
         extent, largest = float(np.nanmax(column) - np.nanmin(column)), float(np.nanmax(np.abs(column)))
-        if extent > _MAX_RANGE or (imported.rig.mechanism == "delta" and largest > _REVOLUTION):
+        if extent > _MAX_RANGE:
             text = (
                 f"position {joint} spans {extent:.4g} rad: degrees are likely; import again with --map "
                 f'"position_{joint}=COLUMN:deg"'
             )
             yield Observation("degrees", "warning", text, joint)
-        elif largest > _REVOLUTION:
+        elif largest > _REVOLUTION and imported.rig.mechanism != "delta":
             text = f"position {joint} reaches {largest:.3g} rad, beyond one turn: check the unit and the gear"
             yield Observation("beyond-a-turn", "warning", text, joint)
 
@@ -253,7 +222,6 @@ _LOOKS: tuple[Callable[[Imported], Iterator[Observation]], ...] = (
     _gaps,
     _resolution,
     _empty,
-    _outliers,
     _angle,
     _velocity,
     _motion,

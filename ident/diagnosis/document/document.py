@@ -11,7 +11,7 @@ from ident.dynamics.structure import Term
 from recordings.config import ConfigSection, JsonDocument
 from recordings.data_problems import DataProblem
 
-Verdict = Literal["adequate", "missing-effect", "unknown-structure", "undetermined", "implausible-data"]
+Verdict = Literal["adequate", "missing-effect", "unknown-structure", "undetermined"]
 Numbers = tuple[float, ...]
 
 

@@ -87,6 +87,7 @@ def _diagnosed_model(diagnosis: Diagnosis, last: StepEntry) -> ModelFile:
         update={
             "effects": tuple(term.name for term in terms),
             "terms": terms,
+            "data_problems": diagnosis.data_problems,
             "parameters": (*file.parameters, *(parameter for linear, parameter in lines if linear)),
             "searched": (*file.searched, *(parameter for linear, parameter in lines if not linear)),
             "train": _with_errors(file.train, last.train_rms),

@@ -55,7 +55,6 @@ def to_document(diagnosis: Diagnosis) -> Document:
         if not (entry.in_model or entry.status == "not-supported" or diagnosis.library[entry.effect].mandatory)
     ]
     verdict, sentence = conclusion(diagnosis, findings, missing)
-    blocked = verdict == "implausible-data"
     usual = {entry.name: entry.usual for entry in ripple.structure.parameters}
     return Document(
         schema=2,
@@ -75,8 +74,8 @@ def to_document(diagnosis: Diagnosis) -> Document:
         simulated=any(data.recording.run.simulated for data in split.recordings),
         held_out=describe_test_data(split),
         steps=tuple(steps),
-        findings=() if blocked else findings,
-        likely=() if blocked else likely,
+        findings=findings,
+        likely=likely,
         rejected=rejected_effects(diagnosis, {entry.effect for entry in (*findings, *likely)}),
         remaining=Remaining(
             structured_share=unexplained.share,
@@ -85,8 +84,8 @@ def to_document(diagnosis: Diagnosis) -> Document:
             structured_rms=_numbers(unexplained.rms),
         ),
         above_low_pass=above_low_pass(ripple),
-        next_motion=None if blocked else next_motion(diagnosis, missing),
-        warnings=() if blocked else (*bound_warnings(steps[-1].parameters, usual), *data_warnings(diagnosis)),
+        next_motion=next_motion(diagnosis, missing),
+        warnings=(*bound_warnings(steps[-1].parameters, usual), *data_warnings(diagnosis)),
         recordings=tuple(file_names(split, range(len(split.recordings)))),
     )
 
@@ -177,7 +176,6 @@ def conclusion(
     """
     model, first, unexplained = diagnosis.model, diagnosis.selection.steps[0].model, diagnosis.unexplained
     floor, torque, lines = model.noise_floor, diagnosis.split.torque_rms, diagnosis.ripple.lines
-    blocking = [problem.why for problem in diagnosis.data_problems if problem.blocks]
     exceeds = bool((rms(model.judged_residuals, diagnosis.split.scored) > floor.limit).any())
     trifle = exceeds and missing and not lines and model.improvement_over(first).share < MIN_SHARE
     hidden = bool((np.hypot(floor.rms, _DETECTABLE * torque) <= floor.limit).any())
@@ -191,7 +189,6 @@ def conclusion(
     lacks = f"{start if first.names else 'The base model'} lacks {names}"
     open_question = "No missing effect was found, but one may be missing"
     rules: tuple[tuple[object, Verdict, str], ...] = (
-        (blocking, "implausible-data", " ".join(blocking)),
         (
             unexplained.significant or trifle,
             "unknown-structure",
@@ -220,8 +217,7 @@ def conclusion(
         ),
     )
     verdict, sentence = next((verdict, sentence) for applies, verdict, sentence in rules if applies)
-    requested = diagnosis.forced and not blocking
-    return verdict, _on_requested(diagnosis, findings, names) if requested else sentence
+    return verdict, _on_requested(diagnosis, findings, names) if diagnosis.forced else sentence
 
 
 def _on_requested(diagnosis: Diagnosis, findings: Sequence[FindingEntry], names: str) -> str:

@@ -38,13 +38,17 @@ def check(
     library: Mapping[str, Effect],
     share: float,
     progress: Callable[[str], None] = lambda text: None,
+    accept: tuple[str, ...] = (),
 ) -> CheckDocument:
     """Check what the recordings `files` can show of effects with a torque of this `share` of that of the joint.
 
+    accept: kinds of data problems in spite of which they are used.
+
     Raises:
+        ImplausibleData: a recording cannot be what it is said to be.
         BadInput: a recording cannot be used, or the recordings are not of the same rig.
     """
-    inputs = prepare_inputs(files, [], library, DiagnosisOptions())
+    inputs = prepare_inputs(files, [], library, DiagnosisOptions(accept=accept))
     prepared, effects = inputs.split.recordings, inputs.effects
     progress("fitting the base model")
     model, _ = Search(inputs.split, effects.observable, progress).start(*inputs.initial_model(library))
@@ -55,6 +59,7 @@ def check(
     ranks = ("visible", "confusable", "not-visible")
     return CheckDocument(
         schema=2,
+        data_problems=inputs.problems,
         share=share,
         bandwidth_hz=prepared[0].bandwidth,
         recordings=tuple(

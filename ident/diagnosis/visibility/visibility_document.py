@@ -5,6 +5,7 @@ from typing import Literal
 from ident.data.recording_facts import JointFacts, RecordingFacts
 from ident.diagnosis.visibility.visibility import SmallestSize
 from recordings.config import ConfigSection, JsonDocument
+from recordings.data_problems import DataProblem
 
 
 class CheckedJoint(JointFacts):
@@ -32,6 +33,7 @@ class CheckedEffect(ConfigSection):
 class CheckDocument(JsonDocument):
     """The result of a check."""
 
+    data_problems: tuple[DataProblem, ...] = ()
     share: float
     """Size for which the effects are judged: RMS of their torque, relative to that of the joint."""
     bandwidth_hz: float

@@ -4,6 +4,7 @@ from rich.console import Console
 
 from ident.diagnosis.visibility.visibility_document import CheckDocument, CheckedEffect, CheckedJoint
 from ident.output.console.printing import print_command, print_plain, print_simulated, print_table
+from ident.output.console.problems import show_problems
 from ident.output.tables import ResultTable
 
 _EVEN = 1e-4
@@ -18,6 +19,7 @@ _GROUPS = {
 def show(document: CheckDocument, console: Console) -> None:
     """Print the recordings, the joints, and for every effect whether they show it, and what to record if not."""
     print_simulated(console, any(recording.simulated for recording in document.recordings))
+    show_problems(document.data_problems, console)
     for recording in document.recordings:
         steps = f"steps jitter by {100 * recording.jitter:.2g} %" if recording.jitter > _EVEN else "even steps"
         cycles = f"{recording.cycles} cycles" if recording.cycles > 1 else "nothing repeats"

@@ -5,6 +5,7 @@ from rich.console import Console
 from ident.diagnosis.document.document import Document, FindingEntry, LearnedCurveEntry, joint_numbers
 from ident.output.assessment import scale_line
 from ident.output.console.printing import print_command, print_plain, print_simulated, print_table
+from ident.output.console.problems import show_problems
 from ident.output.tables import diagnosis
 
 _COLOURS = {
@@ -12,7 +13,6 @@ _COLOURS = {
     "missing-effect": "yellow",
     "unknown-structure": "magenta",
     "undetermined": "cyan",
-    "implausible-data": "red",
 }
 _MAX_REJECTED = 5
 """Rows of the table of effects that were not added."""
@@ -21,9 +21,7 @@ _MAX_REJECTED = 5
 def show(document: Document, console: Console) -> None:
     """Print steps of the selection, findings, unexplained residual, rejected effects, and the conclusion."""
     print_simulated(console, document.simulated)
-    for problem in document.data_problems:
-        print_plain(console, f"Data problem ({problem.kind}): {problem.why}")
-        print_command(console, problem.remedy)
+    show_problems(document.data_problems, console)
     for warning in document.warnings:
         print_plain(console, f"Warning: {warning}")
     print_table(console, diagnosis.steps(document))

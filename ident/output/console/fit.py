@@ -12,6 +12,7 @@ from ident.identification.identify import Identification
 from ident.identification.model_file import ModelFile
 from ident.output import assessment
 from ident.output.console.printing import print_plain, print_table
+from ident.output.console.problems import show_problems
 from ident.output.tables import ResultTable, parameters
 from ident.residuals.phases import JointResidual, joint_residuals
 from recordings.recording import Floats
@@ -26,6 +27,7 @@ def show(model: ModelFile, result: Identification, console: Console, details: bo
 
     model: that of the `result`, with the test of its residual.
     """
+    show_problems(model.data_problems, console)
     for line in warnings(result):
         if details or line.startswith(_ON_DATA):
             print_plain(console, line, "bold yellow")

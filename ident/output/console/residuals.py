@@ -3,6 +3,7 @@
 from rich.console import Console
 
 from ident.output.console.printing import print_plain, print_simulated, print_table
+from ident.output.console.problems import show_problems
 from ident.output.tables import residuals
 from ident.residuals.analysis import ResidualAnalysis
 
@@ -14,6 +15,7 @@ def show(analysis: ResidualAnalysis, console: Console) -> None:
     if analysis.model and analysis.model.relative:
         warning = "The torque gain is assumed: torques are RELATIVE, known up to one factor."
         print_plain(console, warning, "bold yellow")
+    show_problems(analysis.data_problems, console)
     names = ", ".join(prepared.recording.path.name for prepared in recordings)
     for line in (f"Model against {names}, {recordings[0].bandwidth:g} Hz bandwidth", *analysis.sentences):
         print_plain(console, line)

@@ -33,6 +33,8 @@ class ReportRequest:
     """The model whose effects are the start of the diagnosis."""
     responses: tuple[Path, ...] = ()
     """Recordings of `daq response`."""
+    accept: tuple[str, ...] = ()
+    """Kinds of data problems in spite of which the recordings are used."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +106,7 @@ def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportCon
         results = {}
         for name, identified in models.items():
             progress(f"comparing {name}")
-            predictions = prediction.predict(identified, files, effects)
+            predictions = prediction.predict(identified, files, effects, request.accept)
             results[name] = analysis.analyse(identified, *scored_predictions(identified, predictions, effects))
         return results
 
@@ -112,7 +114,8 @@ def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportCon
     held_out = compare_all(request.held_out) if request.held_out else {}
     diagnosis = None
     if request.diagnose:
-        diagnosis = diagnosed(request.recordings, request.held_out, effects, DiagnosisOptions(), progress)
+        options = DiagnosisOptions(accept=request.accept)
+        diagnosis = diagnosed(request.recordings, request.held_out, effects, options, progress)
     return assemble(request, models, analyses, held_out, diagnosis, responses)
 
 

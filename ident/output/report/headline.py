@@ -13,7 +13,6 @@ VERDICTS = {
     "missing-effect": "An effect is missing",
     "unknown-structure": "An unknown effect remains",
     "undetermined": "Nothing was found, but more may be missing",
-    "implausible-data": "These data cannot be right",
 }
 
 

@@ -7,9 +7,11 @@ import numpy as np
 
 from ident.data.compatibility import check_same_rig
 from ident.data.samples import drive_signal, holds_torque
+from ident.data_problems import check_data
 from ident.output.tables.recordings import facts
 from ident.output.tables.recordings import warnings as warnings_of
 from ident.workbench.worker.views import Mismatch, RecordingView
+from recordings.data_problems import DataProblem
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Recording
@@ -28,7 +30,7 @@ def recording_views(path: Path) -> Iterator[RecordingView]:
     if path.stat().st_size > 2 * PREVIEW_BYTES:
         yield _recording_view(read(path, PREVIEW_BYTES), ("Only the beginning is shown; the rest is being read.",))
     recording = read(path)
-    yield _recording_view(recording, tuple(warnings_of(recording)))
+    yield _recording_view(recording, tuple(warnings_of(recording)), check_data([path]).data_problems)
 
 
 def mismatch(train: Path, validate: Path) -> Iterator[Mismatch]:
@@ -39,7 +41,9 @@ def mismatch(train: Path, validate: Path) -> Iterator[Mismatch]:
         yield Mismatch(f"{validate.name} cannot validate a model of {train.name}: {error}")
 
 
-def _recording_view(recording: Recording, warnings: tuple[str, ...]) -> RecordingView:
+def _recording_view(
+    recording: Recording, warnings: tuple[str, ...], problems: tuple[DataProblem, ...] = ()
+) -> RecordingView:
     rig = recording.rig
     length = rig.position_units[0]
     unit = rig.effort_units[0] if holds_torque(recording) else "V"
@@ -53,6 +57,7 @@ def _recording_view(recording: Recording, warnings: tuple[str, ...]) -> Recordin
         name=recording.path.name,
         quality=facts(recording),
         warnings=warnings,
+        problems=problems,
         events=tuple((event.time, event.level, event.source, event.message) for event in recording.events),
         geometry=rig.geometry if rig.mechanism == "delta" else None,
         time=recording.time,

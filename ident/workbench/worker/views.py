@@ -11,6 +11,7 @@ from ident.diagnosis.document.document import StepEntry
 from ident.identification.model_file import ModelFile
 from ident.output.tables import ResultTable
 from ident.residuals.windows import Window
+from recordings.data_problems import DataProblem
 from recordings.recording import Bools, Floats, Ints
 from recordings.rig import Geometry
 
@@ -26,6 +27,8 @@ class RecordingView:
     quality: dict[str, str]
     """Metadata and quality by label."""
     warnings: tuple[str, ...]
+    problems: tuple[DataProblem, ...]
+    """What cannot be right about it."""
     events: tuple[tuple[float, str, str, str], ...]
     """Time [s], level, source, message."""
     geometry: Geometry | None

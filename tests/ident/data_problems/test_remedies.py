@@ -9,24 +9,18 @@ import pytest
 from click.testing import CliRunner
 
 from daq.program import program
-from ident.data_problems import prepared_with_problems
-from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Recording
 from tests.ident.conftest import write_recording
-from tests.ident.data_problems.test_mistakes import MISTAKES, prepared, robot
+from tests.ident.data_problems.test_mistakes import MISTAKES, problems_of, robot
 
 HEALED = [name for name, mistake in MISTAKES.items() if mistake.remedy.startswith("--")]
 
 
 def remedy_of(recording: Recording) -> list[str]:
     """Words of the command that is proposed."""
-    try:
-        (problem,) = prepared_with_problems([recording], prepared)[1]
-        text = problem.remedy
-    except BadInput as error:
-        text = str(error)
-    return shlex.split(text[text.index("daq import") :])
+    (problem,) = problems_of(recording)
+    return shlex.split(problem.remedy)
 
 
 @pytest.mark.parametrize("mistake", HEALED)
@@ -37,7 +31,7 @@ def test_the_remedy_gives_the_clean_recording(mistake: str, tmp_path: Path) -> N
     done = CliRunner().invoke(program, words[1:], catch_exceptions=False)
     assert done.exit_code == 0, done.output
     healed = read(tmp_path / "run-healed.mcap")
-    assert prepared_with_problems([healed], prepared)[1] == ()
+    assert problems_of(healed) == []
     assert healed.effort is not None
     assert clean.effort is not None
     if mistake == "held":

@@ -108,12 +108,6 @@ def unrepeated(recording: Recording) -> Recording:
     return replace(recording, run=run, repeat=np.zeros_like(recording.repeat))
 
 
-def of_noise(recording: Recording) -> Recording:
-    """The `recording` with white noise in place of the torque."""
-    assert recording.effort is not None
-    return replace(recording, effort=4.0 * np.random.default_rng(9).normal(size=recording.effort.shape))
-
-
 def on_joint(number: int, torque: Torque) -> Torque:
     """`torque` (n, joints) on joint `number` (from 1) alone."""
     return lambda motion: torque(motion) * (np.arange(motion.position.shape[1]) == number - 1)
@@ -232,12 +226,6 @@ CASES = {
         "two effects that nearly cancel",
         lambda motion: 3.0 * (motion.position - np.sin(motion.position)),
         ("axis_weight", "joint_spring"),
-    ),
-    "noise": Case(
-        "recordings that show no motion in the torque get no verdict",
-        change=of_noise,
-        verdict="implausible-data",
-        problems=("uninformative",),
     ),
     "spikes": Case(
         "outliers are reported, not fitted",

@@ -78,7 +78,7 @@ def test_limbs_have_the_lengths_of_the_geometry() -> None:
     theta = np.stack([0.3 * np.sin(time + phase) - 0.3 for phase in (0, 1, 2)], axis=1).astype(np.float32)
     theta[50] = np.nan
     poses = pose_sequence(
-        RecordingView("a", {}, (), (), geometry, time, {"position": ("rad", theta)}), geometry, None
+        RecordingView("a", {}, (), (), (), geometry, time, {"position": ("rad", theta)}), geometry, None
     )
     rods = poses.platform_joints - poses.elbows
     np.testing.assert_allclose(np.linalg.norm(poses.elbows - poses.shoulders, axis=2), geometry.L1)
@@ -93,7 +93,9 @@ def test_limbs_have_the_lengths_of_the_geometry() -> None:
 
 def test_limbs_with_noise_alone_are_grey() -> None:
     geometry, time = Geometry(), np.arange(100) / 50
-    view = RecordingView("a", {}, (), (), geometry, time, {"position": ("rad", np.full((100, 3), -0.3, np.float32))})
+    view = RecordingView(
+        "a", {}, (), (), (), geometry, time, {"position": ("rad", np.full((100, 3), -0.3, np.float32))}
+    )
     residual = np.full((100, 3), 0.05) * (-1.0, 1.0, 1.0)
     residual[:, 2] = np.nan
     nothing, still = np.zeros((100, 3)), np.full((100, 3), "cruise")

@@ -90,8 +90,6 @@ def concluded(
 )
 def test_first_rule_that_applies_decides(left: dict[str, Any], verdict: Verdict) -> None:
     assert concluded(**left) == verdict
-    problem = SimpleNamespace(blocks=True, why="The torque is noise.")
-    assert concluded(**left, data_problems=(problem,)) == "implausible-data"
 
 
 @pytest.fixture(scope="module")

@@ -2,16 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose
 from ident.diagnosis.document.document import ParameterValue
-from ident.diagnosis.document.verdict import to_document
 from ident.diagnosis.document.warnings import bound_warnings, data_warnings
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.split.split_data import SplitData
@@ -122,11 +119,3 @@ def test_parameter_outside_of_its_bounds_is_named_with_value_and_interval(
     )
     text = " ".join(bound_warnings({"a": limited, "b": free}, {"a": (1.0, 5.0)}))
     assert text.split(". ")[0] == expected
-
-
-def test_a_reversed_torque_is_a_problem_of_the_data(write: Callable[[Recording], Path], tmp_path: Path) -> None:
-    assert GOOD.effort is not None
-    file = write(replace(GOOD, effort=-GOOD.effort, path=tmp_path / "a.mcap"))
-    document = to_document(diagnose([file], [], {}, DiagnosisOptions()))
-    assert (document.verdict, document.findings, document.warnings) == ("implausible-data", (), ())
-    assert [problem.kind for problem in document.data_problems] == ["torque-sign"]
