@@ -23,6 +23,8 @@ def of_file(path: Path) -> tuple[list[DataProblem], str | None]:
     except subprocess.TimeoutExpired:
         done = subprocess.CompletedProcess(_CHECK, 1, "", f"no answer within {_TIMEOUT:g} s")
     if done.returncode == 0:
-        return [DataProblem.model_validate(each, strict=False) for each in json.loads(done.stdout)["data_problems"]], None
+        return [
+            DataProblem.model_validate(each, strict=False) for each in json.loads(done.stdout)["data_problems"]
+        ], None
     reason = (done.stderr.strip().splitlines() or ["no reason"])[-1].removeprefix("error: ")
     return list(data_problems.problems(read(path))), f"`ident check` cannot look further into it: {reason}"

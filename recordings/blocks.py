@@ -1,6 +1,6 @@
 """Writing samples that are complete arrays, in blocks; `RecordingWriter` writes one SYNC at a time."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -67,12 +67,18 @@ def write(path: Path, rig: Rig, run: Run, samples: SampleTable) -> None:
         writer.finish()
 
 
-def _register(writer: ContainerWriter, topics: Mapping[str, tuple[str, str]]) -> dict[str, int]:
-    for number, (topic, (name, text)) in enumerate(topics.items(), start=1):
+def message_types() -> Iterator[tuple[Schema, Channel]]:
+    """Yield the schema and the channel of each topic as this program numbers them, the optional ones last."""
+    for number, (topic, (name, text)) in enumerate(schemas.ALL_TOPICS.items(), start=1):
         schema = Schema(id=number, name=name, encoding="ros2msg", data=text.encode())
-        channel = Channel(id=number, topic=topic, message_encoding="cdr", metadata={}, schema_id=number)
+        yield schema, Channel(id=number, topic=topic, message_encoding="cdr", metadata={}, schema_id=number)
+
+
+def _register(writer: ContainerWriter, topics: Collection[str]) -> dict[str, int]:
+    described = [each for each in message_types() if each[1].topic in topics]
+    for schema, channel in described:
         writer.describe([schema], [channel])
-    return {topic: number for number, topic in enumerate(topics, start=1)}
+    return {channel.topic: channel.id for _, channel in described}
 
 
 def encode(samples: SampleTable, channels: Mapping[str, int]) -> Iterator[Packed]:

@@ -2,93 +2,165 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Metadata, Schema
+from pydantic import ValidationError
 
 from recordings import container
-from recordings.blocks import SampleTable, encode
-from recordings.chunk import MESSAGE_HEAD, RECORD_HEAD, located, rows, unpacked
+from recordings.blocks import SampleTable, encode, message_types
+from recordings.chunk import MESSAGE_HEAD, located, rows, unpacked
 from recordings.container_writer import ContainerWriter, Packed
 from recordings.errors import BadInput
 from recordings.files import new_file
+from recordings.intact import IntactRecords, Span
+from recordings.metadata import rig_record, run_record, software
+from recordings.recording import Ints, Run
+from recordings.rig import Rig
+
+_SAMPLES = "/amplifiers"
+"""Topic with one message for each sample, which holds the SYNC counter."""
 
 
 @dataclass(frozen=True)
 class RewriteSummary:
-    """Amount of data recovered and lost in a rewritten file."""
+    """What was kept and lost in a rewritten file."""
 
     messages: int
+    rows: int
+    """Samples."""
     duration: float
     """Time from the first message to the last [s]."""
-    damaged_chunks: int
-    """Number of chunks left out because they are damaged."""
-    bytes_behind: int
-    """Number of bytes at the end of the old file that form no complete record."""
+    lost_rows: int | None
+    """By the index of the old file, or gaps of the SYNC counter; None where neither tells."""
+    lost_chunks: int
+    """Chunks that are damaged, or whose head is lost."""
+    lost_bytes: int
+    """Bytes of damaged records, and of what is no record."""
+    lost_records: tuple[str, ...]
+    """Those of `rig` and `run` that the old file does not hold any more."""
+    altered: bool
+    """Whether the checksum of the old file says that something else was changed, which may be in `rig` or `run`."""
 
 
-def rewrite(source: Path, out: Path, run: Mapping[str, str], samples: SampleTable | None = None) -> RewriteSummary:
+def rewrite(
+    source: Path,
+    out: Path,
+    run: Mapping[str, str],
+    samples: SampleTable | None = None,
+    rig: Rig | None = None,
+) -> RewriteSummary:
     """Copy everything intact in `source` to the new file `out`, followed by `samples` and a final record `run`.
+
+    rig: in place of a record `rig` that is lost.
 
     Raises:
         BadInput: `source` is missing, not MCAP, or contains nothing intact; `out` exists or cannot be created.
         OSError: `out` cannot be written; the partial file is removed.
     """
-    with container.open_records(source) as stream, new_file(out) as target:
-        rewriter = _Rewriter(source, ContainerWriter(target))
-        summary = rewriter.copy_intact(stream)
-        if samples is not None:
-            rewriter.add(samples)
-        rewriter.writer.metadata("run", run)
-        rewriter.writer.finish()
-    return summary
+    with container.open_records(source) as stream:
+        intact = IntactRecords(stream)
+        with new_file(out) as target:
+            rewriter = _Rewriter(source, intact, ContainerWriter(target))
+            rewriter.copy_intact()
+            if samples is not None:
+                rewriter.add(samples)
+            rewriter.finish(run, rig)
+        return rewriter.summary(_cycles(out))
+
+
+def _cycles(path: Path) -> Ints:
+    """(n,) SYNC counters of the samples in a whole recording."""
+    batches = container.load(path, (_SAMPLES,)).batches.get(_SAMPLES, [])
+    return np.concatenate([np.empty(0, np.int64), *(batch["message"]["cycle"].astype(np.int64) for batch in batches)])
 
 
 class _Rewriter:
-    def __init__(self, source: Path, writer: ContainerWriter) -> None:
-        self._source = source
-        self.writer = writer
-        self._channels: dict[str, int] = {}
-        self._messages = 0
-        self._damaged = 0
+    def __init__(self, source: Path, intact: IntactRecords, writer: ContainerWriter) -> None:
+        self._source, self._intact, self._writer = source, intact, writer
+        self._topics: dict[int, str] = {}
+        self._metadata: dict[str, dict[str, str]] = {}
+        self._messages = self._chunks = 0
         self._first, self._last = 2**63, 0
+        self._damaged: list[Span] = []
 
-    def copy_intact(self, stream: container.RecordStream) -> RewriteSummary:
-        end = len(container.MAGIC)
-        for opcode, offset, body in stream.records():
-            if not Opcode.HEADER <= opcode <= Opcode.DATA_END:
-                break  # not a record
-            end = offset + RECORD_HEAD + len(body)
-            if opcode in (Opcode.DATA_END, Opcode.FOOTER):
-                break
-            self._copy(opcode, body)
+    def copy_intact(self) -> None:
+        """Copy what is not damaged."""
+        for span in self._intact.spans:
+            try:
+                self._copy(span)
+            except container.DECODE_ERRORS:
+                self._damaged.append(span)
         if not self._messages:
             raise BadInput(
                 f"recording {self._source} holds no intact data, so there is nothing to recover; record again"
             )
-        # In a complete file, the data are followed by the old index, which is not lost data.
-        behind = 0 if stream.complete else stream.end - end
-        return RewriteSummary(self._messages, (self._last - self._first) / 1e9, self._damaged, behind)
 
     def add(self, samples: SampleTable) -> None:
-        for packed in encode(samples, self._channels):
-            self.writer.chunk(packed)
+        """Append `samples`."""
+        for packed in encode(samples, {topic: channel for channel, topic in self._topics.items()}):
+            self._writer.chunk(packed)
 
-    def _copy(self, opcode: int, body: bytes) -> None:
-        if opcode == Opcode.CHUNK:
-            try:
-                packed = self._repack(container.decode(Chunk.read, body))
-            except container.DECODE_ERRORS:
-                self._damaged += 1
-                return
-            self.writer.chunk(packed)
-        elif opcode == Opcode.METADATA:
-            record = container.decode(Metadata.read, body)
-            self.writer.metadata(record.name, record.metadata)
+    def finish(self, run: Mapping[str, str], rig: Rig | None) -> None:
+        """Write `run`, what stands for records that are lost, and the end."""
+        if "rig" in self._lost_records and rig is not None:
+            self._writer.metadata("rig", rig_record(rig))
+        if "run" in self._lost_records:
+            self._writer.metadata("run", run_record(_unknown_run(self._first)))
+        self._writer.metadata("run", run)
+        self._writer.finish()
+
+    def summary(self, cycles: Ints) -> RewriteSummary:
+        """What was kept and lost; cycles: (n,) SYNC counters of the samples that were kept."""
+        lost = self._intact.skipped + sum(span.end - span.start for span in self._damaged)
+        damaged = sum(span.opcode == Opcode.CHUNK for span in self._damaged)
+        announced = sum(span.opcode == Opcode.CHUNK_INDEX for span in self._intact.spans)
+        return RewriteSummary(
+            messages=self._messages,
+            rows=len(cycles),
+            duration=(self._last - self._first) / 1e9,
+            lost_rows=self._lost_rows(cycles) if lost else 0,
+            lost_chunks=max(damaged, announced - self._chunks),
+            lost_bytes=lost,
+            lost_records=self._lost_records,
+            altered=not lost and self._is_altered(),
+        )
+
+    @property
+    def _lost_records(self) -> tuple[str, ...]:
+        valid = {"rig": _is_rig, "run": _is_run}
+        return tuple(name for name, is_valid in valid.items() if not is_valid(self._metadata.get(name, {})))
+
+    def _is_altered(self) -> bool:
+        ends = [span for span in self._intact.spans if span.opcode == Opcode.DATA_END]
+        stated = int.from_bytes(self._intact.body(ends[0]), "little") if ends else 0  # 0: written without a checksum
+        return stated not in (0, self._intact.checksum(ends[0].start) if ends else 0)
+
+    def _lost_rows(self, cycles: Ints) -> int | None:
+        """Number of samples that the indexes of chunks announce, or that the SYNC counter leaves out."""
+        channels = {channel for channel, topic in self._topics.items() if topic == _SAMPLES}
+        for statistics in self._intact.of(Opcode.STATISTICS):
+            counts = statistics.channel_message_counts
+            written = sum(int(counts.get(channel, 0)) for channel in channels)
+            return max(written - len(cycles), 0)
+        indexes = self._intact.of(Opcode.MESSAGE_INDEX)
+        announced = sum(len(index.records) for index in indexes if index.channel_id in channels)
+        gaps = int(np.ptp(cycles)) + 1 - len(np.unique(cycles)) if len(cycles) else 0
+        return max(announced - len(cycles), gaps) or None
+
+    def _copy(self, span: Span) -> None:
+        if span.opcode == Opcode.CHUNK:
+            self._writer.chunk(self._repack(container.decode(Chunk.read, self._intact.body(span))))
+            self._chunks += 1
+        elif span.opcode == Opcode.METADATA:
+            record = container.decode(Metadata.read, self._intact.body(span))
+            self._metadata.setdefault(record.name, {}).update(record.metadata)
+            self._writer.metadata(record.name, record.metadata)
         else:
-            self._describe(opcode, body)
+            self._describe(span.opcode, self._intact.body(span))
 
     def _repack(self, chunk: Chunk) -> Packed:
         data = unpacked(chunk)
@@ -97,6 +169,7 @@ class _Rewriter:
             self._describe(opcode, body)
         index: dict[int, list[np.ndarray]] = {}
         for (channel, length), offsets in messages.items():
+            self._describe_if_lost(channel)
             heads = rows(data, length, offsets)[:, : MESSAGE_HEAD.itemsize]
             log = heads.copy().view(MESSAGE_HEAD)["log"]
             index.setdefault(channel, []).append(np.column_stack([log, np.array(offsets, np.uint64)]))
@@ -107,8 +180,47 @@ class _Rewriter:
 
     def _describe(self, opcode: int, body: bytes) -> None:
         if opcode == Opcode.SCHEMA:
-            self.writer.describe([container.decode(Schema.read, body)], [])
+            self._writer.describe([container.decode(Schema.read, body)], [])
         elif opcode == Opcode.CHANNEL:
             channel = container.decode(Channel.read, body)
-            self._channels[channel.topic] = channel.id
-            self.writer.describe([], [channel])
+            self._topics[channel.id] = channel.topic
+            self._writer.describe([], [channel])
+
+    def _describe_if_lost(self, channel: int) -> None:
+        """Describe a `channel` as this program does, if its description is lost."""
+        if channel not in self._topics:
+            for schema, known in message_types():
+                if known.id == channel:
+                    self._topics[channel] = known.topic
+                    self._writer.describe([schema], [known])
+
+
+def _is_rig(record: Mapping[str, str]) -> bool:
+    try:
+        Rig.model_validate_json(record.get("json", ""))
+    except ValidationError:
+        return False
+    return True
+
+
+def _is_run(record: Mapping[str, str]) -> bool:
+    try:
+        Run.model_validate_strings(record)
+    except ValidationError:
+        return False
+    return True
+
+
+def _unknown_run(first: int) -> Run:
+    """What stands for a record `run` that is lost; first: time of the first message [ns]."""
+    return Run(
+        trajectory="unknown",
+        trajectory_digest="",
+        period=0.0,
+        cycles=0,
+        rate=0.0,
+        software=software(),
+        simulated=False,
+        pace="realtime",
+        start=datetime.fromtimestamp(first / 1e9, UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+    )

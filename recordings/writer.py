@@ -1,5 +1,8 @@
 """Writing a recording: an MCAP file of ROS 2 messages that stays readable when truncated."""
 
+import contextlib
+import os
+import threading
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -19,8 +22,10 @@ from recordings.metadata import clean, rig_record, run_record
 from recordings.recording import Run
 from recordings.rig import Rig
 
-FLUSH_INTERVAL = 500_000_000
+FLUSH_INTERVAL = 250_000_000
 """Interval of flushes [ns]: the largest recorded time lost when the program is killed."""
+_SYNC_INTERVAL = 0.5
+"""Pause between two times at which the file is brought to the disk [s]: what is lost when the power fails."""
 
 Numbers = Sequence[float] | NDArray[np.float64]
 
@@ -39,6 +44,27 @@ def joint_state_encoder(names: tuple[str, ...], velocity: bool = False, effort: 
     texts = {"header.frame_id": ""} | {f"name.{i}": name for i, name in enumerate(names)}
     lengths = {"name": dof, "position": dof, "velocity": dof * velocity, "effort": dof * effort}
     return Encoder(schemas.FIELDS["/joint_states"], texts, lengths)
+
+
+class _DiskSync:
+    """Brings an open file to the disk now and then, in a thread: a slow disk must not delay a cycle."""
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor, self._ended = descriptor, threading.Event()
+        self._thread = threading.Thread(target=self._run, name="disk-sync", daemon=True)
+        self._thread.start()
+
+    def end(self) -> None:
+        """Bring it there a last time; without effect where it has ended."""
+        self._ended.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        running = True
+        while running:
+            running = not self._ended.wait(_SYNC_INTERVAL)
+            with contextlib.suppress(OSError):  # a full disk is told by the next write
+                os.fsync(self._descriptor)
 
 
 class RecordingWriter:
@@ -68,6 +94,7 @@ class RecordingWriter:
             Encoder(schemas.FIELDS["/can"], {"header.frame_id": direction}, {}) for direction in ("tx", "rx")
         )
         self._stream = create(path)
+        self._disk = _DiskSync(self._stream.fileno())
         self._open = True
         # Any: some methods of the library lack annotations.
         self._mcap: Any = Writer(self._stream, enable_data_crcs=True)
@@ -167,6 +194,7 @@ class RecordingWriter:
             self._mcap.flush()
             self._mcap.add_metadata("run", {"exit_status": str(exit_status), "reason": clean(reason)})
             self._mcap.finish()
+            self._disk.end()
             self._stream.close()
             self._open = False
         except OSError as error:
@@ -220,6 +248,7 @@ class RecordingWriter:
             self._fail(error)
 
     def _fail(self, error: OSError) -> NoReturn:
+        self._disk.end()
         # Close the raw file below the buffer: flushing the buffer would fail again.
         self._stream.raw.close()
         self._open = False

@@ -1,6 +1,6 @@
 """Recovery of interrupted or damaged recordings, and of listened recordings without samples."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from daq.passive import listen
@@ -9,6 +9,7 @@ from recordings.errors import BadInput
 from recordings.files import replacement
 from recordings.reader import read_rig
 from recordings.recovery import RewriteSummary, rewrite
+from recordings.rig import Rig
 
 _SAMPLES = ("/joint_states", "/joint_commands", "/amplifiers")
 _END = {"exit_status": "1", "reason": "recovered after interruption"}
@@ -23,8 +24,10 @@ class Recovered:
     """The samples were reconstructed from the frames of a listened recording."""
 
 
-def recover(source: Path, out: Path) -> Recovered:
+def recover(source: Path, out: Path, rig: Rig | None = None) -> Recovered:
     """Write everything intact in `source` to the complete recording `out`; `source` is not changed.
+
+    rig: in place of a record `rig` that is lost.
 
     Raises:
         BadInput: `source` is missing, is already complete, is no recording or holds nothing intact, or `out` exists.
@@ -32,19 +35,20 @@ def recover(source: Path, out: Path) -> Recovered:
     """
     if _is_whole(source):
         raise BadInput(f"recording {source} is whole; there is nothing to recover")
-    kept = rewrite(source, out, _END)
+    kept = rewrite(source, out, _END, rig=rig)
     try:
-        reconstructed = _complete(out)
+        described = rig is not None or "rig" not in kept.lost_records
+        made = _complete(out) if described else 0
     except BaseException:
         out.unlink(missing_ok=True)
         raise
-    return Recovered(kept, reconstructed)
+    return Recovered(replace(kept, rows=kept.rows + made), made > 0)
 
 
-def recover_in_place(source: Path) -> Recovered:
+def recover_in_place(source: Path, rig: Rig | None = None) -> Recovered:
     """Recover `source` and replace it by the complete recording."""
     with replacement(source) as partial:
-        return recover(source, partial)
+        return recover(source, partial, rig)
 
 
 def _is_whole(source: Path) -> bool:
@@ -56,15 +60,15 @@ def _is_whole(source: Path) -> bool:
         raise
     return (
         not container.cut_off
+        and "rig" in container.metadata
         and "exit_status" in container.metadata.get("run", {})
         and any(container.batches.values())
     )
 
 
-def _complete(path: Path) -> bool:
-    """Add the samples if the recording `path` holds only frames; return whether it did."""
+def _complete(path: Path) -> int:
+    """Add the samples if the recording `path` holds only frames; return how many."""
     container = load(path, (*_SAMPLES, "/can"))
     if any(container.batches.get(topic) for topic in _SAMPLES) or not container.batches.get("/can"):
-        return False
-    listen.complete(path, read_rig(path), None, _END)
-    return True
+        return 0
+    return len(listen.complete(path, read_rig(path), None, _END).samples.stamp)

@@ -46,7 +46,9 @@ def examined(
         BadInput: they cannot be prepared, or a kind does not exist.
     """
     if unknown := [kind for kind in accept if kind not in kind_names()]:
-        raise BadInput(f"a kind of data problem expected ({', '.join(kind_names())}), '{unknown[0]}' found; choose one")
+        raise BadInput(
+            f"a kind of data problem expected ({', '.join(kind_names())}), '{unknown[0]}' found; choose one"
+        )
     of_recordings = [list(_of_recording(recording)) for recording in recordings]
     _check(recordings, of_recordings, accept)
     prepared = preparation([without_spikes(recording) for recording in recordings])

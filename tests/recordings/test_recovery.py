@@ -1,5 +1,6 @@
 """Recovery: the new file holds all intact data and is complete for every reader."""
 
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,7 +12,8 @@ from mcap.reader import make_reader
 
 from recordings.errors import BadInput
 from recordings.reader import read, read_can
-from recordings.recovery import rewrite
+from recordings.recovery import RewriteSummary, rewrite
+from recordings.rig import Rig
 from tests.arrays import assert_same
 
 END = {"exit_status": "1", "reason": "recovered"}
@@ -78,8 +80,88 @@ def test_damaged_chunk_is_left_out_and_the_others_kept(tmp_path: Path, written: 
     with pytest.raises(BadInput, match=r"damaged.*daq recover"):
         read(tmp_path / "spoiled.mcap")
     summary = rewrite(tmp_path / "spoiled.mcap", tmp_path / "out.mcap", END)
-    assert summary.damaged_chunks == 1
     recovered = read(tmp_path / "out.mcap")
+    lost = written.n - len(recovered.time)
+    length = middle.chunk_length
+    assert (summary.lost_chunks, summary.lost_bytes, summary.lost_rows) == (1, length, lost)
+    assert (summary.rows, summary.lost_records, summary.altered) == (len(recovered.time), (), False)
     assert 300 < len(recovered.time) < written.n
     kept = np.r_[:50, -50:0]
     np.testing.assert_array_equal(recovered.position[kept], written.position[kept])
+
+
+DAMAGE: dict[str, Callable[[bytes, int, int], bytes]] = {
+    "bit": lambda whole, at, size: whole[:at] + bytes([whole[at] ^ 1 << size % 8]) + whole[at + 1 :],
+    "zeros": lambda whole, at, size: whole[:at] + bytes(len(whole[at : at + size])) + whole[at + size :],
+    "too much": lambda whole, at, size: whole[:at] + b"\x06\xa5\x00" * size + whole[at:],
+    "too little": lambda whole, at, size: whole[:at] + whole[at + size :],
+}
+
+
+@given(st.data(), st.sampled_from(sorted(DAMAGE)))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow], max_examples=60)
+def test_all_but_the_chunks_that_were_hit_are_kept_and_every_loss_is_stated(
+    tmp_path: Path, written: SimpleNamespace, data: st.DataObject, damage: str
+) -> None:
+    whole = written.path.read_bytes()
+    at, size = data.draw(st.integers(8, len(whole) - 1)), data.draw(st.integers(1, 600))
+    spoiled = DAMAGE[damage](whole, at, size)
+    kept, summary = recovered_from(spoiled, tmp_path)
+    reach = size if damage in ("zeros", "too little") else 1
+    assert summary.rows >= written.n - rows_hit(written, at, at + reach)
+    assert summary.lost_rows in (written.n - summary.rows, None)
+    changed = summary.lost_bytes or summary.altered or summary.lost_records
+    assert changed or kept == summary.rows == written.n
+    if "rig" not in summary.lost_records:
+        assert len(read(tmp_path / "out.mcap").time) == summary.rows
+
+
+def recovered_from(content: bytes, folder: Path, rig: Rig | None = None) -> tuple[int, RewriteSummary]:
+    """Recover a file of this `content` in `folder` as out.mcap."""
+    (folder / "out.mcap").unlink(missing_ok=True)
+    (folder / "spoiled.mcap").write_bytes(content)
+    summary = rewrite(folder / "spoiled.mcap", folder / "out.mcap", END, rig=rig)
+    return summary.rows, summary
+
+
+def rows_hit(written: SimpleNamespace, first: int, end: int) -> int:
+    """Number of samples in chunks of which a byte lies between `first` and `end`."""
+    with written.path.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    (channel,) = (each.id for each in summary.channels.values() if each.topic == "/amplifiers")
+    count, whole = 0, written.path.read_bytes()
+    for chunk in summary.chunk_indexes:
+        stop = chunk.chunk_start_offset + chunk.chunk_length
+        if chunk.chunk_start_offset < end and first < stop and channel in chunk.message_index_offsets:
+            at = chunk.message_index_offsets[channel]
+            length = int.from_bytes(whole[at + 1 : at + 9], "little")
+            count += (length - 6) // 16
+    return count
+
+
+@pytest.mark.parametrize("name", ["rig", "run"])
+def test_lost_record_is_named_and_replaced(name: str, tmp_path: Path, written: SimpleNamespace, rig: Rig) -> None:
+    whole = written.path.read_bytes()
+    at = whole.index(len(name).to_bytes(4, "little") + name.encode())
+    spoiled = whole[: at + 4] + b"xyz" + whole[at + 7 :]
+    _, summary = recovered_from(spoiled, tmp_path)
+    assert (summary.lost_records, summary.rows) == ((name,), written.n)
+    if name == "rig":
+        with pytest.raises(BadInput, match="rig"):
+            read(tmp_path / "out.mcap")
+        recovered_from((tmp_path / "out.mcap").read_bytes(), tmp_path, rig)
+    recording = read(tmp_path / "out.mcap")
+    assert recording.rig == rig
+    assert len(recording.time) == written.n
+
+
+def test_message_types_that_are_lost_are_those_of_this_program(tmp_path: Path, written: SimpleNamespace) -> None:
+    whole = written.path.read_bytes()
+    with written.path.open("rb") as stream:
+        first = min(make_reader(stream).get_summary().chunk_indexes, key=lambda chunk: chunk.chunk_start_offset)
+    end = first.chunk_start_offset + first.chunk_length
+    summary_start = whole.rindex(b"sensor_msgs/msg/JointState", 0, len(whole))
+    spoiled = whole[: first.chunk_start_offset + 40] + bytes(end - first.chunk_start_offset - 40)
+    _, summary = recovered_from(spoiled + whole[end : summary_start - 2000], tmp_path)
+    assert summary.rows > 0.8 * written.n
+    np.testing.assert_array_equal(read(tmp_path / "out.mcap").position[:50], written.position[:50])

@@ -81,12 +81,15 @@ def test_interrupted_recording_becomes_complete_and_the_command_says_what_was_ke
     assert not expected.complete
     result = CliRunner().invoke(command, [str(cut)], catch_exceptions=False)
     assert f"recovered {cut.with_suffix('.recovered.mcap')}" in result.stdout
-    assert "left out: 0 damaged chunks, " in result.stdout
+    assert "lost: an unknown number of samples, 0 chunks, " in result.stdout
     assert cut.read_bytes() == before
     recovered = read(cut.with_suffix(".recovered.mcap"))
     assert (recovered.run.exit_status, recovered.run.reason) == (1, "recovered after interruption")
     np.testing.assert_array_equal(recovered.position, expected.position)
     out = str(tmp_path / "b.mcap")
     figures = json.loads(CliRunner().invoke(command, [str(cut), "--out", out, "--json"]).stdout)
-    assert figures["recording"] == out
-    assert figures["kept"]["messages"] > 1000
+    assert figures["out"] == out
+    assert figures["rows"] == len(expected.time)
+    assert figures["lost"]["rows"] is None
+    assert figures["lost"]["bytes"] > 1000
+    assert (figures["lost"]["chunks"], figures["lost"]["records"]) == (0, [])

@@ -145,7 +145,7 @@ AFTER: dict[str, tuple[list[str], list[str], str]] = {
     "fit of time in ms": (
         ["slow.csv"],
         ["fit", "new.mcap"],
-        "check that time is in seconds, and not in milliseconds",
+        "time-unit: A sample every 2 s is too slow for a motion",
     ),
     "diagnosis of time in ms": (["slow.csv"], ["diagnose", "new.mcap"], "--map time=time:ms"),
     "fit of a joint at rest": (["rest.csv"], ["fit", "new.mcap"], "joint 1 should move"),

@@ -1,0 +1,135 @@
+"""The intact records of an MCAP file that is damaged or cut off anywhere."""
+
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from mcap import records
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+
+from recordings.chunk import RECORD, RECORD_HEAD
+from recordings.container import DECODE_ERRORS, MAGIC, RecordStream, decode
+
+_BLOCK = 1 << 20
+"""Size of the blocks in which a record is searched [bytes]."""
+_LENGTH_BYTES = 4
+"""Bytes of the length that may differ from 0: no record has more than 4 GB."""
+# Messages outside of chunks, which no recording has, would be anything.
+_KINDS: dict[int, Any] = {
+    Opcode.HEADER: records.Header,
+    Opcode.FOOTER: records.Footer,
+    Opcode.SCHEMA: records.Schema,
+    Opcode.CHANNEL: records.Channel,
+    Opcode.CHUNK: records.Chunk,
+    Opcode.MESSAGE_INDEX: records.MessageIndex,
+    Opcode.CHUNK_INDEX: records.ChunkIndex,
+    Opcode.ATTACHMENT: records.Attachment,
+    Opcode.ATTACHMENT_INDEX: records.AttachmentIndex,
+    Opcode.STATISTICS: records.Statistics,
+    Opcode.METADATA: records.Metadata,
+    Opcode.METADATA_INDEX: records.MetadataIndex,
+    Opcode.SUMMARY_OFFSET: records.SummaryOffset,
+    Opcode.DATA_END: records.DataEnd,
+}
+
+
+@dataclass(frozen=True)
+class Span:
+    """Where a record stands."""
+
+    opcode: int
+    start: int
+    """Offset of its head."""
+    end: int
+
+
+class IntactRecords:
+    """Records of `stream` that are whole; behind damage, the next one is searched byte by byte.
+
+    A record counts if the next one begins where it ends, or if it is what its head says, byte by byte.
+    """
+
+    def __init__(self, stream: RecordStream) -> None:
+        self._stream = stream
+        self._end = stream.end - len(MAGIC) * stream.complete
+
+    @cached_property
+    def spans(self) -> list[Span]:
+        """All of them, in the order of the file."""
+        return list(self._found())
+
+    @property
+    def skipped(self) -> int:
+        """Number of bytes that belong to no record."""
+        return self._end - len(MAGIC) - sum(span.end - span.start for span in self.spans)
+
+    def body(self, span: Span) -> bytes:
+        """The content of a record."""
+        return self._stream.read(span.start + RECORD_HEAD, span.end)
+
+    def checksum(self, end: int) -> int:
+        """CRC-32 of everything before `end`."""
+        crc = 0
+        for first in range(0, end, _BLOCK):
+            crc = zlib.crc32(self._stream.read(first, min(first + _BLOCK, end)), crc)
+        return crc
+
+    def of(self, opcode: int) -> Iterator[Any]:
+        """Yield the decoded records of one kind; those whose content is damaged are left out."""
+        for span in self.spans:
+            if span.opcode == opcode:
+                try:
+                    yield decode(_KINDS[opcode].read, self.body(span))
+                except DECODE_ERRORS:
+                    continue
+
+    def _found(self) -> Iterator[Span]:
+        offset = len(MAGIC)
+        while offset < self._end:
+            span = self._head(offset)
+            if span is None or not (self._is_followed(span) or self._is_whole(span)):
+                span = self._next(offset + 1)
+                if span is None:
+                    return
+            yield span
+            offset = span.end
+
+    def _head(self, offset: int) -> Span | None:
+        """The record whose head could stand at `offset`."""
+        head = self._stream.read(offset, min(offset + RECORD_HEAD, self._end))
+        if len(head) < RECORD_HEAD:
+            return None
+        opcode, length = RECORD.unpack(head)
+        end = offset + RECORD_HEAD + length
+        return Span(opcode, offset, end) if opcode in _KINDS and end <= self._end else None
+
+    def _is_followed(self, span: Span) -> bool:
+        return span.end == self._end or self._head(span.end) is not None
+
+    def _is_whole(self, span: Span) -> bool:
+        """Whether the content of a record is what its head says: written again, it is the same."""
+        builder: Any = RecordBuilder()  # partly without annotations
+        body = self.body(span)
+        try:
+            decode(_KINDS[span.opcode].read, body).write(builder)
+        except DECODE_ERRORS:
+            return False
+        return bool(builder.end() == RECORD.pack(span.opcode, len(body)) + body)
+
+    def _next(self, offset: int) -> Span | None:
+        """The first whole record at `offset` or behind it."""
+        for first in range(offset, self._end, _BLOCK):
+            block = np.frombuffer(self._stream.read(first, first + _BLOCK + RECORD_HEAD - 1), np.uint8)
+            count = len(block) - RECORD_HEAD + 1
+            possible = np.isin(block[: max(count, 0)], list(_KINDS))
+            for byte in range(1 + _LENGTH_BYTES, RECORD_HEAD):
+                possible &= block[byte : byte + count] == 0
+            for start in np.flatnonzero(possible).tolist():
+                span = self._head(first + start)
+                if span is not None and self._is_whole(span):
+                    return span
+        return None
