@@ -56,6 +56,18 @@ class Run(ConfigSection):
     reason: str | None = None
     """Reason for the end of the run."""
 
+    @property
+    def drives_in_words(self) -> str:
+        """Whether a real robot moved."""
+        if self.simulated:
+            return "simulated: no real robot moved"
+        return "as imported: real, unless the data say otherwise" if self.trajectory == IMPORTED else "real"
+
+    @property
+    def start_in_words(self) -> str:
+        """When it began, where a clock said so."""
+        return "not known" if self.start.startswith("1970-01-01") else self.start
+
 
 IMPORTED = "imported"
 """Name of the trajectory of a recording that another program measured."""

@@ -11,7 +11,7 @@ import click
 from recordings.command_line import say_next
 
 if TYPE_CHECKING:
-    from recordings.recording import CanFrames, Recording
+    from recordings.recording import CanFrames, Recording, Run
 
 _BAR_WIDTH = 40
 
@@ -28,7 +28,7 @@ def command(file: Path, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(figures, indent=2, allow_nan=False))
     else:
-        _show(figures)
+        _show(figures, recording.run)
         say_next(*(("ident", "check") if recording.complete else ("daq", "recover")), file)
 
 
@@ -102,9 +102,8 @@ def _bar(count: int, most: int) -> str:
     return "█" * math.ceil(_BAR_WIDTH * count / most)
 
 
-def _rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
+def _rows(figures: dict[str, Any], run: "Run") -> list[tuple[str, str]]:
     gaps, frames, late = figures["gaps"], figures["frames"], figures["lateness_s"]
-    drives = "SIMULATED: no real robot moved" if figures["simulated"] else "real"
     seed = "" if figures["seed"] is None else f", seed {figures['seed']}"
     ended = "INTERRUPTED: the recording has no end; what it holds is intact"
     if figures["complete"]:
@@ -116,9 +115,9 @@ def _rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
         ("recording", figures["file"]),
         ("rig", figures["rig"]),
         *([("robot", figures["robot"])] if figures["robot"] else []),
-        ("drives", drives),
+        ("drives", run.drives_in_words),
         ("pace", f"{figures['pace']}{seed}"),
-        ("start", figures["start"]),
+        ("start", run.start_in_words),
         ("software", figures["software"]),
         ("trajectory", f"{figures['trajectory']} ({figures['trajectory_digest'][:12]})"),
         ("rate", f"{figures['rate_hz']:g} Hz"),
@@ -150,8 +149,8 @@ def is_terminal() -> bool:
     return sys.stdout.isatty()
 
 
-def _show(figures: dict[str, Any]) -> None:
-    rows = _rows(figures)
+def _show(figures: dict[str, Any], run: "Run") -> None:
+    rows = _rows(figures, run)
     rows += [
         (event["level"], f"{event['time_s']:.3f} s {event['source']}: {event['message']}")
         for event in figures["events"]

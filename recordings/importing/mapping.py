@@ -9,7 +9,7 @@ from pathlib import Path
 from recordings.config import toml_content
 from recordings.errors import BadInput
 from recordings.importing.table import ROW, Table
-from recordings.importing.units import NO_UNIT, Unit, parse
+from recordings.importing.units import NO_UNIT, Unit, parse, split_header
 
 JOINT_QUANTITIES = ("position", "velocity", "command", "voltage", "effort", "current", "temperature")
 TIMES = ("time", "cycle")
@@ -94,13 +94,13 @@ def _check_target(target: str) -> None:
 
 def _source(table: Table, target: str, text: str) -> Source:
     """Column and unit of `text`: COLUMN, or COLUMN:UNIT; names may hold colons."""
-    if text in table.columns or text in table.invalid or text == ROW:
-        return Source(text, _stated(table, text))
-    column, colon, unit_text = (part.strip() for part in text.rpartition(":"))
-    if not colon:
-        table.column(text)  # says that there is none
-    if column not in table.columns and column not in table.invalid and column != ROW:
-        table.column(column or text)
+    if (column := _column(table, text)) is not None:
+        return Source(column, _stated(table, column))
+    name, colon, unit_text = (part.strip() for part in text.rpartition(":"))
+    column = _column(table, name) if colon else None
+    if column is None:
+        column = name or text
+        table.column(column)  # says that there is none
     unit = parse(unit_text)
     if unit is None:
         raise BadInput(
@@ -111,6 +111,14 @@ def _source(table: Table, target: str, text: str) -> Source:
         stated = _stated(table, column)
         unit = Unit(unit_text, stated.dimension, stated.factor * unit.factor, stated.offset * unit.factor, True)
     return Source(column, unit)
+
+
+def _column(table: Table, text: str) -> str | None:
+    """Name of the column that is called `text`, or so with its unit in brackets; None: there is none."""
+    if text in table.columns or text in table.invalid or text == ROW:
+        return text
+    name, unit = split_header(text)
+    return name if unit and table.units.get(name) == unit else None
 
 
 def _stated(table: Table, name: str) -> Unit:

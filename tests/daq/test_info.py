@@ -86,7 +86,7 @@ def test_piped_output_is_plain_lines(record: Record) -> None:
     assert result.stderr == f"next: ident check {path}\n"
     assert {
         "robot: press 4",
-        "drives: SIMULATED: no real robot moved",
+        "drives: simulated: no real robot moved",
         "gaps: joint 1: 0, joint 2: 1, joint 3: 0",
         "lateness: p50 0.500 ms, p99 0.990 ms, max 1.000 ms",
         "  up to 0.2 ms:     10 ████████",

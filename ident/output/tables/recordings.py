@@ -20,7 +20,7 @@ def facts(recording: Recording) -> dict[str, str]:
     median, late, latest = np.percentile(lateness, (50, 99, 100)) if len(lateness) else (0.0, 0.0, 0.0)
     stated = {
         "Rig": f"{rig.name}: {rig.mechanism}, {rig.dof} joint{'s' if rig.dof > 1 else ''}",
-        "Drives": "simulated: no real robot moved" if run.simulated else "real",
+        "Drives": run.drives_in_words,
         "Geometry": _geometry(recording) if rig.mechanism == "delta" else "",
         "Torque gain": _gain(recording),
         "Motion": f"{run.trajectory}, {run.cycles} × {run.period:g} s" if run.period else run.trajectory,
@@ -30,7 +30,7 @@ def facts(recording: Recording) -> dict[str, str]:
         "Lateness": f"median {median:.2f} ms, 99 % {late:.2f} ms, worst {latest:.2f} ms" if len(lateness) else "",
         "Following error": f"worst {worst_error:.2f} m{rig.position_units[0]}" if np.isfinite(error).any() else "",
         "Warnings and errors": str(sum(event.level in _WARNING_LEVELS for event in recording.events)),
-        "Recorded": f"{run.start}, by {run.software}",
+        "Recorded": f"{run.start_in_words}, by {run.software}",
         "Ended": "INTERRUPTED" if run.exit_status is None else f"{run.reason} (exit status {run.exit_status})",
     }
     return {label: value for label, value in stated.items() if value}
