@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from ident.data import noise
+from ident.data.row_weights import moving_or_all, row_weights, standstill_share
 from ident.dynamics.mechanisms import Parameter
 from ident.estimation import estimators
 from ident.estimation.problem import Estimate, Problem, Progress
@@ -64,7 +64,7 @@ def fit(
     """
     regressor, torque = _rows(regressions)
     bounds = search_region(parameters, regressor, torque, physical)
-    deviation = _deviation(regressions, regressor, torque) if estimators.weighted(method) else None
+    deviation = _deviation(regressions) if estimators.weighted(method) else None
     instant = _instants(regressions) if estimators.recursive(method) else None
     problem = Problem(regressor, torque, bounds, deviation, instant)
     estimate = estimators.load(method).estimate(problem, generator, progress, settings)
@@ -101,14 +101,16 @@ def _check_physical(parameters: Sequence[Parameter], values: Floats, bounds: Flo
             )
 
 
-def _deviation(regressions: Sequence[Regression], regressor: Floats, torque: Floats) -> Floats:
-    """Standard deviation (r,) [N m] of the residual in each row, from the noise in the residuals of a first fit."""
-    first = np.linalg.lstsq(regressor, torque, rcond=None)[0].astype(np.float64)
-    residuals = [regression.residual(first) for regression in regressions]
-    joint_noise = noise.estimate([regression.prepared for regression in regressions], residuals)
+def _deviation(regressions: Sequence[Regression]) -> Floats:
+    """Standard deviation (r,) [N m] of the residual in each row; infinite where the joint stands still."""
+    prepared = [regression.prepared for regression in regressions]
+    standstill = list(map(standstill_share, prepared))
+    rows = list(map(moving_or_all, prepared, standstill))
     deviations = [
-        noise.residual_std(regression.prepared, residual, joint_noise).T[np.isfinite(regression.torque).T]
-        for regression, residual in zip(regressions, residuals, strict=True)
+        np.where(moving, 1 / weights, np.inf).T[np.isfinite(regression.torque).T]
+        for regression, moving, weights in zip(
+            regressions, rows, row_weights(prepared, rows, standstill), strict=True
+        )
     ]
     return np.concatenate(deviations)
 

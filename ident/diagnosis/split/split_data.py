@@ -9,6 +9,7 @@ import numpy as np
 from ident.data.cycle_statistics import repeating_share
 from ident.data.prepared_recording import PreparedRecording
 from ident.data.quantization import with_encoder_errors
+from ident.data.row_weights import MAX_STANDSTILL
 from ident.diagnosis.split.training_range import outside_of_range, training_range
 from ident.dynamics.structure import ModelStructure
 from ident.estimation.nonlinear_fit import (
@@ -25,8 +26,6 @@ from recordings.recording import Bools, Floats, Ints
 
 TINY = 1e-12
 """Torque [N m] or share that counts as zero: smaller differences are rounding errors."""
-MAX_STANDSTILL = 0.25
-"""Rows with a larger share of standstill are left out."""
 MAX_AMPLIFICATION = 2.0
 """Rows that amplify torque errors more than this are not scored."""
 

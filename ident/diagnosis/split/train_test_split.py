@@ -4,39 +4,30 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ident.data import noise
 from ident.data.prepared_recording import PreparedRecording
-from ident.data.quantization import with_encoder_errors
-from ident.diagnosis.split.split_data import MAX_STANDSTILL, SplitData, row_count
+from ident.data.row_weights import moving_rows, row_weights, standstill_share
+from ident.diagnosis.split.split_data import SplitData, row_count
 from ident.estimation.predicted_torque import TorquePredictor, cache_size
 from ident.threads import in_threads
 from recordings.errors import BadInput
-from recordings.recording import Bools, Floats
+from recordings.recording import Bools
 
 SEGMENTS = 15
 """Number of segments of a cycle if there is no other recording to validate on; every third one is a test segment."""
 _MIN_SEGMENT = 5
 """Minimum length of a segment, in filter lengths."""
-_DEVIATIONS = 3.0
-"""Speeds within this many standard deviations of the quantization error are standstill."""
-_CREEPING = 0.02
-"""Share of the largest speed: below it, dry friction is between its two levels in any machine."""
-_MIN_CREEPING_SHARE = 0.5
-"""Share of creeping instants behind a row from which it is a standstill rather than a reversal."""
 
 
 def split_recordings(train: Sequence[PreparedRecording], validate: Sequence[PreparedRecording]) -> SplitData:
     """Split recordings for training and recordings for validation; without the latter, split by phase segments."""
     recordings = [*train, *validate]
     standstill = in_threads(standstill_share, recordings)
-    moving = [
-        recording.usable & (share < MAX_STANDSTILL) for recording, share in zip(recordings, standstill, strict=True)
-    ]
+    moving = list(map(moving_rows, recordings, standstill))
     subsets = _subsets_with_validation if validate else _subsets_by_phase
     train_rows, test_rows = subsets(recordings, moving, len(train))
     train_all, test_all = subsets(recordings, [recording.usable for recording in recordings], len(train))
     _check_rows(recordings, train_rows, test_rows)
-    weights = _weights(recordings, train_rows, standstill)
+    weights = row_weights(recordings, train_rows, standstill)
     size = cache_size(recordings)
     predictors = tuple(TorquePredictor(recording, size) for recording in recordings)
     usable = sum(int(recording.usable.sum()) for recording in recordings)
@@ -110,34 +101,3 @@ def _split_by_phase(recording: PreparedRecording, usable: Bools) -> tuple[Bools,
     near = (np.abs(offset - 2) < guard) | (offset > 3 - guard) | (offset < guard)
     known = np.isfinite(segment)
     return usable & (known & ~test & ~near)[:, None], usable & (test & ~near)[:, None]
-
-
-def _weights(
-    recordings: Sequence[PreparedRecording], train: Sequence[Bools], standstill: Sequence[Floats]
-) -> list[Floats]:
-    """1 / standard deviation of every row, from noise, a first fit's residual, and standstill."""
-    indices = [i for i, rows in enumerate(train) if rows.any()]
-    regressor = np.concatenate([recordings[i].regressor[train[i]] for i in indices])
-    torque = np.concatenate([recordings[i].torque[train[i]] for i in indices])
-    parameters = np.linalg.lstsq(regressor, torque, rcond=None)[0]
-    residuals = [recording.torque - recording.regressor @ parameters for recording in recordings]
-    noise_models = noise.estimate(recordings, residuals)
-    return [
-        1 / np.hypot(noise.residual_std(recording, residual, noise_models), still)
-        for recording, residual, still in zip(recordings, residuals, standstill, strict=True)
-    ]
-
-
-def standstill_share(recording: PreparedRecording) -> Floats:
-    """(m, dof) share of the instants behind a row at which a joint is too slow for its direction to be known.
-
-    Dry friction may then be anywhere between its two levels. The threshold follows from the encoder steps.
-    """
-    motion, perturbed = recording.as_recorded.motion, with_encoder_errors(recording).as_recorded.motion
-    threshold = _DEVIATIONS * np.nanstd(perturbed.velocity - motion.velocity, axis=0)
-    speed = np.abs(motion.velocity)
-    unsure, creeping = (
-        np.clip(recording.condition(np.where(np.isfinite(speed), speed < limit, np.nan)), 0.0, 1.0)
-        for limit in (threshold, _CREEPING * np.nanmax(speed, axis=0))
-    )
-    return np.maximum(unsure, np.where(creeping > _MIN_CREEPING_SHARE, creeping, 0.0))

@@ -11,9 +11,9 @@ import numpy as np
 
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import prepare
+from ident.data.row_weights import moving_or_all, standstill_share
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.split.split_data import MAX_STANDSTILL
-from ident.diagnosis.split.train_test_split import split_recordings, standstill_share
+from ident.diagnosis.split.train_test_split import split_recordings
 from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual, estimate_unexplained
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure
@@ -107,10 +107,7 @@ def _as_fitted(predictions: Sequence[Prediction], structure: ModelStructure, x: 
 
 def _moving(prediction: Prediction) -> Bools:
     """(m, dof) rows in which a joint moves; all usable ones of a joint that never does."""
-    usable = prediction.prepared.usable
-    moving = usable & (standstill_share(prediction.prepared) < MAX_STANDSTILL)
-    rows: Bools = np.where(moving.any(axis=0), moving, usable)
-    return rows
+    return moving_or_all(prediction.prepared, standstill_share(prediction.prepared))
 
 
 def _sources(recordings: Sequence[Recording]) -> tuple[RecordingSource, ...]:

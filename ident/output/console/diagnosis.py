@@ -14,6 +14,7 @@ _COLOURS = {
     "unknown-structure": "magenta",
     "undetermined": "cyan",
 }
+_CRITERION = "Fitted by least squares, as by ident fit --method wls: other methods minimise something else."
 _MAX_REJECTED = 5
 """Rows of the table of effects that were not added."""
 
@@ -25,7 +26,7 @@ def show(document: Document, console: Console) -> None:
     for warning in document.warnings:
         print_plain(console, f"Warning: {warning}")
     print_table(console, diagnosis.steps(document))
-    print_plain(console, f"Held out: {document.held_out}. {_band(document)}")
+    print_plain(console, f"Held out: {document.held_out}. {_band(document)} {_CRITERION}")
     for finding in document.findings:
         _print_finding(finding, document, console)
     for likely in document.likely:

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from scipy.signal import convolve2d
 
-from ident.diagnosis.split import train_test_split
+from ident.data import row_weights
+from ident.data.row_weights import MAX_STANDSTILL
 from ident.diagnosis.split.observability import MIN_TEMPERATURE_CHANGE, Observability, observability
-from ident.diagnosis.split.split_data import MAX_STANDSTILL, SplitData, rms
+from ident.diagnosis.split.split_data import SplitData, rms
 from ident.dynamics.effects.library import library
 from recordings.errors import BadInput
 from recordings.recording import Recording
@@ -85,8 +86,8 @@ def test_creeping_is_standstill_and_a_reversal_is_not(monkeypatch: pytest.Monkey
         as_recorded=SimpleNamespace(motion=SimpleNamespace(velocity=np.stack([reverses, touches], axis=1))),
         condition=lambda x: convolve2d(x, taps, "same"),
     )
-    monkeypatch.setattr(train_test_split, "with_encoder_errors", lambda recording: recording)
-    still = train_test_split.standstill_share(recording) > MAX_STANDSTILL
+    monkeypatch.setattr(row_weights, "with_encoder_errors", lambda recording: recording)
+    still = row_weights.standstill_share(recording) > MAX_STANDSTILL
     assert not still[:, 0].any()
     around = np.abs(time % 2 - 1)
     assert still[around < 0.05, 1].all()

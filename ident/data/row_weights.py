@@ -1,0 +1,66 @@
+"""Rows of recordings that count in a weighted fit, and their weights: the same for a fit and a diagnosis."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ident.data import noise
+from ident.data.prepared_recording import PreparedRecording
+from ident.data.quantization import with_encoder_errors
+from recordings.recording import Bools, Floats
+
+MAX_STANDSTILL = 0.25
+"""Rows with a larger share of standstill are left out."""
+_DEVIATIONS = 3.0
+"""Speeds within this many standard deviations of the quantization error are standstill."""
+_CREEPING = 0.02
+"""Share of the largest speed: below it, dry friction is between its two levels in any machine."""
+_MIN_CREEPING_SHARE = 0.5
+"""Share of creeping instants behind a row from which it is a standstill rather than a reversal."""
+
+
+def moving_rows(recording: PreparedRecording, standstill: Floats) -> Bools:
+    """(m, dof) usable rows in which a joint moves, by its shares of `standstill` (m, dof)."""
+    rows: Bools = recording.usable & (standstill < MAX_STANDSTILL)
+    return rows
+
+
+def moving_or_all(recording: PreparedRecording, standstill: Floats) -> Bools:
+    """(m, dof) `moving_rows`; all usable ones of a joint that never moves."""
+    moving = moving_rows(recording, standstill)
+    rows: Bools = np.where(moving.any(axis=0), moving, recording.usable)
+    return rows
+
+
+def row_weights(
+    recordings: Sequence[PreparedRecording], train: Sequence[Bools], standstill: Sequence[Floats]
+) -> list[Floats]:
+    """1 / standard deviation of every row (m, dof), from noise and residual of a first fit, and standstill.
+
+    Only the rows `train` (m, dof) are fitted, and tell the noise.
+    """
+    indices = [i for i, rows in enumerate(train) if rows.any()]
+    regressor = np.concatenate([recordings[i].regressor[train[i]] for i in indices])
+    torque = np.concatenate([recordings[i].torque[train[i]] for i in indices])
+    parameters = np.linalg.lstsq(regressor, torque, rcond=None)[0]
+    residuals = [recording.torque - recording.regressor @ parameters for recording in recordings]
+    noise_models = noise.estimate([recordings[i] for i in indices], [residuals[i] for i in indices])
+    return [
+        1 / np.hypot(noise.residual_std(recording, residual, noise_models), still)
+        for recording, residual, still in zip(recordings, residuals, standstill, strict=True)
+    ]
+
+
+def standstill_share(recording: PreparedRecording) -> Floats:
+    """(m, dof) share of the instants behind a row at which a joint is too slow for its direction to be known.
+
+    Dry friction may then be anywhere between its two levels. The threshold follows from the encoder steps.
+    """
+    motion, perturbed = recording.as_recorded.motion, with_encoder_errors(recording).as_recorded.motion
+    threshold = _DEVIATIONS * np.nanstd(perturbed.velocity - motion.velocity, axis=0)
+    speed = np.abs(motion.velocity)
+    unsure, creeping = (
+        np.clip(recording.condition(np.where(np.isfinite(speed), speed < limit, np.nan)), 0.0, 1.0)
+        for limit in (threshold, _CREEPING * np.nanmax(speed, axis=0))
+    )
+    return np.maximum(unsure, np.where(creeping > _MIN_CREEPING_SHARE, creeping, 0.0))
