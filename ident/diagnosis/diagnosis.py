@@ -132,8 +132,7 @@ def diagnose(
     effects = inputs.effects
     _check_effects(options.only, library, {**effects.unobservable, **effects.untested})
     search = Search(inputs.split, effects.observable, progress)
-    start = inputs.initial_model(library, initial_model)
-    selection = search.select_forced(*start, options.only) if options.only else search.select(*start)
+    selection = _select(search, inputs.initial_model(library, initial_model), options)
     progress("analysing the unexplained residual")
     selection, unexplained, learned = analyse_unexplained(search, selection, bool(options.only))
     # All steps are scored on the rows that the last model can judge, so that their errors can be compared.
@@ -162,6 +161,10 @@ def _check_effects(names: Sequence[str], library: Mapping[str, Effect], not_show
         check_effect_name(name, library)
         if name in not_shown:
             raise BadInput(f"effect: one that these recordings can show expected, '{name}' found: {not_shown[name]}")
+
+
+def _select(search: Search, start: tuple[ModelStructure, Floats], options: DiagnosisOptions) -> Selection:
+    return search.select_forced(*start, options.only) if options.only else search.select(*start)
 
 
 def prepare_inputs(

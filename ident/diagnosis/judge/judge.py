@@ -41,7 +41,7 @@ class Judgement:
         return Rejection(status, left if gain > 0 else worse, self.evidence)
 
 
-def judge(before: FittedModel, after: FittedModel, index: int = -1, compared: int = 1) -> Judgement:
+def judge(before: FittedModel, after: FittedModel, index: int, compared: int = 1) -> Judgement:
     """Judge the effect number `index` of `after`, fitted as `before` without it.
 
     compared: number of models among which the held-out rows chose this one; the interval allows for it.
