@@ -80,9 +80,7 @@ def _error_table(model: ModelFile, evaluated: Mapping[str, Sequence[JointResidua
         rows.append(("noise floor", *(f"{noise:.3g}" for noise in model.residual_test.noise_rms)))
     unit = ", ".join(dict.fromkeys(model.effort_units))
     effects = f" with {', '.join(model.effects)}" if model.effects else ""
-    title = (
-        f"RMS residual [{unit}]{effects}, fitted by {model.method.name}, up to {model.preprocessing.bandwidth:g} Hz"
-    )
+    title = f"RMS residual [{unit}], {model.method.name}{effects}, up to {model.preprocessing.bandwidth:g} Hz"
     return ResultTable(("", *model.joints), rows, title=title)
 
 
