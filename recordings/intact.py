@@ -11,7 +11,7 @@ from mcap import records
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 
-from recordings.chunk import RECORD, RECORD_HEAD
+from recordings.chunk import RECORD, RECORD_HEAD, unpacked
 from recordings.container import DECODE_ERRORS, MAGIC, RecordStream, decode
 
 _BLOCK = 1 << 20
@@ -50,7 +50,8 @@ class Span:
 class IntactRecords:
     """Records of `stream` that are whole; behind damage, the next one is searched byte by byte.
 
-    A record counts if the next one begins where it ends, or if it is what its head says, byte by byte.
+    A record counts if the next one begins where it ends; or if it is what its head says, byte by byte, and no other
+    one begins inside of it: where bytes are missing, it would reach into the next one.
     """
 
     def __init__(self, stream: RecordStream) -> None:
@@ -91,10 +92,12 @@ class IntactRecords:
         offset = len(MAGIC)
         while offset < self._end:
             span = self._head(offset)
-            if span is None or not (self._is_followed(span) or self._is_whole(span)):
-                span = self._next(offset + 1)
-                if span is None:
-                    return
+            if span is None or not self._is_followed(span):
+                other = self._next(offset + 1)
+                if span is None or not self._is_whole(span) or (other and other.start < span.end):
+                    span = other
+            if span is None:
+                return
             yield span
             offset = span.end
 
@@ -111,11 +114,14 @@ class IntactRecords:
         return span.end == self._end or self._head(span.end) is not None
 
     def _is_whole(self, span: Span) -> bool:
-        """Whether the content of a record is what its head says: written again, it is the same."""
+        """Whether a record is what its head says: written again, it is the same, and a chunk fits its checksum."""
         builder: Any = RecordBuilder()  # partly without annotations
         body = self.body(span)
         try:
-            decode(_KINDS[span.opcode].read, body).write(builder)
+            record = decode(_KINDS[span.opcode].read, body)
+            record.write(builder)
+            if span.opcode == Opcode.CHUNK:
+                unpacked(record)
         except DECODE_ERRORS:
             return False
         return bool(builder.end() == RECORD.pack(span.opcode, len(body)) + body)

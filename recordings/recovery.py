@@ -10,7 +10,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Metadata, Schema
 from pydantic import ValidationError
 
-from recordings import container
+from recordings import container, schemas
 from recordings.blocks import SampleTable, encode, message_types
 from recordings.chunk import MESSAGE_HEAD, located, rows, unpacked
 from recordings.container_writer import ContainerWriter, Packed
@@ -200,7 +200,7 @@ def _is_rig(record: Mapping[str, str]) -> bool:
         Rig.model_validate_json(record.get("json", ""))
     except ValidationError:
         return False
-    return True
+    return record.get("layout") == schemas.LAYOUT
 
 
 def _is_run(record: Mapping[str, str]) -> bool:

@@ -147,11 +147,9 @@ AFTER: dict[str, tuple[list[str], list[str], str]] = {
         ["fit", "new.mcap"],
         "time-unit: A sample every 2 s is too slow for a motion",
     ),
-    "diagnosis of time in ms": (["slow.csv"], ["diagnose", "new.mcap"], "--map time=time:ms"),
-    "fit of a joint at rest": (["rest.csv"], ["fit", "new.mcap"], "joint 1 should move"),
-    "fit of a constant torque": (["constant.csv"], ["fit", "new.mcap"], "is 1 N m throughout"),
+    "fit of a joint at rest": (["rest.csv"], ["fit", "new.mcap"], "too-short: The motion lasts"),
+    "fit of a constant torque": (["constant.csv"], ["fit", "new.mcap"], "effort 1 is 1 throughout"),
     "fit of a short recording": (["table.csv"], ["fit", "new.mcap"], "new.mcap"),
-    "diagnosis of a short recording": (["table.csv"], ["diagnose", "new.mcap"], "new.mcap"),
 }
 """Arguments of `daq import`, then those of `ident`, and what its error holds."""
 
