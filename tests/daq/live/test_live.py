@@ -77,8 +77,7 @@ def page() -> Iterator[Any]:
 def test_page_shows_the_run_to_its_end(record: Record, page: Any, tmp_path: Path) -> None:
     process = record("--cycles", "10")
     page.goto(address(process))
-    wait_for(page, "stream")
-    # The plotted values are compared with the file below.
+    # The plotted values are compared with the file below. A busy browser may show none of the states on the way.
     page.wait_for_function("document.getElementById('position').data?.[0]?.x.length > 50")
     names = ["position", "error", "voltage", "lateness"]
     lines = page.evaluate(f"Object.fromEntries({names}.map((id) => [id, document.getElementById(id).data]))")
