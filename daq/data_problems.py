@@ -2,14 +2,14 @@
 
 import json
 import subprocess
-import sys
 from pathlib import Path
 
+from daq.ident_program import IDENT
 from recordings import data_problems
 from recordings.data_problems import DataProblem
 from recordings.reader import read
 
-_CHECK = [sys.executable, "-c", "from ident.cli import main; main()", "check", "--problems", "--json"]
+_CHECK = (*IDENT, "check", "--problems", "--json")
 _TIMEOUT = 120.0
 """Longest time that the check may take [s]."""
 

@@ -83,13 +83,14 @@ class DataCommand(RuledCommand):
 
             from ident.data_problems.implausible import ImplausibleData
             from ident.output.console.problems import show_implausible
+            from recordings.data_problems import healing
 
             if not isinstance(error, ImplausibleData):
                 raise
             document = error.document
             show_result(ctx.params.get("as_json", False), document.as_json, partial(show_implausible, document))
-            if document.healing_command:
-                say_next(*document.healing_command)
+            if command := healing(document.data_problems):
+                say_next(*command)
 
 
 def excludes(option: str, *others: str, note: str = "") -> Rule:

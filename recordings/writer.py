@@ -194,6 +194,7 @@ class RecordingWriter:
             self._mcap.flush()
             self._mcap.add_metadata("run", {"exit_status": str(exit_status), "reason": clean(reason)})
             self._mcap.finish()
+            self._stream.flush()
             self._disk.end()
             self._stream.close()
             self._open = False

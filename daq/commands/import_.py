@@ -13,6 +13,7 @@ from recordings.command_line import is_given, refuse_together
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
+    from recordings.data_problems import DataProblem
     from recordings.importing import Description, Imported
     from recordings.importing.observations import Observation
 
@@ -161,7 +162,7 @@ def command(
     if as_json:
         click.echo(json.dumps(figures))
     else:
-        _show(figures, imported, seen)
+        _show(figures, imported, seen, problems)
 
 
 def _given_options() -> list[str]:
@@ -234,7 +235,11 @@ def _figures(imported: "Imported", out: Path, seen: "list[Observation]") -> dict
     }
 
 
-def _show(figures: dict[str, Any], imported: "Imported", seen: "list[Observation]") -> None:
+def _show(
+    figures: dict[str, Any], imported: "Imported", seen: "list[Observation]", problems: "list[DataProblem]"
+) -> None:
+    from recordings.data_problems import healing
+
     step = {name: f"{value * 1e3:g} ms" for name, value in figures["step_s"].items()}
     cycles = f"{figures['cycles']} of {figures['period_s']:g} s" if figures["cycles"] else "none found"
     click.echo(f"joints: {figures['joints']} ({figures['mechanism']})")
@@ -257,12 +262,10 @@ def _show(figures: dict[str, Any], imported: "Imported", seen: "list[Observation
         click.echo(
             "torque gain: assumed, so a fit will be relative; --gain or a rig file can say otherwise", err=True
         )
-    problems = figures["data_problems"]
     for problem in problems:
-        click.echo(f"data problem ({problem['kind']}): {problem['why']}\n  {problem['remedy']}", err=True)
-    healing = [each["remedy"] for each in problems if each["blocks"] and each["remedy"].startswith("daq ")]
-    following = healing[0] if healing else f"ident check {shlex.quote(figures['recording'])}"
-    click.echo(f"imported {figures['recording']}; next: {following}")
+        click.echo(f"data problem ({problem.kind}): {problem.why}\n  {problem.remedy}", err=True)
+    following = healing(problems) or ["ident", "check", figures["recording"]]
+    click.echo(f"imported {figures['recording']}; next: {shlex.join(following)}")
 
 
 def _by_kind(seen: "list[Observation]") -> "list[list[Observation]]":

@@ -48,7 +48,7 @@ def command(file: Path, out: Path | None, in_place: bool, rig_file: Path | None,
     if "run" in kept.lost_records:
         click.echo("lost: the record of the run; its trajectory, rate and whether it was simulated are not known")
     if "rig" in kept.lost_records:
-        click.echo(f"lost: the record of the rig; {rig_file or 'a rig file'} stands for it")
+        click.echo(f"lost: the record of the rig; {f'{rig_file} stands for it' if rig else 'give a rig file for it'}")
         following = following if rig else ("daq", "recover", target, "--rig", "RIG.toml")
     if recovered.reconstructed:
         click.echo("samples: made from the frames that were heard")

@@ -3,7 +3,6 @@
 import hashlib
 import json
 import subprocess
-import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,13 +11,12 @@ from typing import Protocol
 import numpy as np
 
 from daq.feedforward.torque_table import TorqueTable, read_torque_table
+from daq.ident_program import IDENT
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Rig
 from trajectories import Trajectory
 
-_IDENT = [sys.executable, "-c", "from ident.cli import main; main()"]
-"""Beginning of a command of `ident`, which is never imported here."""
 _TRIAL_ROWS = 20
 """Rows of a trajectory on which a model is tried."""
 _STREAM, _TABLE = "stream.csv", "torque.csv"
@@ -145,7 +143,7 @@ class _Model:
         files = ["--csv", folder / _STREAM, "--rig", rig_file, "-o", folder / _TABLE]
         with (folder / "errors").open("w+") as errors:
             self._process = subprocess.Popen(
-                [*_IDENT, "torque", str(self.path), *map(str, files)],
+                [*IDENT, "torque", str(self.path), *map(str, files)],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=errors,

@@ -49,9 +49,10 @@ def command(
     from ident.output.console.check import show
     from ident.output.console.problems import show_problems
     from recordings.progress import progress_bar
+    from recordings.reader import read
 
     if only_problems:
-        listing = check_data(files)
+        listing = check_data([read(path) for path in files])
         show_result(as_json, listing.as_json, partial(show_problems, listing.data_problems))
         return
     with progress_bar("reading") as progress:

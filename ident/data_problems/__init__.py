@@ -6,7 +6,6 @@ those that need no model.
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from ident import plugins
 from ident.data.prepared_recording import PreparedRecording, prepare
@@ -17,7 +16,6 @@ from recordings import data_problems
 from recordings.data_problems import DataProblem
 from recordings.data_problems.kinds.spikes import without_spikes
 from recordings.errors import BadInput
-from recordings.reader import read
 from recordings.recording import Recording
 
 _KINDS = "ident.data_problems.kinds"
@@ -58,19 +56,18 @@ def examined(
     return [Examined(excerpts, tuple(found)) for excerpts, found in zip(prepared, of_recordings, strict=True)]
 
 
-def check_data(files: Sequence[Path]) -> ProblemsDocument:
-    """List what cannot be right about the recordings `files`.
+def check_data(recordings: Sequence[Recording]) -> ProblemsDocument:
+    """List what cannot be right about `recordings`.
 
     Raises:
         BadInput: one of them cannot be used, but no problem is the reason.
     """
-    recordings = [read(path) for path in files]
     try:
         usable = examined(recordings, lambda each: [[prepare(recording, "parallel", None)] for recording in each])
         found = listed(recordings, [each.problems for each in usable])
     except ImplausibleData as error:
         found = error.problems
-    return ProblemsDocument(schema=2, data_problems=found, recordings=tuple(path.name for path in files))
+    return ProblemsDocument(schema=2, data_problems=found, recordings=tuple(each.path.name for each in recordings))
 
 
 def kind_names() -> tuple[str, ...]:

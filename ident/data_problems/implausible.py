@@ -1,6 +1,5 @@
 """Recordings that cannot be what they are said to be: nothing is fitted to them, and no effect is named."""
 
-import shlex
 from collections.abc import Sequence
 from typing import Literal
 
@@ -23,12 +22,6 @@ class ImplausibleDocument(ProblemsDocument):
     sentence: str
     findings: tuple[()] = ()
     likely: tuple[()] = ()
-
-    @property
-    def healing_command(self) -> list[str] | None:
-        """Words of the first command that heals a recording; None where something else is to be recorded."""
-        remedies = [each.remedy for each in self.data_problems if each.blocks and each.remedy.startswith("daq ")]
-        return shlex.split(remedies[0]) if remedies else None
 
 
 class ImplausibleData(BadInput):

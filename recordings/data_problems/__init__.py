@@ -7,7 +7,7 @@ None. Those that take a model live in `ident.data_problems`.
 import importlib
 import pkgutil
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from recordings.config import ConfigSection
@@ -26,6 +26,16 @@ class DataProblem(ConfigSection):
     why: str
     remedy: str
     """A command that heals the file, or a sentence that says what to record."""
+
+    @property
+    def command(self) -> list[str] | None:
+        """Words of the remedy, if it is a command."""
+        return shlex.split(self.remedy) if self.remedy.startswith("daq ") else None
+
+
+def healing(problems: Iterable[DataProblem]) -> list[str] | None:
+    """Words of the first command that heals what blocks; None where something else is to be recorded."""
+    return next((each.command for each in problems if each.blocks and each.command), None)
 
 
 def problems(recording: Recording) -> Iterator[DataProblem]:

@@ -1,6 +1,5 @@
 """A recording before any fit: metadata, quality and signals."""
 
-import shlex
 from functools import partial
 from pathlib import Path
 
@@ -52,15 +51,16 @@ def _draw_problem(page: Page, recording: str, problem: DataProblem) -> None:
     with ui.row().classes("items-center no-wrap"):
         ui.icon("error" if problem.blocks else "warning", color="negative" if problem.blocks else "warning")
         set_test_id(ui.label(f"{problem.kind}: {problem.why}"), f"problem-{problem.kind}")
-        if problem.remedy.startswith("daq "):
-            button = ui.button("write a healed recording", on_click=partial(_heal, page, recording, problem))
+        if problem.command:
+            heal = partial(_heal, page, recording, problem.command[1:])
+            button = ui.button("write a healed recording", on_click=heal)
             set_test_id(button, f"heal-{problem.kind}").props("flat dense no-wrap")
     quiet(problem.remedy)
 
 
-async def _heal(page: Page, recording: str, problem: DataProblem) -> None:
-    """Run the remedy, and take the healed recording in place of the other one."""
-    words, session = shlex.split(problem.remedy)[1:], page.session
+async def _heal(page: Page, recording: str, words: list[str]) -> None:
+    """Run `daq` with `words`, and take the healed recording in place of the other one."""
+    session = page.session
     if await in_background(file_import.convert, session.folder.root, words) is None:
         return
     healed = Path(words[words.index("--out") + 1]).name

@@ -30,7 +30,14 @@ def recording_views(path: Path) -> Iterator[RecordingView]:
     if path.stat().st_size > 2 * PREVIEW_BYTES:
         yield _recording_view(read(path, PREVIEW_BYTES), ("Only the beginning is shown; the rest is being read.",))
     recording = read(path)
-    yield _recording_view(recording, tuple(warnings_of(recording)), check_data([path]).data_problems)
+    yield _recording_view(recording, tuple(warnings_of(recording)), _problems(recording))
+
+
+def _problems(recording: Recording) -> tuple[DataProblem, ...]:
+    try:
+        return check_data([recording]).data_problems
+    except BadInput:  # it is shown all the same; a fit says why it cannot be used
+        return ()
 
 
 def mismatch(train: Path, validate: Path) -> Iterator[Mismatch]:

@@ -45,7 +45,7 @@ def model(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Program:
     """Set the program that is run in the place of `ident`; a model for it."""
 
     def played(program: str) -> Path:
-        monkeypatch.setattr(sources, "_IDENT", [sys.executable, "-c", program])
+        monkeypatch.setattr(sources, "IDENT", [sys.executable, "-c", program])
         (tmp_path / "m.json").write_text(json.dumps({"schema": 1}))
         return tmp_path / "m.json"
 
