@@ -106,6 +106,9 @@ class _Rewriter:
 
     def finish(self, run: Mapping[str, str], rig: Rig | None) -> None:
         """Write `run`, what stands for records that are lost, and the end."""
+        for name, values in self._metadata.items():
+            if name not in self._lost_records:
+                self._writer.metadata(name, values)
         if "rig" in self._lost_records and rig is not None:
             self._writer.metadata("rig", rig_record(rig))
         if "run" in self._lost_records:
@@ -158,7 +161,6 @@ class _Rewriter:
         elif span.opcode == Opcode.METADATA:
             record = container.decode(Metadata.read, self._intact.body(span))
             self._metadata.setdefault(record.name, {}).update(record.metadata)
-            self._writer.metadata(record.name, record.metadata)
         else:
             self._describe(span.opcode, self._intact.body(span))
 
