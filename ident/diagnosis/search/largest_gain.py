@@ -6,8 +6,10 @@ import numpy as np
 
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import block_counts
-from ident.diagnosis.search.screening import Candidate, Screener
+from ident.diagnosis.search.initial_guesses import initial_guesses
+from ident.diagnosis.search.screening import MIN_EXCITATION, Candidate, Screener
 from ident.diagnosis.split.split_data import TINY
+from ident.dynamics.structure import Term
 
 
 class LargestGain:
@@ -23,6 +25,7 @@ class LargestGain:
             selected / floor / np.sqrt(np.maximum(count[block], 1.0))[:, None]
             for selected, (block, count) in zip(rows, counts, strict=True)
         )
+        self._rig = model.solution.structure.rig
         split = replace(split, train=rows, weights=weights)
         self._screener = Screener(split, split.at(model.solution.structure, model.solution.x))
         self._rest = self._screener.orthogonal(self._screener.residual[:, None])[:, 0]
@@ -30,11 +33,16 @@ class LargestGain:
     def of(self, candidate: Candidate) -> float:
         """Upper bound, 0 to 1, of the share of the excess above the noise floor that the `candidate` could explain.
 
-        It holds exactly for effects that are linear in their parameters at the shapes of the `candidate`.
+        It holds on whichever joints, and for every sum of the effect at the shapes of the `candidate` and at those
+        where screening begins: for the shapes between them, too, as far as their columns are such sums.
         """
-        columns = self._screener.columns(candidate.term, candidate.scale, candidate.shapes)
-        basis = np.linalg.qr(self._screener.orthogonal(columns))[0]
-        left = self._rest - basis @ (basis.T @ self._rest)
+        everywhere = Term.on_all_joints(candidate.term.name, candidate.term.effect, self._rig)
+        guesses = initial_guesses(everywhere, self._screener.suggestions(everywhere.effect))
+        tried = [(candidate.term, candidate.scale, candidate.shapes), *((everywhere, *guess) for guess in guesses)]
+        columns = np.hstack([self._screener.columns(*each) for each in tried])
+        size = np.sqrt((columns**2).sum(axis=0))
+        outside = self._screener.orthogonal(columns / np.maximum(size, TINY))
+        along = outside.T @ self._rest
+        explained = float(along @ np.linalg.pinv(outside.T @ outside, MIN_EXCITATION**2, hermitian=True) @ along)
         excess = self._screener.loss - self._blocks
-        reduction = self._screener.loss - float(left @ left)
-        return float(np.clip(reduction / max(excess, TINY), 0.0, 1.0))
+        return float(np.clip(explained / max(excess, TINY), 0.0, 1.0))

@@ -13,6 +13,7 @@ from ident.diagnosis.search.candidates import WIDTH, Candidates
 from ident.diagnosis.search.fits import added_term
 from ident.diagnosis.search.largest_gain import LargestGain
 from ident.diagnosis.search.selection import Finding, Selection, SelectionStep
+from ident.threads import in_threads
 
 
 def review(
@@ -115,13 +116,11 @@ def _screened_out(candidates: Candidates, model: FittedModel) -> dict[str, Rejec
             rejected[name] = Rejection("not-tested", why)
         else:
             rejected[name] = Rejection("refuted", "It would need an impossible sign.", Evidence(0.0, "screening"))
-    largest = LargestGain(model)
-    for candidate in screening.best.values():
-        if not candidates.is_significant(model, candidate):
-            gain = largest.of(candidate)
-            why = (
-                f"It would explain at most {gain:.1%} of what is left above the noise floor on held-out data: the "
-                "rows of the fit show hardly more of it than chance would."
-            )
-            rejected[candidate.term.name] = Rejection("not-confirmed", why, Evidence(gain, "screening"))
+    weak = [each for each in screening.best.values() if not candidates.is_significant(model, each)]
+    for candidate, gain in zip(weak, in_threads(LargestGain(model).of, weak), strict=True):
+        why = (
+            f"It would explain at most {gain:.1%} of what is left above the noise floor on held-out data: the "
+            "rows of the fit show hardly more of it than chance would."
+        )
+        rejected[candidate.term.name] = Rejection("not-confirmed", why, Evidence(gain, "screening"))
     return rejected
