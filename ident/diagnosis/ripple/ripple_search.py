@@ -48,6 +48,7 @@ class _Pursuit:
         self.vibrations: list[Vibration] = []
         self.rest = signal.residual
         self._columns = np.empty((len(signal.residual), 0))
+        self._min_reduction = signal.train.sum() * (MIN_TORQUE_SHARE * signal.torque_rms) ** 2
         angle = signal.angle[signal.train]
         limits = [HIGHEST, MAX_PHASE / max(float(np.ptp(angle)), 1e-9), 1 / step if step else np.inf]
         if signal.speed:
@@ -84,15 +85,19 @@ class _Pursuit:
         signal, grid = self.signal, self._grids[carrier]
         over_angle = carrier is signal.over_angle
         for peak in carrier.peaks(self.rest, grid, over_angle & self._is_known(grid)):
+            if self._reduction(carrier.fitted(carrier.columns(peak), self.rest)) < self._min_reduction:
+                continue  # the grid is so fine that a refined wave explains hardly more
             number = carrier.refined(peak, self.rest)
             change = carrier.fitted(carrier.columns(number), self.rest)
             repeated = [] if over_angle else [band for band in signal.bands if band.repeats(number / (2 * np.pi))]
             # Whatever repeats with the motion has all of its harmonics.
             reference = repeated[0].harmonics(grid) if repeated else grid
-            reduction = float(np.sum((self.rest**2 - (self.rest - change) ** 2)[signal.train]))
-            large = reduction > signal.train.sum() * (MIN_TORQUE_SHARE * signal.torque_rms) ** 2
-            if large and carrier.is_significant(number, reduction, self.rest - change, reference):
+            if carrier.is_significant(number, self._reduction(change), self.rest - change, reference):
                 yield number, change
+
+    def _reduction(self, change: Floats) -> float:
+        """Reduction of the sum of squares of the training rows by a `change` (n,)."""
+        return float(np.sum((self.rest**2 - (self.rest - change) ** 2)[self.signal.train]))
 
     def _vibration(self) -> tuple[float, Floats]:
         """Frequency [Hz] of the first wave over time that lasts, and what it explains (n,); NaN if there is none."""

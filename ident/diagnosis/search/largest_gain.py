@@ -34,10 +34,10 @@ class LargestGain:
         """Upper bound, 0 to 1, of the share of the excess above the noise floor that the `candidate` could explain.
 
         It holds on whichever joints, and for every sum of the effect at the shapes of the `candidate` and at those
-        where screening begins: for the shapes between them, too, as far as their columns are such sums.
+        that its effect declares: for the shapes between them, too, as far as their columns are such sums.
         """
         everywhere = Term.on_all_joints(candidate.term.name, candidate.term.effect, self._rig)
-        guesses = initial_guesses(everywhere, self._screener.suggestions(everywhere.effect))
+        guesses = initial_guesses(everywhere, suggestions=())
         tried = [(candidate.term, candidate.scale, candidate.shapes), *((everywhere, *guess) for guess in guesses)]
         columns = np.hstack([self._screener.columns(*each) for each in tried])
         size = np.sqrt((columns**2).sum(axis=0))
