@@ -44,5 +44,6 @@ class LargestGain:
         outside = self._screener.orthogonal(columns / np.maximum(size, TINY))
         along = outside.T @ self._rest
         explained = float(along @ np.linalg.pinv(outside.T @ outside, MIN_EXCITATION**2, hermitian=True) @ along)
+        refitted = self._screener.loss - float(self._rest @ self._rest)  # beside it, the model fits other values
         excess = self._screener.loss - self._blocks
-        return float(np.clip(explained / max(excess, TINY), 0.0, 1.0))
+        return float(np.clip((refitted + explained) / max(excess, TINY), 0.0, 1.0))
