@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     rules=[
         needs("--out", "--apply", "without it no model is written"),
         ends("--learn", ".py", "a name", "it becomes an effect file"),
+        ends("--propose", ".py", "a name", "it becomes an effect file"),
     ],
     short_help="Find the physical effects that the model lacks.",
     epilog="Example: ident diagnose fig5a.mcap --validate fig5b.mcap --apply -o better.model.json",
@@ -72,6 +73,14 @@ if TYPE_CHECKING:
     help="Write curves for the unexplained residual as an effect file (.py), if held-out rows confirm them.",
 )
 @click.option(
+    "--propose",
+    "proposed",
+    type=FILE,
+    metavar="FILE",
+    help="Write a formula for what is left, or in place of an effect with knots, as an effect file (.py), if "
+    "held-out rows confirm one.",
+)
+@click.option(
     "--report",
     type=FILE,
     metavar="HTML",
@@ -92,6 +101,7 @@ def command(
     apply: bool,
     out: Path | None,
     learned_curve: Path | None,
+    proposed: Path | None,
     report: Path | None,
     force: bool,
     as_json: bool,
@@ -106,7 +116,9 @@ def command(
     report = report or (None if as_json else files[0].with_suffix(".diagnose.html"))
     start_files = [model_path] if model_path else []
     check_readable(*files, *validate, *start_files)
-    check_outputs(out, report, learned_curve, force=force, read=[*files, *validate, *effect_files, *start_files])
+    check_outputs(
+        out, report, learned_curve, proposed, force=force, read=[*files, *validate, *effect_files, *start_files]
+    )
 
     from functools import partial
 
@@ -123,6 +135,9 @@ def command(
         if learned_curve:
             progress("learning curves for the unexplained residual")
             result = _with_learned_curve(result, learned_curve)
+        if proposed:
+            progress("searching a formula")
+            result = result.with_formula(proposed)
         if out:
             result.apply().save(out)
         if report:
@@ -132,7 +147,9 @@ def command(
     show_result(as_json, result.as_json, partial(show, document))
     if learned_curve and not document.learned_curve and not as_json:
         click.echo(f"{learned_curve} not written: no curve explains the residual on rows that were not fitted.")
-    say_written(model=out, report=report)
+    if proposed and not document.remaining.formula and not as_json:
+        click.echo(f"{proposed} not written: no formula is confirmed on rows that were not fitted.")
+    say_written(model=out, report=report, formula=proposed if document.remaining.formula else None)
     given = [*repeated("--model", start_files), *repeated("--only", only), *repeated("--without", without)]
     given += repeated("--accept", accept)
     given += ["--preprocess", preprocess] if preprocess != "parallel" else []
@@ -141,7 +158,7 @@ def command(
     if document.next_motion:
         click.echo(f"next: {document.next_motion.command}", err=True)
     else:
-        say_next(*_next(document, files, recorded, given, out or model_path, applied=apply))
+        say_next(*_next(document, files, recorded, given, out or model_path, applied=apply, proposed=proposed))
 
 
 def _with_learned_curve(result: DiagnosisResult, path: Path) -> DiagnosisResult:
@@ -175,16 +192,21 @@ def _next(
     choices: Sequence[str],
     model: Path | None,
     applied: bool,
+    proposed: Path | None,
 ) -> list[object]:
-    """The command that follows from the verdict: add, learn, repeat, or report.
+    """The command that follows from the verdict: add, propose, learn, repeat, or report.
 
-    recorded: options that name further files; choices: those that make this diagnosis what it is.
+    recorded: options that name further files; choices: those that make this diagnosis what it is; proposed: the file
+    of the formula that was asked for.
     """
     default = files[0].with_suffix(".model.json")
+    if proposed and document.remaining.formula:
+        return diagnosis(files, *recorded, *choices, "--effect-file", proposed, model=model or default)
     if not applied and document.findings and document.verdict == "missing-effect":
         return diagnosis(files, *recorded, *choices, model=model or default)
     if not applied and document.verdict == "unknown-structure" and not document.learned_curve:
-        return diagnosis(files, *recorded, *choices, "--learn", free_name(Path("learned.py")))
+        option, name = ("--learn", "learned.py") if proposed else ("--propose", "law.py")
+        return diagnosis(files, *recorded, *choices, option, free_name(Path(name)))
     if not applied and document.verdict == "undetermined":
         return ["daq", "record", "--traj", "TRAJECTORY", "--cycles", 3]
     if model:

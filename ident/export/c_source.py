@@ -11,7 +11,7 @@ import numpy as np
 
 from ident.dynamics.effects.base import Additive, Effect, Signal
 from ident.dynamics.effects.c_code import CCode
-from ident.dynamics.effects.formula import C, Formula, traced
+from ident.dynamics.effects.formula import OF_JOINT, C, Formula, traced
 from ident.dynamics.effects.reading import ITERATIONS, MIN_SLOPE, derivatives
 from ident.dynamics.inverse_dynamics import InverseDynamics
 from ident.dynamics.structure import Term
@@ -219,6 +219,8 @@ def _inputs(used: set[str], additive: bool) -> Iterator[str]:
     """Declarations of what the code uses of the motion, the state, and the mechanism."""
     const = "const " if additive else ""
     yield from (f"{const}real {key} = m->{key}[i];" for key in _OF_JOINT if key in used)
+    for found in filter(None, map(OF_JOINT.fullmatch, sorted(used))):
+        yield f"const real {found[0]} = m->{found[1]}[{int(found[2]) - 1}];"
     for key in _OF_MOTION:
         if key in used:
             yield f"const {'int' if key == 'first' else 'real'} {key} = m->{key};"

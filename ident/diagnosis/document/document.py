@@ -135,6 +135,27 @@ class RejectedEntry(ConfigSection):
     why: str
 
 
+class FormulaEntry(ConfigSection):
+    """A formula for what no effect explains, which held-out rows confirm."""
+
+    joints: tuple[int, ...]
+    """From 1."""
+    text: str
+    """In the quantities of each of these joints, or of the joint whose number follows."""
+    parameters: dict[str, ParameterValue]
+    """The number behind a coefficient is that of its joint."""
+    held_out_rms: Numbers
+    """Of the model with the formula, per joint [N m]."""
+    explains: float
+    """Share of the held-out mean square above the noise floor that the model without it leaves."""
+    alternatives: tuple[str, ...]
+    """Other formulas that these data cannot tell from it, the simplest first."""
+    resembles: str | None
+    """The effect of the library that explains most of the same; None if none explains anything."""
+    known_for: str
+    """The motion from which it is known; beyond it, it is an extrapolation."""
+
+
 class Remaining(ConfigSection):
     """The residual of the final model."""
 
@@ -144,7 +165,8 @@ class Remaining(ConfigSection):
     why: str
     structured_rms: Numbers
     """Per joint [N m]."""
-    formula: None = None
+    formula: FormulaEntry | None = None
+    """Only where one was asked for."""
 
 
 class VibrationEntry(ConfigSection):

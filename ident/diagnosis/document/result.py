@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, DiagnosisOptions, StatusCallback, diagnose
-from ident.diagnosis.document.document import Document, FindingEntry, StepEntry, Verdict
+from ident.diagnosis.document.document import Document, FindingEntry, FormulaEntry, StepEntry, Verdict
+from ident.diagnosis.document.formula import describe, effect_file
 from ident.diagnosis.document.verdict import parameter_intervals, to_document
 from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.unknown.proposal import propose
 from ident.diagnosis.unknown.residual_test import residual_test
 from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual
 from ident.dynamics.effects.base import Effect
@@ -53,6 +55,23 @@ class DiagnosisResult:
     def as_json(self) -> dict[str, Any]:
         """The document as `ident diagnose --json` prints it."""
         return self.document.as_json()
+
+    def propose(self, path: Path | None = None) -> FormulaEntry | None:
+        """A formula for what is left, or in place of an effect with knots; None if held-out rows confirm none.
+
+        path: the effect file to write; none is written where nothing is confirmed.
+        """
+        if (proposal := propose(self.diagnosis.model, self.diagnosis.unexplained)) is None:
+            return None
+        entry = describe(self.diagnosis, proposal)
+        if path:
+            path.write_text(effect_file(self.diagnosis, proposal, entry), encoding="utf-8")
+        return entry
+
+    def with_formula(self, path: Path) -> "DiagnosisResult":
+        """The result with the formula of `propose`, written to `path`, in its document."""
+        remaining = self.document.remaining.model_copy(update={"formula": self.propose(path)})
+        return replace(self, document=self.document.model_copy(update={"remaining": remaining}))
 
     def apply(self) -> Model:
         """The last model of the document, with all effects found: the same values, intervals and errors."""

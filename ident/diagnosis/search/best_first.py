@@ -74,7 +74,7 @@ class BestFirst:
         """The best of the open states that are worth their expansion."""
         ranked = self._ranked()
         best = next(ranked)
-        worth = [best, *(islice(ranked, WIDTH - 1) if _leaves_much(best.model) else ())]
+        worth = [best, *(islice(ranked, WIDTH - 1) if leaves_much(best.model) else ())]
         return next((each for each in worth if each.names not in self._expanded and not self._is_full(each)), None)
 
     def _is_full(self, state: State) -> bool:
@@ -167,7 +167,7 @@ def _is_large(model: FittedModel, other: FittedModel) -> bool:
     return not all(other.improvement_over(model, rows).is_small for rows in subsets)
 
 
-def _leaves_much(model: FittedModel) -> bool:
+def leaves_much(model: FittedModel) -> bool:
     """Whether the error of `model` is above what a correct one may leave."""
     return any(
         bool((rms(model.judged_residuals, rows) > model.noise_floor.limit).any())

@@ -32,6 +32,8 @@ class UnexplainedResidual:
     variables: tuple[str, ...]
     """Variables on which it depends."""
     sentence: str
+    joints: tuple[int, ...]
+    """Joints (from 0) in which it is searched: those where it is large and no vibration."""
     dependences: tuple[ResidualDependence, ...]
     """Curves that explain a part of it."""
 
@@ -79,6 +81,7 @@ def estimate_unexplained(
         significant,
         tuple(sorted(variables)),
         sentence if significant else "only noise and encoder quantization.",
+        tuple(np.flatnonzero(searched).tolist()),
         tuple(known),
     )
 

@@ -13,11 +13,13 @@ and as LaTeX. A formula names what it needs as its arguments: its effect's param
     J                         (J[0], J[1], J[2]): velocity of the platform per velocity of the joint, Eq. (16)
     platform_velocity         (3 entries) of the platform along x, y, z
     torque_per_mass, rods     the joint's torque for 1 kg at the platform, and for rods of 1 kg
+    q1, qd2, qdd3, ...        q, qd, qdd, direction and rigid of the joint with this number, whichever has the effect
 """
 
 import functools
 import inspect
 import operator
+import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any
@@ -47,6 +49,10 @@ class Symbol(NDArrayOperatorsMixin):
         return NotImplemented if method != "__call__" or options else Symbol(function.__name__, *operands)
 
 
+OF_JOINT = re.compile(r"(q|qd|qdd|direction|rigid)([1-9]\d*)")
+"""Quantities of a joint whose number, from 1, follows."""
+
+
 def symbol(name: str) -> Any:
     """Return the symbol of a named quantity: three of them for a vector."""
     return tuple(Symbol("name", f"{name}[{k}]") for k in range(3)) if name in VECTORS else Symbol("name", name)
@@ -61,7 +67,7 @@ def arguments(formula: Formula) -> tuple[str, ...]:
 def unknown_arguments(name: str, formula: Formula, known: Collection[str]) -> Iterator[str]:
     """Yield what is wrong with the arguments of the `formula` that a description has under `name`."""
     for argument in arguments(formula):
-        if argument not in known:
+        if argument not in known and not OF_JOINT.fullmatch(argument):
             yield f"{name}: arguments out of {', '.join(known)} expected, {argument!r} found"
 
 
@@ -229,6 +235,7 @@ _LATEX_NAMES = {
     "qdd": (r"\ddot q", 5),
     "direction": (r"\operatorname{sgn} \dot q", 4),
     "load": (r"\tau_\mathrm{rigid}", 5),
+    "rigid": (r"\tau_\mathrm{arm}", 5),
     "temperature": (r"\vartheta", 5),
     "alpha": (r"\alpha", 5),
     "torque_per_mass": (r"\tau_{1\,\mathrm{kg}}", 5),
@@ -247,6 +254,9 @@ _AXES = {
 
 
 def _latex_name(name: str) -> Printed:
+    if found := OF_JOINT.fullmatch(name):
+        text, holds = _LATEX_NAMES.get(found[1], (found[1], 5))
+        return f"{text}_{{{found[2]}}}", holds
     head, _, index = name.partition("_")
     return {**_LATEX_NAMES, **_AXES}.get(name, (f"{head}_{{{index}}}" if index else head, 5))
 

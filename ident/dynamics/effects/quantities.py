@@ -1,13 +1,13 @@
 """The quantities of formulas, and the columns that formulas give."""
 
-import re
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.formula import Formula, arguments
+from ident.dynamics.effects.formula import OF_JOINT, Formula, arguments
+from recordings.errors import BadInput
 from recordings.recording import Floats
 
 REFERENCE_TEMPERATURE = 25.0
@@ -51,13 +51,19 @@ QUANTITIES: dict[str, Callable[[EffectInputs], Any]] = {
 """What a quantity is: a number, (dof,), (n, 1) or (n, dof); three of them for a vector. Their meanings: `formula`."""
 
 
-_OF_JOINT = re.compile(r"(q|qd|qdd|direction|load)(\d+)")
-
-
 def quantity(name: str, inputs: EffectInputs) -> Any:
-    """The quantity `name`; with a number behind it, that of this joint (from 1), (n, 1)."""
-    if found := _OF_JOINT.fullmatch(name):
-        return QUANTITIES[found[1]](inputs)[:, int(found[2]) - 1, None]
+    """The quantity `name`; with a number behind it, that of this joint (from 1), (n, 1).
+
+    Raises:
+        BadInput: there is no such joint.
+    """
+    if found := OF_JOINT.fullmatch(name):
+        values, joint = QUANTITIES[found[1]](inputs), int(found[2])
+        if joint > values.shape[1]:
+            raise BadInput(
+                f"effect: quantities of {values.shape[1]} joints expected, {name} found; change the formula"
+            )
+        return values[:, joint - 1, None]
     return QUANTITIES[name](inputs)
 
 

@@ -2,7 +2,7 @@
 
 from rich.console import Console
 
-from ident.diagnosis.document.document import Document, FindingEntry, LearnedCurveEntry, joint_numbers
+from ident.diagnosis.document.document import Document, FindingEntry, FormulaEntry, LearnedCurveEntry, joint_numbers
 from ident.output.assessment import scale_line
 from ident.output.console.printing import print_command, print_plain, print_simulated, print_table
 from ident.output.console.problems import show_problems
@@ -38,6 +38,8 @@ def show(document: Document, console: Console) -> None:
         print_plain(console, f"Unexplained residual: {document.remaining.why}")
     if document.above_low_pass:
         print_plain(console, document.above_low_pass.why)
+    if document.remaining.formula:
+        _print_formula(document, document.remaining.formula, console)
     if document.learned_curve:
         _print_learned_curves(document, document.learned_curve, console)
     print_table(console, diagnosis.rejected(document, _MAX_REJECTED))
@@ -82,6 +84,23 @@ def _print_finding(finding: FindingEntry, document: Document, console: Console) 
         if is_parameter_of(name, finding.effect):
             print_plain(console, f"  {name} = {value.in_words}  {value.meaning}")
     print_plain(console, f"  Usual causes: {finding.causes}.\n  What to do: {finding.remedy}.")
+
+
+def _print_formula(document: Document, formula: FormulaEntry, console: Console) -> None:
+    print_plain(console, f"\nFormula on {joint_numbers(formula.joints)}: {formula.text}")
+    for name, parameter in formula.parameters.items():
+        print_plain(console, f"  {name} = {parameter.in_words}")
+    pairs = zip(document.steps[-1].held_out_rms, formula.held_out_rms, strict=True)
+    changes = ", ".join(f"{before:.3g} → {after:.3g}" for before, after in pairs)
+    print_plain(
+        console,
+        f"  It takes {formula.explains:.0%} of the held-out mean square above the noise floor that the last model "
+        f"leaves (RMS per joint: {changes} {document.effort_units[0]}). Known for {formula.known_for}.",
+    )
+    if formula.alternatives:
+        print_plain(console, f"  These data cannot tell it from: {'; '.join(formula.alternatives)}.")
+    if formula.resembles:
+        print_plain(console, f"  Of the library it resembles most {formula.resembles}.")
 
 
 def _print_learned_curves(document: Document, entry: LearnedCurveEntry, console: Console) -> None:
