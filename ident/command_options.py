@@ -1,8 +1,9 @@
 """Options that several commands of `ident` have in common, rules about options, and how results are printed."""
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -17,8 +18,28 @@ if TYPE_CHECKING:
     from ident.identification.model import Model
     from recordings.rig import Rig
 
+_Command = TypeVar("_Command", bound=Callable[..., Any])
+
 FILE = click.Path(path_type=Path)
-EFFECT_FILES = click.option(
+
+
+def _leave_out_adopted() -> None:
+    from ident.dynamics.effects.adopted import FOLDER
+
+    os.environ[FOLDER] = ""
+
+
+_ADOPTED = click.option(
+    "--adopted",
+    type=click.Choice(["yes", "no"]),
+    default="yes",
+    show_default=True,
+    expose_value=False,
+    is_eager=True,
+    callback=lambda context, option, value: _leave_out_adopted() if value == "no" else None,
+    help="Use the effects that were adopted with ident effects --adopt.",
+)
+_EFFECT_FILES = click.option(
     "--effect-file",
     "effect_files",
     multiple=True,
@@ -26,6 +47,13 @@ EFFECT_FILES = click.option(
     metavar="PY",
     help="Python file with an effect of your own. It is executed.",
 )
+
+
+def EFFECT_FILES(command: _Command) -> _Command:
+    """Options that say which effects there are beside those of the library."""
+    return _EFFECT_FILES(_ADOPTED(command))
+
+
 PREPROCESS = click.option(
     "--preprocess",
     type=NameChoice(plugins.names("ident.data.preprocessing")),
@@ -61,7 +89,7 @@ class RuledCommand(click.Command):
     def invoke(self, ctx: click.Context) -> Any:
         """See click: the rules of the options are checked first."""
         typed = click.core.ParameterSource.COMMANDLINE
-        values = {max(each.opts, key=len): each.name or "" for each in self.params}
+        values = {max(each.opts, key=len): each.name or "" for each in self.params if each.name in ctx.params}
         given = {
             option: ctx.params[name] for option, name in values.items() if ctx.get_parameter_source(name) is typed
         }

@@ -30,6 +30,9 @@ if (_worker := os.environ.get("PYTEST_XDIST_WORKER")) is not None:
             _folder.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(_file, _folder / _file.name)
 
+# What the user of this machine has adopted is no part of any test.
+os.environ["DELTA_WORKBENCH_EFFECTS"] = ""
+
 # On CI the examples are always the same; elsewhere they are drawn again each time.
 # There is no time limit, because the machine may be busy.
 _ANY_SPEED = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}

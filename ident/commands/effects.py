@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ident.command_options import EFFECT_FILES, JSON, print_result
+from ident.command_options import EFFECT_FILES, FILE, JSON, RuledCommand, excludes, needs, print_result
 from recordings.command_line import say_next
 
 if TYPE_CHECKING:
@@ -15,47 +15,75 @@ if TYPE_CHECKING:
 
 
 @click.command(
-    short_help="List the physical effects of the library, or explain one.", epilog="Example: ident effects stribeck"
+    cls=RuledCommand,
+    rules=[excludes("--adopt", "--drop"), needs("--force", "--adopt", "nothing is replaced without it")],
+    short_help="List the physical effects of the library, explain one, or adopt one of your own.",
+    epilog="Example: ident effects stribeck",
 )
 @click.argument("name", required=False)
 @EFFECT_FILES
+@click.option(
+    "--adopt", type=FILE, metavar="PY", help="Check this effect file and use it in every command from now on."
+)
+@click.option("--drop", metavar="NAME", help="Remove an adopted effect.")
+@click.option("--force", is_flag=True, help="Replace an adopted effect of the same name.")
 @JSON
-def command(name: str | None, effect_files: tuple[Path, ...], as_json: bool) -> None:
-    """List the physical effects of the library, or explain the effect NAME."""
+def command(
+    name: str | None,
+    effect_files: tuple[Path, ...],
+    adopt: Path | None,
+    drop: str | None,
+    force: bool,
+    as_json: bool,
+) -> None:
+    """List the physical effects of the library, or explain the effect NAME.
+
+    Adopted effects lie in the folder that the environment variable DELTA_WORKBENCH_EFFECTS names, by default in the
+    user's data folder. Their files are executed whenever effects are read.
+    """
+    from ident.dynamics.effects import adopted
     from ident.dynamics.effects.library import library
     from ident.identification.chosen_effects import check_effect_name
 
-    effects = library(effect_files)
+    if drop:
+        click.echo(f"dropped: {adopted.drop(drop)}")
+        return
+    effects = library([*effect_files, *([adopt] if adopt else [])])
+    if adopt:
+        click.echo(f"adopted: {adopted.adopt(adopt, force)}")
+        name = adopt.stem
     if name:
         check_effect_name(name, effects)
+    own = {path.stem for path in adopted.files()}
     if as_json:
         chosen = {name: effects[name]} if name else effects
-        print_result({"schema": 1, "effects": [_entry(*pair) for pair in chosen.items()]})
+        entries = [_entry(*pair, pair[0] in own) for pair in chosen.items()]
+        print_result({"schema": 1, "effects": entries})
     elif name:
-        _explain(name, effects[name])
+        _explain(name, effects[name], name in own)
     else:
-        _list(effects)
+        _list(effects, own)
     if name:
         say_next("ident", "diagnose", "FILE", "--only", name)
     else:
         say_next("ident", "effects", "cogging")
 
 
-def _list(effects: dict[str, Effect]) -> None:
+def _list(effects: dict[str, Effect], adopted: set[str]) -> None:
     from rich.console import Console
     from rich.table import Table
 
     table = Table("effect", "description", "equation", title="ident effects NAME explains one", title_justify="left")
     for name, effect in sorted(effects.items()):
-        table.add_row(name, effect.sentence, effect.equation)
+        table.add_row(f"{name} (adopted)" if name in adopted else name, effect.sentence, effect.equation)
     Console().print(table)
 
 
-def _explain(name: str, effect: Effect) -> None:
+def _explain(name: str, effect: Effect, adopted: bool) -> None:
     from ident.dynamics.effects.base import is_infinite
 
-    entry = _entry(name, effect)
-    click.echo(f"{name}: {effect.sentence}\n")
+    entry = _entry(name, effect, adopted)
+    click.echo(f"{name}{' (adopted)' if adopted else ''}: {effect.sentence}\n")
     for title, key in (("Symptom", "symptom"), ("Usual causes", "causes"), ("What to do", "remedy")):
         click.echo(f"{title}: {entry[key]}")
     scope = "one set for the whole robot" if effect.whole_robot else "one set per joint"
@@ -71,9 +99,10 @@ def _explain(name: str, effect: Effect) -> None:
         click.echo(f"  {parameter['name']} [{parameter['unit']}]: {parameter['meaning']}{physical}")
 
 
-def _entry(name: str, effect: Effect) -> dict[str, Any]:
+def _entry(name: str, effect: Effect, adopted: bool) -> dict[str, Any]:
     return {
         "name": name,
+        "adopted": adopted,
         "kind": "additive" if effect.linear else "signal",
         "sentence": effect.sentence,
         "symptom": effect.symptom,

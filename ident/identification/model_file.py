@@ -11,6 +11,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from ident.identification.goodness_of_fit import GoodnessOfFit
+from ident.identification.saved_formula import SavedFormula
 from ident.uncertainty.assessment import Assessment, ParameterUncertainty
 from ident.uncertainty.time_delay import Delay
 from recordings.config import ConfigSection, JsonDocument, validated
@@ -102,6 +103,8 @@ class EffectTerm(ConfigSection):
     shapes: dict[str, float] = Field(default_factory=dict)
     parameters: tuple[dict[str, float], ...] = ()
     """Parameters of an effect on measured signals: joint by joint, or once for an effect of the whole robot."""
+    formula: SavedFormula | None = None
+    """Of an effect that does not come with this software; None: its file is needed."""
 
 
 FloorVerdict = Literal["within-noise", "above-noise", "unknown"]

@@ -10,11 +10,13 @@ from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.data_problems import examined
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.base import Effect
+from ident.dynamics.effects.library import names as built_in
 from ident.dynamics.mechanisms import Parameter
 from ident.dynamics.structure import ModelStructure, ParameterEntry, Term
 from ident.estimation import chunks
 from ident.estimation.linear_fit import SEARCH_FACTOR
 from ident.identification.model_file import EffectTerm, FittedParameter, ModelFile
+from ident.identification.saved_formula import saved_formula
 from ident.uncertainty.assessment import interval_or_none
 from recordings.data_problems import DataProblem
 from recordings.errors import BadInput
@@ -86,12 +88,7 @@ def structure_of(model: ModelFile, rig: Rig, library: Mapping[str, Effect]) -> t
         return ModelStructure(mechanism, rig), _values(model, mechanism.parameters)
     terms = []
     for term in model.terms or [EffectTerm(name=name, joints=tuple(range(1, rig.dof + 1))) for name in model.effects]:
-        if term.name not in library:
-            raise BadInput(
-                f"effect {term.name} of the model: an effect of the library or of an effect file expected, none "
-                "found; give --effect-file"
-            )
-        terms.append(Term(term.name, library[term.name], tuple(joint - 1 for joint in term.joints)))
+        terms.append(Term(term.name, _effect_of(term, library), tuple(joint - 1 for joint in term.joints)))
     structure = ModelStructure(mechanisms.create(rig), rig, tuple(terms))
     linear = [parameter for parameter in structure.parameters if parameter.linear]
     x = np.zeros(len(structure.parameters))
@@ -99,6 +96,25 @@ def structure_of(model: ModelFile, rig: Rig, library: Mapping[str, Effect]) -> t
     for index, saved in enumerate(model.terms):
         x[structure.parameter_mask(index) & ~structure.linear] = _searched_values(terms[index], saved)
     return structure, x
+
+
+def _effect_of(term: EffectTerm, library: Mapping[str, Effect]) -> Effect:
+    """The effect of a `term`: of the library, or by the formula that the model holds."""
+    if term.name not in library:
+        if term.formula is None:
+            raise BadInput(
+                f"effect {term.name} of the model: an effect of the library or of an effect file expected, none "
+                "found, and the model holds no formula of it; give --effect-file"
+            )
+        return term.formula.effect(term.name)
+    effect = library[term.name]
+    found = saved_formula(effect)
+    if term.formula and (found is None or found.digest != term.formula.digest):
+        raise BadInput(
+            f"effect {term.name} of the model: its formula {' + '.join(term.formula.columns)} expected, another one "
+            f"found under this name; leave out --effect-file, or drop the other one: ident effects --drop {term.name}"
+        )
+    return effect
 
 
 def searched_parameters(structure: ModelStructure, x: Floats, intervals: Floats) -> tuple[FittedParameter, ...]:
@@ -138,6 +154,7 @@ def _effect_term(structure: ModelStructure, index: int, x: Floats) -> EffectTerm
             dict(zip((parameter.name for parameter in term.local_parameters), row.tolist(), strict=True))
             for row in rows
         ),
+        formula=None if term.name in built_in() else saved_formula(term.effect),
     )
 
 

@@ -1,4 +1,4 @@
-"""Formulas that are written as text: parsed to expressions, never executed."""
+"""Formulas as text: parsed to expressions, never executed, and printed so that they can be parsed."""
 
 import ast
 import inspect
@@ -7,16 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from ident.dynamics.effects.formula import Symbol, evaluate, symbol
+from ident.dynamics.effects.formula import Notation, Printed, Symbol, evaluate, symbol
 from recordings.errors import BadInput
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sin": np.sin,
     "cos": np.cos,
+    "arctan": np.arctan,
     "tanh": np.tanh,
     "exp": np.exp,
+    "log": np.log,
     "abs": np.abs,
     "sqrt": np.sqrt,
+    "hypot": np.hypot,
     "sign": np.sign,
     "minimum": np.minimum,
     "maximum": np.maximum,
@@ -28,6 +31,33 @@ _OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Div: lambda x, y: x / y,
     ast.Pow: lambda x, y: x**y,
 }
+
+
+_SIGNS = {"add": ("+", 1), "subtract": ("-", 1), "multiply": ("*", 2), "divide": ("/", 2), "power": ("**", 4)}
+_NUMPY_NAMES = {function.__name__: name for name, function in FUNCTIONS.items()}
+
+
+def _printed(function: str, operands: tuple[Any, ...], within: Callable[[Any, int], str]) -> Printed:
+    if function in _SIGNS:
+        sign, holds = _SIGNS[function]
+        left, right = (within(each, holds + (side ^ (function == "power"))) for side, each in enumerate(operands))
+        return f"{left} {sign} {right}", holds
+    if function == "negative":
+        return f"-{within(operands[0], 3)}", 3
+    return f"{_NUMPY_NAMES[function]}({', '.join(within(each, 0) for each in operands)})", 5
+
+
+_TEXT = Notation(_printed, lambda name: (name, 5), repr)
+
+
+def as_text(expression: Any) -> str | None:
+    """The text that `parse` reads as the `expression`; None if it has more than arithmetic and FUNCTIONS."""
+    try:
+        text = _TEXT(expression)
+        parse(text)
+    except (KeyError, BadInput):
+        return None
+    return text
 
 
 class WrittenFormula:

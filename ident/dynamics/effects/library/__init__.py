@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ident import plugins
+from ident.dynamics.effects import adopted
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.user_files import from_file
 from recordings.errors import BadInput
@@ -28,13 +29,16 @@ def load(name: str) -> Effect:
 
 
 def library(files: Sequence[Path] = ()) -> dict[str, Effect]:
-    """Return all effects by name: those that come with this software and those of the user's `files`.
+    """Return all effects by name: those that come with this software, adopted ones, and those of the user's `files`.
+
+    A file stands in place of an adopted effect of its name.
 
     Raises:
         BadInput: a file is not an effect, or its name is taken.
     """
     effects = {name: load(name) for name in names()}
-    for path in files:
+    given = {path.stem for path in files}
+    for path in (*(each for each in adopted.files() if each.stem not in given), *files):
         if path.stem in effects:
             raise BadInput(
                 f"effect file {path}: a name of its own expected, {path.stem} found twice; rename the file"
