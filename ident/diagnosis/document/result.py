@@ -56,7 +56,7 @@ class DiagnosisResult:
         """The document as `ident diagnose --json` prints it."""
         return self.document.as_json()
 
-    def propose(self, path: Path | None = None) -> FormulaEntry | None:
+    def propose(self, path: Path | str | None = None) -> FormulaEntry | None:
         """A formula for what is left, or in place of an effect with knots; None if held-out rows confirm none.
 
         path: the effect file to write; none is written where nothing is confirmed.
@@ -65,7 +65,7 @@ class DiagnosisResult:
             return None
         entry = describe(self.diagnosis, proposal)
         if path:
-            path.write_text(effect_file(self.diagnosis, proposal, entry), encoding="utf-8")
+            Path(path).write_text(effect_file(self.diagnosis, proposal, entry), encoding="utf-8")
         return entry
 
     def with_formula(self, path: Path) -> "DiagnosisResult":
