@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from recordings.data_problems import DataProblem
     from recordings.importing import Description, Imported
     from recordings.importing.observations import Observation
+    from recordings.importing.proposal import ImportProposal
 
 _DESCRIBING = ("--mechanism", "--joints", "--torque-map", "--gain", "--kt", "--gravity")
 """Options that stand for a rig file."""
@@ -25,6 +26,7 @@ _EPILOG = """\b
 Examples:
   daq import bench.csv --out bench.mcap --rig rig.toml
   daq import scope.csv --guess
+  daq import scope.csv --guess --yes --kt 0.12 --out scope.mcap
   daq import scope.csv --out scope.mcap --map "time=t:ms" --map "position_1=q1:deg" --map "current_1=i1:A" --kt 0.12
   daq import rosbag2_2026_01_05/ --out bag.mcap --topic /joint_states --names left,right,rear
   daq import axis.csv --out axis.mcap --mechanism axes --joints prismatic --torque-map linear --gain 12.5"""
@@ -76,10 +78,11 @@ def _numbers(context: click.Context, option: click.Parameter, text: str | None) 
 
 @click.command(short_help="Turn measurements of another program into a recording.", epilog=_EPILOG)
 @click.argument("file", metavar="DATA", type=FILE)
-@click.option("--out", type=FILE, help="Recording to write (.mcap).")
+@click.option("--out", "-o", type=FILE, help="Recording to write (.mcap).")
 @click.option(
     "--guess", "only_guess", is_flag=True, help="Say what each column may be, and the command; write nothing."
 )
+@click.option("--yes", "accepted", is_flag=True, help="Import at once what --guess proposes, if it lacks nothing.")
 @click.option(
     "--map",
     "mapping",
@@ -89,7 +92,7 @@ def _numbers(context: click.Context, option: click.Parameter, text: str | None) 
 )
 @click.option("--topic", help="ROS bag: topic of joint states.  [default: the only one]")
 @click.option(
-    "--names", metavar="A,B,...", callback=_names, help="ROS bag: names of the joints, in the order of their numbers."
+    "--names", metavar="A,B,...", callback=_names, help="Joints to take, in the order of their numbers.  [default: all]"
 )
 @click.option("--rig", "rig_file", type=FILE, help="Rig file (TOML) that says what was measured.")
 @click.option(
@@ -128,6 +131,7 @@ def command(
     file: Path,
     out: Path | None,
     only_guess: bool,
+    accepted: bool,
     mapping: tuple[str, ...],
     topic: str | None,
     names: tuple[str, ...],
@@ -143,11 +147,11 @@ def command(
 
     refuse_together("--guess", "--map", because="--guess proposes a mapping; leave one of them out")
     refuse_together("--rig", *_DESCRIBING, because="leave one out")
+    if accepted and not only_guess:
+        raise BadInput("--yes accepts what --guess proposes; add --guess, or leave --yes out")
     part = BagPart(topic, names)
     if only_guess:
-        proposal = propose(file, part, _given_options())
-        for line in [json.dumps(proposal.as_json())] if as_json else proposal.lines():
-            click.echo(line)
+        _guess(propose(file, part, _given_options(), out), accepted=accepted, as_json=as_json)
         return
     if out is None:
         raise click.UsageError(f"--out expected; name the recording to write, as in --out {file.stem}.mcap")
@@ -163,6 +167,19 @@ def command(
         click.echo(json.dumps(figures))
     else:
         _show(figures, imported, seen, problems)
+
+
+def _guess(proposal: "ImportProposal", *, accepted: bool, as_json: bool) -> None:
+    """Show what is proposed; where it is `accepted`, import it as if its command were pasted."""
+    if not as_json or not accepted:
+        for line in [json.dumps(proposal.as_json())] if as_json else proposal.lines():
+            click.echo(line)
+    if not accepted:
+        return
+    if proposal.missing:
+        raise BadInput(f"--yes: a complete proposal expected, this missing: {'; '.join(proposal.missing)}")
+    arguments = [*proposal.arguments, *(["--json"] if as_json else [])]
+    command.main(arguments, standalone_mode=False)
 
 
 def _given_options() -> list[str]:
