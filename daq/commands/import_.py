@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 _DESCRIBING = ("--mechanism", "--joints", "--torque-map", "--gain", "--kt", "--gravity")
 """Options that stand for a rig file."""
+_OF_LOGS = ("--rig", "--out", "--topic", "--start", "--robot", "--simulated", "--json")
+"""Options that say something of a log of CAN frames."""
 _REPEATED = {"--rig", *_DESCRIBING, "--start", "--robot", "--simulated", "--unwrap", "--thin", "--drop-outliers"}
 """Options that a proposed command repeats."""
 _EPILOG = """\b
@@ -28,6 +30,7 @@ Examples:
   daq import scope.csv --guess
   daq import scope.csv --guess --yes --kt 0.12 --out scope.mcap
   daq import scope.csv --out scope.mcap --map "time=t:ms" --map "position_1=q1:deg" --map "current_1=i1:A" --kt 0.12
+  daq import candump-2026-01-05.log --rig rig.toml --out bus.mcap
   daq import rosbag2_2026_01_05/ --out bag.mcap --topic /joint_states --names left,right,rear
   daq import axis.csv --out axis.mcap --mechanism axes --joints prismatic --torque-map linear --gain 12.5"""
 
@@ -90,7 +93,7 @@ def _numbers(context: click.Context, option: click.Parameter, text: str | None) 
     metavar="NAME=COLUMN:UNIT",
     help="A column and its unit; or a TOML file of such.",
 )
-@click.option("--topic", help="ROS bag: topic of joint states.  [default: the only one]")
+@click.option("--topic", help="Topic of joint states in a ROS bag, or bus in a log of candump.  [default: the only one]")
 @click.option(
     "--names", metavar="A,B,...", callback=_names, help="Joints to take, in the order of their numbers.  [default: all]"
 )
@@ -140,6 +143,7 @@ def command(
 ) -> None:
     """Write the measurements in DATA, of another program, as a recording."""
     from daq import data_problems
+    from daq.passive import candump
     from recordings.importing import import_data
     from recordings.importing.observations import observe
     from recordings.importing.proposal import propose
@@ -149,7 +153,9 @@ def command(
     refuse_together("--rig", *_DESCRIBING, because="leave one out")
     if accepted and not only_guess:
         raise BadInput("--yes accepts what --guess proposes; add --guess, or leave --yes out")
-    part = BagPart(topic, names)
+    part, is_log = BagPart(topic, names), candump.recognises(file)
+    if is_log:
+        _check_log_options(file)
     if only_guess:
         _guess(propose(file, part, _given_options(), out), accepted=accepted, as_json=as_json)
         return
@@ -157,7 +163,12 @@ def command(
         raise click.UsageError(f"--out expected; name the recording to write, as in --out {file.stem}.mcap")
     if out.suffix != ".mcap":
         raise BadInput(f"--out: a recording's name (.mcap) expected, {out} found; give it that ending")
-    imported = import_data(file, out, _description(**described), mapping, part)
+    description = _description(**described)
+    imported = (
+        candump.import_log(file, out, description, topic)
+        if is_log
+        else import_data(file, out, description, mapping, part)
+    )
     seen = observe(imported)
     problems, unchecked = data_problems.of_file(out)
     figures = _figures(imported, out, seen) | {"data_problems": [each.model_dump(mode="json") for each in problems]}
@@ -169,15 +180,27 @@ def command(
         _show(figures, imported, seen, problems)
 
 
+def _check_log_options(file: Path) -> None:
+    """Check that only options are given that say something of a log of CAN frames, and a rig file."""
+    given = {parameter.opts[0] for parameter in click.get_current_context().command.params if is_given(parameter)}
+    if "--rig" not in given or given - {"file", *_OF_LOGS}:
+        raise BadInput(
+            f"{file} is a log of CAN frames, and the rig file says what they carry: daq import {file} --rig RIG.toml "
+            f"--out {file.stem}.mcap; beside these it takes {', '.join(_OF_LOGS[2:])}"
+        )
+
+
 def _guess(proposal: "ImportProposal", *, accepted: bool, as_json: bool) -> None:
     """Show what is proposed; where it is `accepted`, import it as if its command were pasted."""
-    if not as_json or not accepted:
+    if not accepted:
         for line in [json.dumps(proposal.as_json())] if as_json else proposal.lines():
             click.echo(line)
-    if not accepted:
         return
     if proposal.missing:
-        raise BadInput(f"--yes: a complete proposal expected, this missing: {'; '.join(proposal.missing)}")
+        for line in proposal.lines():
+            click.echo(line, err=True)
+        raise BadInput("--yes: a complete proposal expected, parts missing found; complete the command above")
+    click.echo(f"accepted: {proposal.command}", err=True)
     arguments = [*proposal.arguments, *(["--json"] if as_json else [])]
     command.main(arguments, standalone_mode=False)
 

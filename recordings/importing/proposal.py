@@ -138,15 +138,6 @@ def _lacks_torque_per_ampere(guesses: Sequence[ColumnGuess], given: Collection[s
     return "current_1" in targets and not targets & {"effort_1", "voltage_1"} and not {"--kt", "--rig"} & set(given)
 
 
-def too_many(count: int) -> str:
-    """What to choose where a file holds more joints than a delta robot has."""
-    return (
-        f"{count} joints, where a delta robot has three: choose three with --names (of a bag; 1,2,3 of position_1 "
-        "...), or with --map; or say what it is with --rig, or with --mechanism axes for joints without influence on "
-        "each other"
-    )
-
-
 def missing(guesses: Sequence[ColumnGuess], given: Collection[str] = ()) -> list[str]:
     """Sentences on what the proposed command lacks to work."""
     targets = {made.target for made in guesses}
@@ -158,7 +149,10 @@ def missing(guesses: Sequence[ColumnGuess], given: Collection[str] = ()) -> list
     if not any(f"{kind}_1" in targets for kind in DRIVES):
         sentences.append('no torque, current or voltage: say which is, as in --map "current_1=COLUMN:A"')
     if len(_positions(guesses)) > 3 and not {"--mechanism", "--rig"} & set(given) and not _axes(guesses):
-        sentences.append(too_many(len(_positions(guesses))))
+        sentences.append(
+            f"{len(_positions(guesses))} joints, where a delta robot has three: choose three with --names (of a bag; "
+            "1,2,3 of position_1 ...) or with --map, or say what it is with --rig, or with --mechanism axes"
+        )
     unscaled = {made.source.unit.dimension for made in guesses if made.source and not made.source.unit.scaled}
     if unscaled & {"counts", "count rate"} and "--rig" not in given:
         sentences.append("counts need the counts per turn of the joint: write counts/8192, or give --rig with drives")

@@ -11,8 +11,8 @@ from typing import Any, Protocol, cast
 from recordings.errors import BadInput
 from recordings.files import sha256
 from recordings.importing import long_tables
-from recordings.importing.kinds import refuse
 from recordings.importing.table import BagPart, Table
+from recordings.kinds import kind_of
 
 _HEAD = 4096
 """Number of bytes by which a format is recognised."""
@@ -60,7 +60,8 @@ def _recognised(path: Path, head: bytes) -> str:
     for name in names():
         if name != _FALLBACK and _load(name).recognises(path, head):
             return name
-    refuse(path, head, names())
+    if known := kind_of(path, head):
+        raise BadInput(f"{path}: measurements expected ({', '.join(names())}), {known[0]} found; {known[1]}")
     return _FALLBACK
 
 

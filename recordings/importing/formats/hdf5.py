@@ -39,6 +39,6 @@ def read(path: Path, selection: BagPart) -> Table:
             if isinstance(unit := item.attrs.get(key), str | bytes):
                 units[name] = unit if isinstance(unit, str) else unit.decode("utf-8", "replace")
 
-    with reading(path, "HDF5", "export it again, or save with -v7"), h5py.File(path) as file:
+    with reading(path, "HDF5", "export it again"), h5py.File(path) as file:
         file.visititems(take)
         return table_of_arrays(path, arrays, digest(path), units)

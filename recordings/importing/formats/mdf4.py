@@ -5,9 +5,11 @@ channels; channels of other groups are interpolated there.
 """
 
 from collections import Counter
+from contextlib import suppress
 from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
+from typing import Any
 
 from recordings.importing.arrays import table_of_arrays
 from recordings.importing.formats import digest, library, reading
@@ -23,7 +25,8 @@ def recognises(path: Path, head: bytes) -> bool:
 def read(path: Path, selection: BagPart) -> Table:
     """See `ImportFormat`."""
     asammdf = library("asammdf", path, "MDF4", "mdf4")
-    with reading(path, "MDF", "export it again"), asammdf.MDF(path) as file:
+    asammdf.blocks.mdf_v4.MDF4.__del__ = _release
+    with reading(path, "MDF", "export it again"), path.open("rb") as stream, asammdf.MDF(stream) as file:
         start, signals = file.start_time, list(file.iter_channels(skip_master=True))
     if not signals:
         return table_of_arrays(path, {}, digest(path))
@@ -41,3 +44,9 @@ def read(path: Path, selection: BagPart) -> Table:
     interpolated = (f"interpolated at the instants of the others: {', '.join(other)}",) if other else ()
     first = (start + timedelta(seconds=float(instants[0]))).isoformat(timespec="milliseconds")
     return replace(table, start=first, notes=(*table.notes, *interpolated))
+
+
+def _release(file: Any) -> None:
+    """Stands for the destructor of a file, which would fail, and be printed, where its constructor failed."""
+    with suppress(AttributeError):
+        file.close()

@@ -1,9 +1,6 @@
 """Kinds of files that hold no measurements as a table, named for a person."""
 
-from collections.abc import Sequence
 from pathlib import Path
-
-from recordings.errors import BadInput
 
 _SHEET = "save its sheet as CSV"
 _UNPACK = "unpack it, and import the file in it"
@@ -29,36 +26,24 @@ _KINDS: tuple[tuple[bytes, str, str], ...] = (
     (b"{", "a JSON document", ""),
     (b"[{", "a JSON document", ""),
 )
-"""First bytes, kind, and what to do; empty: another file is meant, or its program exports one."""
+"""First bytes, kind, and what to do; empty: as with `_OTHER`."""
+_OTHER = "give the file of the measurements, or export it as CSV"
 
 _ZIPPED = ((b"xl/", "an Excel workbook"), (b"opendocument", "an OpenDocument file"), (b"word/", "a Word document"))
 """What a ZIP file holds, and its kind."""
 
 
-def refuse(path: Path, head: bytes, formats: Sequence[str]) -> None:
-    """Refuse a file that begins with `head`, or a folder, of a kind that holds no table; `formats` are those that do.
-
-    Raises:
-        BadInput: it is of such a kind; says which.
-    """
-    if known := _known(path, head):
-        kind, remedy = known
-        raise BadInput(
-            f"{path}: measurements expected ({', '.join(formats)}), {kind} found; "
-            f"{remedy or 'give the file of the measurements, or export it as CSV'}"
-        )
-
-
-def _known(path: Path, head: bytes) -> tuple[str, str] | None:
+def kind_of(path: Path, head: bytes) -> tuple[str, str] | None:
+    """Kind of a file that begins with `head`, or of a folder, and what to do with it; None for what may be a table."""
     if path.is_dir():
         return "a folder without metadata.yaml", "name a file in it"
     if head.startswith(b"PK\x03\x04"):
         return _zipped(path)
     for magic, kind, remedy in _KINDS:
         if head.startswith(magic):
-            return kind, remedy
+            return kind, remedy or _OTHER
     if b"\0" in head and not head.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return "binary data of an unknown kind", ""
+        return "binary data of an unknown kind", _OTHER
     return None
 
 
