@@ -93,9 +93,14 @@ def _numbers(context: click.Context, option: click.Parameter, text: str | None) 
     metavar="NAME=COLUMN:UNIT",
     help="A column and its unit; or a TOML file of such.",
 )
-@click.option("--topic", help="Topic of joint states in a ROS bag, or bus in a log of candump.  [default: the only one]")
 @click.option(
-    "--names", metavar="A,B,...", callback=_names, help="Joints to take, in the order of their numbers.  [default: all]"
+    "--topic", help="Topic of joint states in a ROS bag, or bus in a log of candump.  [default: the only one]"
+)
+@click.option(
+    "--names",
+    metavar="A,B,...",
+    callback=_names,
+    help="Joints to take, in the order of their numbers.  [default: all]",
 )
 @click.option("--rig", "rig_file", type=FILE, help="Rig file (TOML) that says what was measured.")
 @click.option(
@@ -281,7 +286,7 @@ def _show(
     from recordings.data_problems import healing
 
     step = {name: f"{value * 1e3:g} ms" for name, value in figures["step_s"].items()}
-    cycles = f"{figures['cycles']} of {figures['period_s']:g} s" if figures["cycles"] else "none found"
+    cycles = f"{figures['cycles']} of {figures['period_s']:g} s" if figures["period_s"] else "none found"
     click.echo(f"joints: {figures['joints']} ({figures['mechanism']})")
     click.echo(f"samples: {figures['samples']} in {figures['duration_s']:g} s")
     click.echo(f"steps: {step['median']}, from {step['min']} to {step['max']}")

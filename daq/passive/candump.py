@@ -40,8 +40,12 @@ def import_log(path: Path, out: Path, description: Description, bus: str | None)
     """
     rig = description.rig
     if rig is None or not rig.drives or isinstance(rig.bus, SerialBus):
-        raise BadInput(f"{path} is a log of CAN frames: a rig file with CANopen drives expected, none found; give --rig")
-    recorder = listen.FrameRecorder(out, rig, listen.listened_run(rig).model_copy(update={"robot": description.robot}))
+        raise BadInput(
+            f"{path} is a log of CAN frames: a rig file with CANopen drives expected, none found; give --rig"
+        )
+    recorder = listen.FrameRecorder(
+        out, rig, listen.listened_run(rig).model_copy(update={"robot": description.robot})
+    )
     try:
         with recorder.writer as writer:
             first, left_out = _copy(path, recorder, bus)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ident import slicing
 from ident.data import preprocessing
-from ident.data.cutoff import Cutoff, choose_common
+from ident.data.cutoff import Cutoff, choose_common, given_or_chosen
 from ident.data.preprocessing import Preprocessed
 from ident.data.samples import Samples, drive_signal, sample
 from ident.dynamics import mechanisms
@@ -183,6 +183,9 @@ def prepare(
             cannot be assembled at its angles.
     """
     samples = sample(recording)
+    if method not in preprocessing.WITHOUT_CUTOFF:
+        cutoff = given_or_chosen(cutoff, samples)
+        samples = sample(recording, cutoff.gap) if cutoff.gap else samples
     mechanism = mechanisms.create(recording.rig, form)
     try:
         preprocessed = preprocessing.load(method)(samples, cutoff)

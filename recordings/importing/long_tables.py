@@ -14,8 +14,8 @@ from recordings.importing.table import JOINT_QUANTITIES, Table
 from recordings.interpolation import interpolate
 from recordings.recording import Bools, Floats
 
-_KEYS = frozenset("joint axis motor drive name channel signal variable quantity node id achse gelenk antrieb".split())
-_NUMBERS = frozenset("number nr no index nummer".split())
+_KEYS = "joint axis motor drive name channel signal variable quantity node id achse gelenk antrieb"
+_NUMBERS = "number nr no index nummer"
 """Last words of the name of a column that says which joint, or which quantity, a row is of: joint, axis number."""
 _VALUES = ("value", "values", "val", "wert", "data", "reading")
 """A single column of values that is called so adds nothing to the name of the key."""
@@ -93,7 +93,8 @@ def _keys(table: Table, time: Floats, candidates: dict[str, NDArray[Any]]) -> tu
 
 def _says_key(name: str) -> bool:
     *before, last = words_of(name) or [""]
-    return last in _KEYS or (last in _NUMBERS and not _KEYS.isdisjoint(before))
+    keys = set(_KEYS.split())
+    return last in keys or (last in _NUMBERS.split() and not keys.isdisjoint(before))
 
 
 def _repeats(time: Floats) -> bool:

@@ -71,9 +71,7 @@ class ImportProposal:
         yield f"{'complete it and run' if self.missing else 'next'}: {self.command}"
 
 
-def propose(
-    file: Path, selection: BagPart, given: Sequence[str] = (), out: Path | None = None
-) -> ImportProposal:
+def propose(file: Path, selection: BagPart, given: Sequence[str] = (), out: Path | None = None) -> ImportProposal:
     """Guess what the columns of `file` hold.
 
     Args:
