@@ -1,5 +1,6 @@
 """Logs of CAN frames as `candump -l` of can-utils writes them: the samples are reconstructed from the frames."""
 
+import itertools
 import re
 from collections.abc import Iterator
 from datetime import UTC, datetime
@@ -35,8 +36,8 @@ def import_log(path: Path, out: Path, description: Description, bus: str | None)
         bus: name in the log, such as can0; None: the only one.
 
     Raises:
-        BadInput: the log holds a line that is no frame, several buses, no SYNC, or no answer of a drive of the rig, the
-            rig has no drives on a CAN bus, or `out` exists. No partial file is left.
+        BadInput: the log holds a line that is no frame, several buses, no SYNC, or no answer of a drive,
+            the rig has no drives on a CAN bus, or `out` exists. No partial file is left.
     """
     rig = description.rig
     if rig is None or not rig.drives or isinstance(rig.bus, SerialBus):
@@ -98,16 +99,18 @@ def _copy(path: Path, recorder: listen.FrameRecorder, interface: str | None) -> 
 
 def _messages(path: Path) -> Iterator[can.Message]:
     """The frames of the log."""
-    count = 0
     with can.CanutilsLogReader(path) as reader:
-        try:
-            for count, message in enumerate(reader, start=1):
-                yield message
-        except (ValueError, IndexError):
-            raise BadInput(
-                f"{path}: frames such as '(1436509052.249713) can0 044#2A36' expected, another line found behind "
-                f"{count} frames; remove it, or log with candump -l"
-            ) from None
+        messages = iter(reader)
+        for count in itertools.count():
+            try:
+                yield next(messages)
+            except StopIteration:
+                return
+            except (ValueError, IndexError):
+                raise BadInput(
+                    f"{path}: frames such as '(1436509052.249713) can0 044#2A36' expected, another line found behind "
+                    f"{count} frames; remove it, or log with candump -l"
+                ) from None
 
 
 def _check_answers(path: Path, rig: Rig, made: Reconstructed) -> None:

@@ -55,11 +55,12 @@ _CLEAR = 10.0
 """A spectrum that exceeds the noise by this factor is attributed to the motion."""
 
 _GAP_TIMES_CUTOFF = 0.4
-"""Longest gap that is interpolated, times the cut-off: two steps of the slowest recording for which it is permitted."""
+"""Longest gap that is interpolated, times the cut-off: two steps of the slowest recording that permits it."""
 _MIN_BETWEEN_GAPS = 0.5
 """The cut-off is not lowered below this for gaps [Hz]: slower motion tells nothing of a machine."""
 _MIN_CLEAR = 0.2
-"""Share of rows with no gap within the reach of the filters, below which a lower cut-off, which closes gaps, is tried."""
+"""Share of rows with no gap within the reach of the filters, below which a lower cut-off, which closes gaps, is
+tried."""
 
 Reason = Literal["given", "usual", "signal", "encoder", "rate", "gaps"]
 
@@ -85,7 +86,7 @@ class Cutoff:
             "signal": "most of the torque's power lies below it",
             "encoder": "above it the position noise would be visible in the torque",
             "rate": "the sampling rate permits no higher one",
-            "gaps": f"gaps of up to {self.gap:.2g} s stand so close that no higher one leaves enough rows between them",
+            "gaps": f"gaps of up to {self.gap:.2g} s stand so close that no higher one leaves rows between them",
         }
         return f"{self.hz:g} Hz, chosen from the spectra: {why[self.reason]}"
 
