@@ -54,10 +54,9 @@ _EMPTY = 0.35
 _CLEAR = 10.0
 """A spectrum that exceeds the noise by this factor is attributed to the motion."""
 
-_GAP_TIMES_CUTOFF = 0.4
-"""Longest gap that is interpolated, times the cut-off: two steps of the slowest recording that permits it."""
-_MIN_BETWEEN_GAPS = 0.5
-"""The cut-off is not lowered below this for gaps [Hz]: slower motion tells nothing of a machine."""
+_GAP_TIMES_CUTOFF = 0.8
+"""Longest gap across which the position is interpolated, times the cut-off: beyond it, more than half a period of the
+fastest motion that counts would be guessed."""
 _MIN_CLEAR = 0.2
 """Share of rows with no gap within the reach of the filters, below which a lower cut-off, which closes gaps, is
 tried."""
@@ -138,7 +137,7 @@ def _between_gaps(samples: Samples, chosen: Cutoff) -> Cutoff:
         return cutoff.hz * _clear_share(closed, cutoff.hz, samples.rate)
 
     lower = [Cutoff(_round_down(_GAP_TIMES_CUTOFF / length), "gaps", length) for length in {at for _, at in gaps}]
-    return max([chosen, *(each for each in lower if _MIN_BETWEEN_GAPS <= each.hz < chosen.hz)], key=worth)
+    return max([chosen, *(each for each in lower if MIN_CUTOFF <= each.hz < chosen.hz)], key=worth)
 
 
 def _clear_share(known: Bools, hz: float, rate: float) -> float:

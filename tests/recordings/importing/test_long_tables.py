@@ -42,9 +42,7 @@ def test_rows_in_any_order_become_a_column_per_joint(random: object, text: bool,
     expected.ravel()[kept] = Q.ravel()[kept]
     present = np.isfinite(expected).any(axis=1)
     np.testing.assert_array_equal(wide.column("time"), TIME[present])
-    np.testing.assert_array_equal(
-        np.column_stack([wide.column(f"q_{name}") for name in names]), expected[present]
-    )
+    np.testing.assert_array_equal(np.column_stack([wide.column(f"q_{name}") for name in names]), expected[present])
     assert wide.units == {f"q_{name}": "deg" for name in names}
     assert wide.notes[-1].startswith("a row for each time and joint")
 
@@ -74,7 +72,9 @@ def test_joints_with_times_of_their_own_are_interpolated() -> None:
 
 def test_a_joint_that_stands_twice_is_refused() -> None:
     columns = {name: np.insert(values, 5, values[4]) for name, values in rows(np.array([1, 2, 3])).items()}
-    with pytest.raises(BadInput, match="row 6: one row for each time and joint expected, joint 2 at 0.01 twice found"):
+    with pytest.raises(
+        BadInput, match="row 6: one row for each time and joint expected, joint 2 at 0.01 twice found"
+    ):
         widened(table(columns))
 
 

@@ -38,7 +38,8 @@ def write_tdms(path: Path) -> None:
     waveform = {"wf_increment": 0.01, "wf_start_time": np.datetime64("2026-01-05T08:00:00"), "wf_start_offset": 0.0}
     names = {"q": ANGLE, "q#2": 2 * ANGLE}
     channels = [
-        nptdms.ChannelObject("log", name, values, {**waveform, "unit_string": "deg"}) for name, values in names.items()
+        nptdms.ChannelObject("log", name, values, {**waveform, "unit_string": "deg"})
+        for name, values in names.items()
     ]
     with nptdms.TdmsWriter(path) as writer:
         writer.write_segment([*channels, nptdms.ChannelObject("log", "warm", TIME, waveform)])
