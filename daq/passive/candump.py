@@ -57,8 +57,8 @@ def import_log(path: Path, out: Path, description: Description, bus: str | None)
     except RunFailed:
         out.unlink()
         raise BadInput(
-            f"{path}: SYNCs (id 080) expected, none found among {recorder.traffic.frames} frames; log the bus on which "
-            "the master works"
+            f"{path}: SYNCs (id 080) expected, none found among {recorder.traffic.frames} frames; log the bus on "
+            "which the master works"
         ) from None
     except BaseException:
         out.unlink(missing_ok=True)

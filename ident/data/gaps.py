@@ -1,7 +1,7 @@
 """Gaps that a filter reaches: torque and columns are interpolated across them in the same way.
 
-Inside a gap neither is known. The same linear interpolation from the same rows to both sides of the equation biases no
-parameter, as the same filter does not; only the position, which is smooth, has to be interpolated well.
+Inside a gap neither is known. The same linear interpolation from the same rows on both sides of the equation biases
+no parameter, as the same filter does not; only the position, which is smooth, has to be interpolated well.
 """
 
 from dataclasses import replace

@@ -115,7 +115,7 @@ def test_a_given_cutoff_is_used_if_the_rate_permits_it(noisy: Recording) -> None
 
 
 def slow(gap: float) -> Recording:
-    """A minute of one axis at 25 Hz with jitter, and a gap [s] in every second; the parameters are those of a bench."""
+    """A minute of the axis of a bench at 25 Hz with jitter, and a gap [s] in every second."""
     rng = np.random.default_rng(3)
     time = np.arange(1500) / 25 + rng.uniform(-0.004, 0.004, 1500)
     time = time[time % 1.0 >= gap]

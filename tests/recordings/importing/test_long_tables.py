@@ -73,7 +73,7 @@ def test_joints_with_times_of_their_own_are_interpolated() -> None:
 def test_a_joint_that_stands_twice_is_refused() -> None:
     columns = {name: np.insert(values, 5, values[4]) for name, values in rows(np.array([1, 2, 3])).items()}
     with pytest.raises(
-        BadInput, match="row 6: one row for each time and joint expected, joint 2 at 0.01 twice found"
+        BadInput, match=r"row 6: one row for each time and joint expected, joint 2 at 0\.01 twice found"
     ):
         widened(table(columns))
 

@@ -69,9 +69,10 @@ def test_damaged_files_are_refused_or_read_in_part(name: str, tmp_path: Path) ->
     for size in (16, 70, 200, len(whole) // 2, len(whole) - 5):
         path.write_bytes(whole[:size])
         try:
-            assert read(path).count <= len(TIME)
-        except BadInput as error:
-            assert "export it again" in str(error)
+            table = read(path)
+        except BadInput:
+            continue
+        assert table.count <= len(TIME)
 
 
 def test_channels_without_a_waveform_have_no_time(tmp_path: Path) -> None:
