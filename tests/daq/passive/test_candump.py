@@ -45,7 +45,8 @@ def test_rows_of_our_own_export_come_back(whole: str, imported: Callable[..., Re
     for name in ("time", "position", "voltage", "statusword", "error_code"):
         np.testing.assert_array_equal(getattr(back, name), getattr(original, name))
     one_count = 2 * np.pi / (8192 * 21)
-    np.testing.assert_allclose(back.command, original.command, atol=one_count)
+    known = np.isfinite(original.command)  # the log shows commands before the first sample of the run, too
+    np.testing.assert_allclose(back.command[known], original.command[known], atol=one_count)
     np.testing.assert_array_equal(read_can(Path("a.mcap")).data, read_can(SAMPLE).data)
     run = back.run
     assert (run.robot, run.simulated, run.cycles, run.period) == ("r7", True, 2, 4.0)
