@@ -114,7 +114,7 @@ def _messages(path: Path) -> Iterator[can.Message]:
 
 
 def _check_answers(path: Path, rig: Rig, made: Reconstructed) -> None:
-    answered = np.isfinite(made.samples.position).any(axis=0)
+    answered = np.logical_or.reduce(np.isfinite(made.samples.position), axis=0)
     silent = [str(drive.node_id) for drive, known in zip(rig.drives, answered, strict=True) if not known]
     if silent:
         raise BadInput(

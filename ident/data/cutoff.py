@@ -123,7 +123,7 @@ def _between_gaps(samples: Samples, chosen: Cutoff) -> Cutoff:
 
     A cut-off that is given stays, and closes the gaps that it can.
     """
-    known = np.isfinite(samples.position).all(axis=1) & np.isfinite(samples.torque).all(axis=1)
+    known = samples.known
     if _clear_share(known, chosen.hz, samples.rate) >= _MIN_CLEAR:
         return chosen
     if chosen.reason == "given":
@@ -143,7 +143,8 @@ def _between_gaps(samples: Samples, chosen: Cutoff) -> Cutoff:
 def _clear_share(known: Bools, hz: float, rate: float) -> float:
     """Share of the rows `known` (n,) that lie further from a gap than the filters of `parallel` reach."""
     reach = 2 * round(1.5 * rate / hz + 1.5 * rate / min(3 * hz, rate / 4) + 4)
-    return sum(max(0, stretch.stop - stretch.start - reach) for stretch in contiguous_slices(known)) / len(known)
+    lengths = (int(stretch.stop - stretch.start) for stretch in contiguous_slices(known))
+    return sum(max(0, length - reach) for length in lengths) / len(known)
 
 
 def choose(position: Floats, torque: Floats, rate: float) -> Cutoff:

@@ -14,15 +14,9 @@ from ident.data.samples import Samples
 from recordings.recording import Bools, Floats
 
 
-def known_rows(samples: Samples) -> Bools:
-    """(n,) True where position and torque of all joints are known."""
-    known: Bools = np.isfinite(samples.position).all(axis=1) & np.isfinite(samples.torque).all(axis=1)
-    return known
-
-
 def across_gaps(preprocessed: Preprocessed, samples: Samples, known: Bools) -> Preprocessed:
     """`preprocessed` of `samples` that were interpolated where they are not `known` (n,)."""
-    filled = (known_rows(samples) & ~known)[preprocessed.instants]
+    filled = (samples.known & ~known)[preprocessed.instants]
     condition = partial(_conditioned, filled=filled, condition=preprocessed.condition)
     torque = condition(samples.torque[preprocessed.instants])
     return replace(preprocessed, condition=condition, torque=torque, half_width=None)

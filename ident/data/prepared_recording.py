@@ -9,7 +9,7 @@ import numpy as np
 from ident import slicing
 from ident.data import preprocessing
 from ident.data.cutoff import Cutoff, choose_common, given_or_chosen
-from ident.data.gaps import across_gaps, known_rows
+from ident.data.gaps import across_gaps
 from ident.data.preprocessing import Preprocessed
 from ident.data.samples import Samples, drive_signal, sample
 from ident.dynamics import mechanisms
@@ -184,7 +184,7 @@ def prepare(
             cannot be assembled at its angles.
     """
     samples = sample(recording)
-    known = known_rows(samples)
+    known = samples.known
     if method not in preprocessing.WITHOUT_CUTOFF:
         cutoff = given_or_chosen(cutoff, samples)
     gap = cutoff.gap if isinstance(cutoff, Cutoff) else 0.0

@@ -50,6 +50,12 @@ class Samples:
     selected: Bools
     """(n,) False during approach and stop, or at rest before and after a motion without marked cycles."""
 
+    @property
+    def known(self) -> Bools:
+        """(n,) True where position and torque of all joints are known."""
+        rows: Bools = np.logical_and.reduce(np.isfinite(np.hstack([self.position, self.torque])), axis=1)
+        return rows
+
 
 def sample(recording: Recording, bridged: float = 0.0) -> Samples:
     """Resample `recording` to the grid of its SYNCs, or to the median step if its steps are not uniform.
