@@ -25,9 +25,12 @@ from numpy.typing import NDArray
 from recordings.cdr import Field, Layout, parse_schema
 from recordings.chunk import MESSAGE_HEAD, RECORD, RECORD_HEAD, located, message_record, rows, unpacked
 from recordings.errors import BadInput, ForeignFile
+from recordings.kinds import kind_of
 
 MAGIC = b"\x89MCAP0\r\n"
 
+_HEAD = 4096
+"""Number of bytes that tell the kind of a file."""
 _BLOCK = 1 << 20
 """Block size of the search for the end of the data [bytes]."""
 # Exceptions that the libraries raise on damaged bytes.
@@ -94,7 +97,8 @@ def open_records(path: Path, most: int | None = None) -> Iterator["RecordStream"
         if not magic:
             raise BadInput(f"recording {path} is empty; an MCAP file expected, record again")
         if magic != MAGIC:
-            raise ForeignFile(f"{path} is not an MCAP file: it begins with {magic!r}", path)
+            kind = kind_of(path, stream.read(0, _HEAD))
+            raise ForeignFile(f"{path} is not an MCAP file{f', but {kind[0]}' if kind else ''}", path)
         yield stream
 
 

@@ -16,16 +16,21 @@ if TYPE_CHECKING:
     from recordings.data_problems import DataProblem
     from recordings.importing import Description, Imported
     from recordings.importing.observations import Observation
+    from recordings.importing.proposal import ImportProposal
 
 _DESCRIBING = ("--mechanism", "--joints", "--torque-map", "--gain", "--kt", "--gravity")
 """Options that stand for a rig file."""
+_OF_LOGS = ("--rig", "--out", "--topic", "--start", "--robot", "--simulated", "--json")
+"""Options that say something of a log of CAN frames."""
 _REPEATED = {"--rig", *_DESCRIBING, "--start", "--robot", "--simulated", "--unwrap", "--thin", "--drop-outliers"}
 """Options that a proposed command repeats."""
 _EPILOG = """\b
 Examples:
   daq import bench.csv --out bench.mcap --rig rig.toml
   daq import scope.csv --guess
+  daq import scope.csv --guess --yes --kt 0.12 --out scope.mcap
   daq import scope.csv --out scope.mcap --map "time=t:ms" --map "position_1=q1:deg" --map "current_1=i1:A" --kt 0.12
+  daq import candump-2026-01-05.log --rig rig.toml --out bus.mcap
   daq import rosbag2_2026_01_05/ --out bag.mcap --topic /joint_states --names left,right,rear
   daq import axis.csv --out axis.mcap --mechanism axes --joints prismatic --torque-map linear --gain 12.5"""
 
@@ -76,10 +81,11 @@ def _numbers(context: click.Context, option: click.Parameter, text: str | None) 
 
 @click.command(short_help="Turn measurements of another program into a recording.", epilog=_EPILOG)
 @click.argument("file", metavar="DATA", type=FILE)
-@click.option("--out", type=FILE, help="Recording to write (.mcap).")
+@click.option("--out", "-o", type=FILE, help="Recording to write (.mcap).")
 @click.option(
     "--guess", "only_guess", is_flag=True, help="Say what each column may be, and the command; write nothing."
 )
+@click.option("--yes", "accepted", is_flag=True, help="Import at once what --guess proposes, if it lacks nothing.")
 @click.option(
     "--map",
     "mapping",
@@ -87,9 +93,14 @@ def _numbers(context: click.Context, option: click.Parameter, text: str | None) 
     metavar="NAME=COLUMN:UNIT",
     help="A column and its unit; or a TOML file of such.",
 )
-@click.option("--topic", help="ROS bag: topic of joint states.  [default: the only one]")
 @click.option(
-    "--names", metavar="A,B,...", callback=_names, help="ROS bag: names of the joints, in the order of their numbers."
+    "--topic", help="Topic of joint states in a ROS bag, or bus in a log of candump.  [default: the only one]"
+)
+@click.option(
+    "--names",
+    metavar="A,B,...",
+    callback=_names,
+    help="Joints to take, in the order of their numbers.  [default: all]",
 )
 @click.option("--rig", "rig_file", type=FILE, help="Rig file (TOML) that says what was measured.")
 @click.option(
@@ -128,6 +139,7 @@ def command(
     file: Path,
     out: Path | None,
     only_guess: bool,
+    accepted: bool,
     mapping: tuple[str, ...],
     topic: str | None,
     names: tuple[str, ...],
@@ -136,6 +148,7 @@ def command(
 ) -> None:
     """Write the measurements in DATA, of another program, as a recording."""
     from daq import data_problems
+    from daq.passive import candump
     from recordings.importing import import_data
     from recordings.importing.observations import observe
     from recordings.importing.proposal import propose
@@ -143,17 +156,24 @@ def command(
 
     refuse_together("--guess", "--map", because="--guess proposes a mapping; leave one of them out")
     refuse_together("--rig", *_DESCRIBING, because="leave one out")
-    part = BagPart(topic, names)
+    if accepted and not only_guess:
+        raise BadInput("--yes accepts what --guess proposes; add --guess, or leave --yes out")
+    part, is_log = BagPart(topic, names), candump.recognises(file)
+    if is_log:
+        _check_log_options(file)
     if only_guess:
-        proposal = propose(file, part, _given_options())
-        for line in [json.dumps(proposal.as_json())] if as_json else proposal.lines():
-            click.echo(line)
+        _guess(propose(file, part, _given_options(), out), accepted=accepted, as_json=as_json)
         return
     if out is None:
         raise click.UsageError(f"--out expected; name the recording to write, as in --out {file.stem}.mcap")
     if out.suffix != ".mcap":
         raise BadInput(f"--out: a recording's name (.mcap) expected, {out} found; give it that ending")
-    imported = import_data(file, out, _description(**described), mapping, part)
+    description = _description(**described)
+    imported = (
+        candump.import_log(file, out, description, topic)
+        if is_log
+        else import_data(file, out, description, mapping, part)
+    )
     seen = observe(imported)
     problems, unchecked = data_problems.of_file(out)
     figures = _figures(imported, out, seen) | {"data_problems": [each.model_dump(mode="json") for each in problems]}
@@ -163,6 +183,31 @@ def command(
         click.echo(json.dumps(figures))
     else:
         _show(figures, imported, seen, problems)
+
+
+def _check_log_options(file: Path) -> None:
+    """Check that only options are given that say something of a log of CAN frames, and a rig file."""
+    given = {parameter.opts[0] for parameter in click.get_current_context().command.params if is_given(parameter)}
+    if "--rig" not in given or given - {"file", *_OF_LOGS}:
+        raise BadInput(
+            f"{file} is a log of CAN frames, and the rig file says what they carry: daq import {file} --rig RIG.toml "
+            f"--out {file.stem}.mcap; beside these it takes {', '.join(_OF_LOGS[2:])}"
+        )
+
+
+def _guess(proposal: "ImportProposal", *, accepted: bool, as_json: bool) -> None:
+    """Show what is proposed; where it is `accepted`, import it as if its command were pasted."""
+    if not accepted:
+        for line in [json.dumps(proposal.as_json())] if as_json else proposal.lines():
+            click.echo(line)
+        return
+    if proposal.missing:
+        for line in proposal.lines():
+            click.echo(line, err=True)
+        raise BadInput("--yes: a complete proposal expected, parts missing found; complete the command above")
+    click.echo(f"accepted: {proposal.command}", err=True)
+    arguments = [*proposal.arguments, *(["--json"] if as_json else [])]
+    command.main(arguments, standalone_mode=False)
 
 
 def _given_options() -> list[str]:
@@ -241,7 +286,7 @@ def _show(
     from recordings.data_problems import healing
 
     step = {name: f"{value * 1e3:g} ms" for name, value in figures["step_s"].items()}
-    cycles = f"{figures['cycles']} of {figures['period_s']:g} s" if figures["cycles"] else "none found"
+    cycles = f"{figures['cycles']} of {figures['period_s']:g} s" if figures["period_s"] else "none found"
     click.echo(f"joints: {figures['joints']} ({figures['mechanism']})")
     click.echo(f"samples: {figures['samples']} in {figures['duration_s']:g} s")
     click.echo(f"steps: {step['median']}, from {step['min']} to {step['max']}")

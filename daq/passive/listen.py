@@ -46,18 +46,52 @@ class BusTraffic:
     syncs: int = 0
 
 
+class FrameRecorder:
+    """Recording of the frames of a bus, and of the emergency messages among them as events."""
+
+    def __init__(self, out: Path, rig: Rig, run: Run) -> None:
+        """Raise BadInput if `out` exists or cannot be created."""
+        self.traffic = BusTraffic()
+        self.writer = RecordingWriter(out, rig, run)
+        self._emcy = {0x80 + drive.node_id: (i + 1, drive.emcy) for i, drive in enumerate(rig.drives)}
+
+    def add(self, stamp_ns: int, message: can.Message) -> bool:
+        """Record a frame that another one sent; return whether it is a SYNC."""
+        self.traffic.frames += 1
+        arbitration_id, data = message.arbitration_id, bytes(message.data[:8])
+        self.writer.can(
+            stamp_ns,
+            stamp_ns,
+            arbitration_id,
+            data,
+            sent=False,
+            rtr=message.is_remote_frame,
+            extended=message.is_extended_id,
+            error=message.is_error_frame,
+        )
+        if message.is_extended_id or message.is_error_frame:
+            return False
+        if arbitration_id in self._emcy:
+            joint, texts = self._emcy[arbitration_id]
+            emergency = emcy.decode(data)
+            code = emergency.code
+            text = texts.get(f"{code:04X}", emergency.text) + emergency.details
+            level: Level = "error" if emergency.ends_run else "warning" if code else "info"
+            self.writer.event(stamp_ns, level, f"joint {joint}", f"EMCY 0x{code:04X}: {text}")
+        self.traffic.syncs += arbitration_id == SYNC_ID
+        return arbitration_id == SYNC_ID
+
+
 class Listener:
     """Writer of all frames on `bus` to the new recording `out`."""
 
     def __init__(self, bus: can.BusABC, rig: Rig, out: Path) -> None:
         """Raise BadInput if `out` exists or cannot be created."""
-        self._rig = rig
-        self.traffic = BusTraffic()
-        self._writer = RecordingWriter(out, rig, _run(rig))
+        self._recorder = FrameRecorder(out, rig, listened_run(rig))
+        self.traffic = self._recorder.traffic
         self._link = Link(bus)
         self._link.tap = self._on_frame
         self._last_sync: float | None = None
-        self._emcy = {0x80 + drive.node_id: (i + 1, drive.emcy) for i, drive in enumerate(rig.drives)}
 
     def listen(
         self, stop: StopRequest, duration: float | None, show: Callable[[BusTraffic], None] = lambda traffic: None
@@ -67,7 +101,7 @@ class Listener:
         Raises:
             RunFailed: the bus is lost, or the file cannot be written.
         """
-        with self._writer as writer:
+        with self._recorder.writer as writer:
             end = None if duration is None else time.monotonic() + duration
             while (reason := self._end_reason(stop, end)) is None:
                 self._link.receive(_POLL_INTERVAL)
@@ -89,30 +123,8 @@ class Listener:
         return self._last_sync is not None and time.monotonic() - self._last_sync > SYNC_TIMEOUT
 
     def _on_frame(self, stamp_ns: int, message: can.Message, sent: bool) -> None:
-        self.traffic.frames += 1
-        arbitration_id, data = message.arbitration_id, bytes(message.data[:8])
-        self._writer.can(
-            stamp_ns,
-            stamp_ns,
-            arbitration_id,
-            data,
-            sent=sent,
-            rtr=message.is_remote_frame,
-            extended=message.is_extended_id,
-            error=message.is_error_frame,
-        )
-        if message.is_extended_id or message.is_error_frame:
-            return
-        if arbitration_id == SYNC_ID:
-            self.traffic.syncs += 1
+        if self._recorder.add(stamp_ns, message):
             self._last_sync = time.monotonic()
-        elif arbitration_id in self._emcy:
-            joint, texts = self._emcy[arbitration_id]
-            emergency = emcy.decode(data)
-            code = emergency.code
-            text = texts.get(f"{code:04X}", emergency.text) + emergency.details
-            level: Level = "error" if emergency.ends_run else "warning" if code else "info"
-            self._writer.event(stamp_ns, level, f"joint {joint}", f"EMCY 0x{code:04X}: {text}")
 
 
 def check(rig: Rig) -> None:
@@ -144,7 +156,8 @@ def record(
         return listener.traffic, complete(out, rig, trajectory, {"exit_status": "0", "reason": reason})
 
 
-def _run(rig: Rig) -> Run:
+def listened_run(rig: Rig) -> Run:
+    """The run of a recording that begins now, of which only the rig is known."""
     return Run(
         trajectory=TRAJECTORY_NAME,
         trajectory_digest="",
@@ -172,7 +185,7 @@ def complete(path: Path, rig: Rig, trajectory: Trajectory | None, end: Mapping[s
             "master is at work"
         )
     with replacement(path) as partial:
-        rewrite(path, partial, {**end, **_run_entries(reconstructed, rig)}, reconstructed.samples)
+        rewrite(path, partial, {**_run_entries(reconstructed, rig), **end}, reconstructed.samples)
     return reconstructed
 
 

@@ -8,6 +8,7 @@ is
   broadband;
 - not above the frequency at which the propagated noise of the position reaches MAX_NOISE_SHARE of the torque;
 - not above what the sampling rate permits, including the transition band of the filter;
+- below that, where gaps leave hardly a row: what a slow recording of that cut-off would be is interpolated;
 - below that, where the noise reaches WANTED_NOISE_SHARE already, if hardly any torque is lost by it. Effects are
   small, and noise attenuates masses and inertias, which the motion tells only just from each other.
 
@@ -15,7 +16,7 @@ Several recordings that are analysed together have one cut-off, the lowest, what
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -29,7 +30,7 @@ from ident.filters import contiguous_slices
 from ident.statistics import TINY
 from ident.threads import in_threads
 from recordings.errors import BadInput
-from recordings.recording import Floats, Recording
+from recordings.recording import Bools, Floats, Recording
 
 DEFAULT_CUTOFF = 30.0
 """[Hz]"""
@@ -53,7 +54,14 @@ _EMPTY = 0.35
 _CLEAR = 10.0
 """A spectrum that exceeds the noise by this factor is attributed to the motion."""
 
-Reason = Literal["given", "usual", "signal", "encoder", "rate"]
+_GAP_TIMES_CUTOFF = 0.8
+"""Longest gap across which the position is interpolated, times the cut-off: beyond it, more than half a period of the
+fastest motion that counts would be guessed."""
+_MIN_CLEAR = 0.2
+"""Share of rows with no gap within the reach of the filters, below which a lower cut-off, which closes gaps, is
+tried."""
+
+Reason = Literal["given", "usual", "signal", "encoder", "rate", "gaps"]
 
 
 @dataclass(frozen=True)
@@ -63,7 +71,10 @@ class Cutoff:
     hz: float
     reason: Reason
     """given: by the user; usual: DEFAULT_CUTOFF; signal: raised, as the torque has power above DEFAULT_CUTOFF;
-    encoder: lowered because of position noise; rate: lowered because of the sampling rate."""
+    encoder: lowered because of position noise; rate: lowered because of the sampling rate; gaps: lowered so that gaps
+    can be interpolated."""
+    gap: float = 0.0
+    """Longest gap that is interpolated at this cut-off [s], besides two steps of the recording."""
 
     def sentence(self) -> str:
         """Describe the choice in words."""
@@ -74,6 +85,7 @@ class Cutoff:
             "signal": "most of the torque's power lies below it",
             "encoder": "above it the position noise would be visible in the torque",
             "rate": "the sampling rate permits no higher one",
+            "gaps": f"gaps of up to {self.gap:.2g} s stand so close that no higher one leaves rows between them",
         }
         return f"{self.hz:g} Hz, chosen from the spectra: {why[self.reason]}"
 
@@ -84,26 +96,55 @@ def given_or_chosen(cutoff: "float | Cutoff | None", samples: Samples) -> Cutoff
     Raises:
         BadInput: the given cut-off is not above 0 or exceeds a fifth of the rate.
     """
-    if cutoff is None:
-        return choose(samples.position, samples.torque, samples.rate)
     if isinstance(cutoff, Cutoff):
         return cutoff
+    if cutoff is None:
+        return _between_gaps(samples, choose(samples.position, samples.torque, samples.rate))
     if not 0 < cutoff <= samples.rate / 5:
         raise BadInput(
             f"a cut-off above 0 and up to a fifth of the rate ({samples.rate / 5:g} Hz) expected, {cutoff:g} Hz "
             "found; lower it or record faster"
         )
-    return Cutoff(cutoff, "given")
+    return _between_gaps(samples, Cutoff(cutoff, "given"))
 
 
 def choose_common(recordings: Sequence[Recording]) -> Cutoff:
     """Choose one cut-off for all `recordings`: the lowest, each judged by its first excerpt."""
 
     def chosen(recording: Recording) -> Cutoff:
-        samples = sample(excerpts(recording)[0].recording)
-        return choose(samples.position, samples.torque, samples.rate)
+        return given_or_chosen(None, sample(excerpts(recording)[0].recording))
 
-    return min(in_threads(chosen, recordings), key=lambda cutoff: cutoff.hz)
+    cutoffs = in_threads(chosen, recordings)
+    return replace(min(cutoffs, key=lambda cutoff: cutoff.hz), gap=max(cutoff.gap for cutoff in cutoffs))
+
+
+def _between_gaps(samples: Samples, chosen: Cutoff) -> Cutoff:
+    """The cut-off `chosen`; where gaps leave hardly a row, the one that keeps most rows times bandwidth.
+
+    A cut-off that is given stays, and closes the gaps that it can.
+    """
+    known = samples.known
+    if _clear_share(known, chosen.hz, samples.rate) >= _MIN_CLEAR:
+        return chosen
+    if chosen.reason == "given":
+        return replace(chosen, gap=_GAP_TIMES_CUTOFF / chosen.hz)
+    gaps = [(gap, (gap.stop - gap.start + 1) / samples.rate) for gap in contiguous_slices(~known)]
+
+    def worth(cutoff: Cutoff) -> float:
+        closed = known.copy()
+        for gap, length in gaps:
+            closed[gap] = length <= cutoff.gap
+        return cutoff.hz * _clear_share(closed, cutoff.hz, samples.rate)
+
+    lower = [Cutoff(_round_down(_GAP_TIMES_CUTOFF / length), "gaps", length) for length in {at for _, at in gaps}]
+    return max([chosen, *(each for each in lower if MIN_CUTOFF <= each.hz < chosen.hz)], key=worth)
+
+
+def _clear_share(known: Bools, hz: float, rate: float) -> float:
+    """Share of the rows `known` (n,) that lie further from a gap than the filters of `parallel` reach."""
+    reach = 2 * round(1.5 * rate / hz + 1.5 * rate / min(3 * hz, rate / 4) + 4)
+    lengths = (int(stretch.stop - stretch.start) for stretch in contiguous_slices(known))
+    return sum(max(0, length - reach) for length in lengths) / len(known)
 
 
 def choose(position: Floats, torque: Floats, rate: float) -> Cutoff:

@@ -8,7 +8,8 @@ import numpy as np
 
 from ident import slicing
 from ident.data import preprocessing
-from ident.data.cutoff import Cutoff, choose_common
+from ident.data.cutoff import Cutoff, choose_common, given_or_chosen
+from ident.data.gaps import across_gaps
 from ident.data.preprocessing import Preprocessed
 from ident.data.samples import Samples, drive_signal, sample
 from ident.dynamics import mechanisms
@@ -183,9 +184,15 @@ def prepare(
             cannot be assembled at its angles.
     """
     samples = sample(recording)
+    known = samples.known
+    if method not in preprocessing.WITHOUT_CUTOFF:
+        cutoff = given_or_chosen(cutoff, samples)
+    gap = cutoff.gap if isinstance(cutoff, Cutoff) else 0.0
+    samples = sample(recording, gap) if gap else samples
     mechanism = mechanisms.create(recording.rig, form)
     try:
         preprocessed = preprocessing.load(method)(samples, cutoff)
+        preprocessed = across_gaps(preprocessed, samples, known) if gap else preprocessed
         regressor = _in_blocks(preprocessed, mechanism.regressor)
         torque = _usable_torque(recording, samples, preprocessed, regressor)
     except BadInput as error:

@@ -1,6 +1,7 @@
 """Resample the measured signals of a recording to a uniform grid of instants; gaps stay gaps."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -49,11 +50,17 @@ class Samples:
     selected: Bools
     """(n,) False during approach and stop, or at rest before and after a motion without marked cycles."""
 
+    @property
+    def known(self) -> Bools:
+        """(n,) True where position and torque of all joints are known."""
+        rows: Bools = np.logical_and.reduce(np.isfinite(np.hstack([self.position, self.torque])), axis=1)
+        return rows
 
-def sample(recording: Recording) -> Samples:
+
+def sample(recording: Recording, bridged: float = 0.0) -> Samples:
     """Resample `recording` to the grid of its SYNCs, or to the median step if its steps are not uniform.
 
-    Non-uniform samples are interpolated by cubic splines, except across gaps.
+    Non-uniform samples are interpolated by cubic splines, except across gaps of more than `bridged` [s].
 
     Raises:
         BadInput: the recording is not usable: a joint at rest, a constant drive signal, values that no joint has,
@@ -66,20 +73,18 @@ def sample(recording: Recording) -> Samples:
     _check_plausible(recording, "effort" if is_torque else "voltage", drive)
     _check_motion_and_drive(recording, drive)
     _check_increasing_time(recording)
-    rate, index, uniform = _grid(recording)
+    rate, index, uniform = grid(recording)
     _check_rate(recording, rate)
-    position = _on_grid(
-        recording, recording.position, _delay(recording, POSITION_DELAY), rate, index, uniform=uniform
-    )
+    longest = max(bridged, (MAX_DELAYED_STEP if uniform else MAX_STEP) / rate)
+    on_grid = partial(_on_grid, recording, rate, index, longest, exact=uniform and not bridged)
+    position = on_grid(recording.position, _delay(recording, POSITION_DELAY))
     torque = drive if is_torque else torque_from_voltage(drive, recording.rig.torque)
     _check_plausible(recording, "effort", torque)
     slope = np.ones_like(drive) if is_torque else torque_per_volt(drive, recording.rig.torque)
     delay = _median_delay(_delay(recording, VOLTAGE_DELAY))
     age = (recording.run.torque_age or 0.0) * rate
     # The torque is computed before interpolation, since its map is nonlinear and voltages ripple.
-    drive, torque, slope = (
-        _ahead(_on_grid(recording, x, delay, rate, index, uniform=uniform), age) for x in (drive, torque, slope)
-    )
+    drive, torque, slope = (_ahead(on_grid(x, delay), age) for x in (drive, torque, slope))
     repeat, phase = _cycles(recording, index, rate)
     instants = np.arange(len(position)) / rate
     return Samples(
@@ -158,7 +163,7 @@ def _check_rate(recording: Recording, rate: float) -> None:
         )
 
 
-def _grid(recording: Recording) -> tuple[float, Ints, bool]:
+def grid(recording: Recording) -> tuple[float, Ints, bool]:
     """Rate of the grid [Hz], the nearest instant of each sample, and whether the samples lie on the grid."""
     rate = recording.run.rate
     index = np.rint(recording.time * rate).astype(np.int64)
@@ -203,16 +208,15 @@ def _ahead(x: Floats, steps: float) -> Floats:
 
 
 def _on_grid(
-    recording: Recording, x: Floats, delay: Floats | None, rate: float, index: Ints, *, uniform: bool
+    recording: Recording, rate: float, index: Ints, longest: float, x: Floats, delay: Floats | None, *, exact: bool
 ) -> Floats:
-    """Resample `x` (n, dof) to the grid."""
-    if uniform and delay is None:
+    """Resample `x` (n, dof) to the grid; `exact`: its samples are on the grid, unless they have a delay."""
+    if exact and delay is None:
         return _fill_gaps(x, index)
     time = np.broadcast_to(recording.time[:, None], x.shape)
     if delay is not None:
         time = time + delay
     instants = np.arange(index[-1] + 1) / rate
-    longest = (MAX_DELAYED_STEP if uniform else MAX_STEP) / rate
     columns = [_interpolate(t, signal, instants, longest) for t, signal in zip(time.T, x.T, strict=True)]
     return np.stack(columns, axis=1)
 

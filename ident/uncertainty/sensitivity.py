@@ -5,6 +5,7 @@ minute of long recordings is used.
 """
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Protocol
@@ -13,6 +14,7 @@ import numpy as np
 
 from ident import slicing
 from ident.data.prepared_recording import prepare
+from ident.data.samples import grid
 from ident.dynamics.structure import Term
 from ident.estimation.regression import linearize
 from recordings.errors import BadInput
@@ -78,11 +80,12 @@ def _with_other_cutoffs(
     recordings: Sequence[Recording], refit: _Refit, cutoff: float
 ) -> Iterator[tuple[float, Floats]]:
     reference = refit(recordings, cutoff)
-    highest = min(recording.run.rate for recording in recordings) / 5
+    highest = min(grid(recording)[0] for recording in recordings) / 5
     for factor in CUTOFF_FACTORS:
         changed = min(factor * cutoff, highest)
         if changed != cutoff:
-            yield changed, refit(recordings, changed) - reference
+            with suppress(BadInput):  # too few rows at that cut-off: it tells nothing
+                yield changed, refit(recordings, changed) - reference
 
 
 def _refit(recordings: Sequence[Recording], cutoff: float | None, *, method: str, terms: tuple[Term, ...]) -> Floats:

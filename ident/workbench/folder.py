@@ -9,7 +9,21 @@ from recordings.errors import BadInput
 from recordings.reader import is_foreign
 
 SUFFIX = ".mcap"
-FOREIGN_SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".parquet", ".npz", ".mat", ".db3")
+FOREIGN_SUFFIXES = (
+    ".csv",
+    ".txt",
+    ".tsv",
+    ".dat",
+    ".parquet",
+    ".feather",
+    ".npz",
+    ".mat",
+    ".h5",
+    ".hdf5",
+    ".mf4",
+    ".tdms",
+    ".db3",
+)
 """Of files that `daq import` may read, besides ROS bags (.mcap)."""
 _BAG_METADATA = "metadata.yaml"
 """File that makes a folder a ROS bag."""

@@ -203,7 +203,7 @@ def _rig(table: Table, description: Description, joints: Mapping[str, Floats], r
         if description.rig.dof != dof:
             raise BadInput(
                 f"{table.path}: {description.rig.dof} joints expected by the rig file, {dof} columns position_i "
-                "found; map as many columns, or choose another rig file"
+                "found; choose as many with --names, or map them, or choose another rig file"
             )
         return description.rig
     if not volts and {"map", "gain"} & (description.torque or {}).keys():
@@ -211,9 +211,11 @@ def _rig(table: Table, description: Description, joints: Mapping[str, Floats], r
     if "effort" in joints and "per_ampere" in (description.torque or {}):
         raise BadInput(f"{table.path} holds efforts, which need no torque per ampere; leave --kt out")
     if dof != 3 and description.mechanism is None:
+        choose = "choose three with --names A,B,C (1,2,3 of position_1 ...)" if dof > 3 else "map three"
+        found = f"{dof} found" + (f" ({'; '.join(table.notes)})" if table.notes else "")
         raise BadInput(
-            f"{table.path}: the three joints of a delta robot expected, {dof} found; say what it is with --rig, or "
-            "with --mechanism axes --joints revolute|prismatic, or map three"
+            f"{table.path}: the three joints of a delta robot expected, {found}; say what it is with --rig, or "
+            f"with --mechanism axes --joints revolute|prismatic, or {choose}"
         )
     given = validated(_for_joints(description.torque or {}, dof), Torque, "--torque-map, --gain, --kt")
     return imported_rig(

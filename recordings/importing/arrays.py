@@ -1,4 +1,4 @@
-"""Tables of named arrays, as NPZ, MAT and Parquet files hold them."""
+"""Tables of named arrays, as NPZ, MAT, HDF5, TDMS, MDF, Parquet and Feather files hold them."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -9,18 +9,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.importing.table import Table
+from recordings.importing.units import parse
 from recordings.recording import Floats
 
 
-def table_of_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], digest: str) -> Table:
+def table_of_arrow(path: Path, content: Any, digest: str) -> Table:
+    """Make a table of an Arrow table `content`; a column of lists of one length becomes a column per element."""
+    columns = {name: content[name].combine_chunks() for name in content.column_names}
+    arrays = {name: column.to_numpy(zero_copy_only=False) for name, column in columns.items()}
+    return table_of_arrays(path, arrays, digest)
+
+
+def table_of_arrays(
+    path: Path, arrays: Mapping[str, NDArray[Any]], digest: str, units: Mapping[str, str] | None = None
+) -> Table:
     """Make a table of arrays: a matrix (n, k) or (k, n) gives k columns NAME_1 ... NAME_k.
 
-    Arrays of another length than the others, and text, are left out, and noted.
+    Arrays of another length than the others are left out, and noted; text becomes labels.
     """
     stacked = {name: _stacked(np.squeeze(array)) for name, array in arrays.items()}
     count = _rows(stacked)
     columns: dict[str, Floats] = {}
     invalid: dict[str, str] = {}
+    stated: dict[str, str] = {}
+    labels: dict[str, NDArray[Any]] = {}
     start, other, left_out = None, [], []
     for name, array in stacked.items():
         if array.ndim not in (1, 2) or count not in array.shape:
@@ -32,10 +44,29 @@ def table_of_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], digest: str)
             kind = "text" if array.dtype.kind in "OSUT" else array.dtype.name
             left_out.append(f"{name} holds {kind}")
             invalid[name] = f"{path}, column {name!r}: numbers expected, {kind} found; export it as numbers"
+            if kind == "text" and array.ndim == 1:
+                labels[name] = np.array([_text(value) for value in array])
         else:
-            columns |= _numbered(name, array.astype(float), count)
+            numbered = _numbered(name, array.astype(float), count)
+            columns |= numbered
+            if parse(unit := (units or {}).get(name, "")):
+                stated |= dict.fromkeys(numbered, unit)
     notes = (f"left out, because not {count} values long: {', '.join(other)}",) if other else ()
-    return Table(path, columns, digest, start=start, invalid=invalid, left_out=tuple(left_out), notes=notes)
+    return Table(
+        path,
+        columns,
+        digest,
+        stated,
+        start=start,
+        invalid=invalid,
+        labels=labels,
+        left_out=tuple(left_out),
+        notes=notes,
+    )
+
+
+def _text(value: Any) -> str:
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else "" if value is None else str(value)
 
 
 def _stacked(array: NDArray[Any]) -> NDArray[Any]:

@@ -77,7 +77,7 @@ def _time_column(table: Table) -> str | None:
         for name, values in table.columns.items()
         if len(values) > 1 and np.isfinite(values).all() and (np.diff(values) > 0).all()
     ]
-    likely = [name for name in increasing if _kind(table, name) == "time"]
+    likely = [name for name in increasing if kind(table, name) == "time"]
     return next(iter(likely or increasing), None)
 
 
@@ -89,6 +89,7 @@ def _quantities(table: Table, used: set[str], taken: set[str]) -> dict[str, list
     for kind, lists in groups.items():
         if all(len(columns) == 1 for columns in lists):  # joints with names of their own: a_pos, b_pos
             groups[kind] = [[columns[0] for columns in lists]]
+    groups |= _whole(groups)
     position = [] if "position" in taken else _best(groups.pop("position", []), None)
     result = {"position": position} if position else {}
     dof = len(position) or len([name for name in table.columns if name.startswith("position_")])
@@ -101,30 +102,43 @@ def _quantities(table: Table, used: set[str], taken: set[str]) -> dict[str, list
     return result
 
 
+def _whole(groups: Mapping[str, list[list[str]]]) -> dict[str, list[list[str]]]:
+    """Groups of one kind as one, where there are as many positions as torques, currents or voltages.
+
+    Joints `elbow`, `wrist_1`, `wrist_2`, `wrist_3` are four, not the three that are numbered alike.
+    """
+    merged = {kind: [column for columns in lists for column in columns] for kind, lists in groups.items()}
+    count = len(merged.get("position", ()))
+    if not any(len(merged.get(drive, ())) == count for drive in DRIVES):
+        return {}
+    return {kind: [columns] for kind, columns in merged.items() if len(columns) == count}
+
+
 def _by_stem(table: Table, used: set[str]) -> dict[tuple[str, tuple[str, ...]], list[str]]:
     """Columns by quantity and by the words of their names, without numbers."""
     stems: dict[tuple[str, tuple[str, ...]], list[str]] = {}
     for name, values in table.columns.items():
-        kind = _kind(table, name)
-        if kind not in (None, "time") and name not in used and np.isfinite(values).any():
-            stem = tuple(word for word in _words(name) if not word.isdigit())
-            stems.setdefault((str(kind), stem), []).append(name)
+        quantity = kind(table, name)
+        if quantity not in (None, "time") and name not in used and np.isfinite(values).any():
+            stem = tuple(word for word in words_of(name) if not word.isdigit())
+            stems.setdefault((str(quantity), stem), []).append(name)
     return stems
 
 
 def _numbered(columns: list[str]) -> list[str]:
     """Sort columns of one stem by the number in their names that differs between them."""
-    numbers = [[int(word) for word in _words(name) if word.isdigit()] for name in columns]
+    numbers = [[int(word) for word in words_of(name) if word.isdigit()] for name in columns]
     return [name for _, name in sorted(zip(numbers, columns, strict=True), key=lambda pair: pair[0])]
 
 
 def _best(lists: list[list[str]], dof: int | None) -> list[str]:
     """The largest group, or the one of `dof` columns; of several, one that is called actual, or else the first."""
     fitting = [columns for columns in lists if dof is None or len(columns) == dof]
-    return max(fitting, key=lambda c: (len(c), _has(_ACTUAL, _words(c[0]))), default=[])
+    return max(fitting, key=lambda c: (len(c), _has(_ACTUAL, words_of(c[0]))), default=[])
 
 
-def _words(name: str) -> list[str]:
+def words_of(name: str) -> list[str]:
+    """Words and numbers of the name of a column, in small letters."""
     return [word.lower() for word in _TOKEN.findall(name)]
 
 
@@ -132,18 +146,18 @@ def _has(vocabulary: str, words: Sequence[str]) -> bool:
     return not set(vocabulary.split()).isdisjoint(words)
 
 
-def _kind(table: Table, name: str) -> str | None:
+def kind(table: Table, name: str) -> str | None:
     """Quantity that the name or the unit of a column speaks for; None where neither does."""
-    words = _words(name)
+    words = words_of(name)
     unit = _unit(table, name)
     if _has(_OTHER, words):
         return None
-    kind = quantity_of(unit) or next((_QUANTITY[word] for word in words if word in _QUANTITY), None)
-    if unit.dimension in ("counts", "share") and kind is None:
-        kind = "position" if unit.dimension == "counts" else "effort"
+    quantity = quantity_of(unit) or next((_QUANTITY[word] for word in words if word in _QUANTITY), None)
+    if unit.dimension in ("counts", "share") and quantity is None:
+        quantity = "position" if unit.dimension == "counts" else "effort"
     if _has(_COMMAND, words):
-        return "command" if kind in ("position", None) else None
-    return kind
+        return "command" if quantity in ("position", None) else None
+    return quantity
 
 
 def _unit(table: Table, name: str) -> Unit:

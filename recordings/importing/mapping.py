@@ -8,10 +8,9 @@ from pathlib import Path
 
 from recordings.config import toml_content
 from recordings.errors import BadInput
-from recordings.importing.table import ROW, Table
+from recordings.importing.table import JOINT_QUANTITIES, ROW, Table
 from recordings.importing.units import NO_UNIT, Unit, parse, split_header
 
-JOINT_QUANTITIES = ("position", "velocity", "command", "voltage", "effort", "current", "temperature")
 TIMES = ("time", "cycle")
 _TARGET = re.compile(rf"({'|'.join(JOINT_QUANTITIES)})_([1-9]\d*)|({'|'.join(TIMES)})")
 

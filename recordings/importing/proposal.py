@@ -10,8 +10,8 @@ import numpy as np
 
 from recordings.importing import formats
 from recordings.importing.guessing import DRIVES, ColumnGuess, guess
-from recordings.importing.mapping import JOINT_QUANTITIES, joint_quantity
-from recordings.importing.table import BagPart, Table
+from recordings.importing.mapping import joint_quantity
+from recordings.importing.table import JOINT_QUANTITIES, BagPart, Table
 
 PLACEHOLDER = "NUMBER"
 """Stands in a command for a number that the user has to know; `daq import` refuses it."""
@@ -25,10 +25,15 @@ class ImportProposal:
 
     table: Table
     guesses: list[ColumnGuess]
-    command: str
-    """The `daq import` command that says so."""
+    arguments: list[str]
+    """Those of `daq import` that say so."""
     missing: list[str]
-    """Sentences on what it lacks to work."""
+    """Sentences on what they lack to work."""
+
+    @property
+    def command(self) -> str:
+        """The command with these arguments."""
+        return shlex.join(["daq", "import", *self.arguments])
 
     def as_json(self) -> dict[str, Any]:
         """The document of `daq import --guess --json`."""
@@ -66,10 +71,11 @@ class ImportProposal:
         yield f"{'complete it and run' if self.missing else 'next'}: {self.command}"
 
 
-def propose(file: Path, selection: BagPart, given: Sequence[str] = ()) -> ImportProposal:
+def propose(file: Path, selection: BagPart, given: Sequence[str] = (), out: Path | None = None) -> ImportProposal:
     """Guess what the columns of `file` hold.
 
     Args:
+        out: the recording to write; None: a new one in this folder.
         given: options of `daq import` that describe the machine, which the command repeats.
 
     Raises:
@@ -77,8 +83,8 @@ def propose(file: Path, selection: BagPart, given: Sequence[str] = ()) -> Import
     """
     table = formats.read(file, selection)
     guesses = guess(table)
-    words = ["daq", "import", str(file), "--out", str(_output(file)), *options(table, guesses, given), *given]
-    return ImportProposal(table, guesses, shlex.join(words), missing(guesses, given))
+    words = [str(file), "--out", str(out or _output(file)), *options(table, guesses, given), *given]
+    return ImportProposal(table, guesses, words, missing(guesses, given))
 
 
 def _output(file: Path) -> Path:
@@ -104,13 +110,18 @@ def options(table: Table, guesses: Sequence[ColumnGuess], given: Collection[str]
 
 def _axes(guesses: Sequence[ColumnGuess]) -> list[str]:
     """Options that say what the joints are, where they are not those of a delta robot."""
-    targets = [made.target for made in guesses if made.target and made.target.startswith("position_")]
-    positions = sorted(targets, key=_place)
+    positions = _positions(guesses)
     slides = {made.target for made in guesses if made.source and made.source.unit.dimension == "length"}
     if not slides:
-        return ["--mechanism", "axes"] if len(positions) not in (0, 3) else []
+        return ["--mechanism", "axes"] if len(positions) in (1, 2) else []
     kinds = ["prismatic" if target in slides else "revolute" for target in positions]
     return ["--mechanism", "axes", "--joints", ",".join(kinds if len(set(kinds)) > 1 else kinds[:1])]
+
+
+def _positions(guesses: Sequence[ColumnGuess]) -> list[str]:
+    """Positions that are guessed, in the order of the joints."""
+    targets = [made.target for made in guesses if made.target and made.target.startswith("position_")]
+    return sorted(targets, key=_place)
 
 
 def _place(target: str) -> tuple[int, int]:
@@ -135,6 +146,11 @@ def missing(guesses: Sequence[ColumnGuess], given: Collection[str] = ()) -> list
         sentences.append('no column looks like a position: say which is, as in --map "position_1=COLUMN:deg"')
     if not any(f"{kind}_1" in targets for kind in DRIVES):
         sentences.append('no torque, current or voltage: say which is, as in --map "current_1=COLUMN:A"')
+    if len(_positions(guesses)) > 3 and not {"--mechanism", "--rig"} & set(given) and not _axes(guesses):
+        sentences.append(
+            f"{len(_positions(guesses))} joints, where a delta robot has three: choose three with --names (of a bag; "
+            "1,2,3 of position_1 ...) or with --map, or say what it is with --rig, or with --mechanism axes"
+        )
     unscaled = {made.source.unit.dimension for made in guesses if made.source and not made.source.unit.scaled}
     if unscaled & {"counts", "count rate"} and "--rig" not in given:
         sentences.append("counts need the counts per turn of the joint: write counts/8192, or give --rig with drives")

@@ -8,7 +8,7 @@ from recordings.importing.table import Table
 from recordings.interpolation import interpolate_columns
 from recordings.recording import Floats, Ints
 
-_MAX_GAPS = 10
+_MAX_GAPS = 1.15
 """Repetitions are not searched in a recording that lasts this many times longer than its samples: gaps prevail."""
 
 

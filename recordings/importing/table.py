@@ -1,19 +1,28 @@
 """The table that every import format is read into: named columns of numbers, as they stand in the file."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from recordings.errors import BadInput
 from recordings.recording import Floats
 
+JOINT_QUANTITIES = ("position", "velocity", "command", "voltage", "effort", "current", "temperature")
+"""What a column may hold of a joint: QUANTITY_1 of the first."""
 ROW = "row"
 """Name of the column of row numbers 0, 1, 2, ..., which every table has."""
 _MOST_NAMES = 12
 """Number of columns that an error lists."""
+
+
+def distinct(names: Sequence[str]) -> list[str]:
+    """The `names`, each once: to one that stood before, its place is added."""
+    return [name if names.index(name) == k else f"{name}#{k + 1}" for k, name in enumerate(names)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +41,8 @@ class Table:
     """Columns that cannot be read as numbers, each with the sentence that says why."""
     first_line: int | None = None
     """Line of the first row in a text file; None for other formats."""
+    labels: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    """Cells (n,) of columns of text, which are `invalid` as well."""
     left_out: tuple[str, ...] = ()
     """Arrays that became no columns, each with the reason."""
     notes: tuple[str, ...] = ()
@@ -68,6 +79,40 @@ class Table:
     def unreadable(self) -> list[str]:
         """Columns that hold text or infinity."""
         return [*self.invalid, *(name for name, values in self.columns.items() if np.isinf(values).any())]
+
+    def of_joints(self, names: Sequence[str]) -> "Table":
+        """The table with the joints of these `names` only: column QUANTITY_NAME becomes QUANTITY_1 for the first.
+
+        Raises:
+            BadInput: a name is that of no joint.
+        """
+        if not names:
+            return self
+        of = {column: column.partition("_") for column in (*self.columns, *self.invalid)}
+        known = dict.fromkeys(name for head, _, name in of.values() if head in JOINT_QUANTITIES and name)
+        if unknown := [name for name in names if name not in known]:
+            listed = ", ".join(known) or "no column such as position_1"
+            raise BadInput(f"{self.path}: --names: joints ({listed}) expected, {unknown[0]!r} found; correct it")
+        numbers = {name: f"{number}" for number, name in enumerate(names, start=1)}
+        kept = {
+            column: column if name not in known else f"{head}_{numbers[name]}"
+            for column, (head, _, name) in of.items()
+            if name not in known or name in numbers
+        }
+
+        def renamed(values: Mapping[str, Any]) -> dict[str, Any]:
+            return {kept[column]: value for column, value in values.items() if column in kept}
+
+        note = "joints: " + ", ".join(f"{number} = {name}" for name, number in numbers.items())
+        return replace(
+            self,
+            columns=renamed(self.columns),
+            units=renamed(self.units),
+            invalid=renamed(self.invalid),
+            labels={},
+            notes=(*self.notes, note),
+            options=(*self.options, "--names", ",".join(names)),
+        )
 
     def listed(self) -> str:
         """Names of the columns, for error messages."""

@@ -157,7 +157,11 @@ def by_others(
         (lambda path: path.touch(), "is empty"),
         (
             lambda path: path.write_bytes(b"time,position_1\n0,1\n"),
-            "not an MCAP file: it begins with b'time,pos'; .* daq import",
+            "is not an MCAP file; .* daq import",
+        ),
+        (
+            lambda path: path.write_bytes(b"\xff\xd8\xff\xe0\x00\x10JFIF"),
+            "is not an MCAP file, but a JPEG picture; .* daq import",
         ),
         (lambda path: path.write_bytes(b"\x89MCAP0\r\n"), "cut off before its first data"),
         (foreign, "not a recording of this program: .* rig, run, /joint_states"),

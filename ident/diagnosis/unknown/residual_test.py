@@ -85,8 +85,7 @@ def _excerpts(prediction: Prediction, structure: ModelStructure, x: Floats) -> l
     prepared, parts = prediction.prepared, excerpts(prediction.prepared.recording)
     if len(parts) == 1:
         return [prediction]
-    hz = prepared.cutoff.hz if prepared.cutoff else None
-    short = [prepare(part.recording, prepared.method, hz, part.start, part.end) for part in parts]
+    short = [prepare(part.recording, prepared.method, prepared.cutoff, part.start, part.end) for part in parts]
     return [Prediction(each, chunks.torque(each, structure, x)) for each in short]
 
 

@@ -3,12 +3,16 @@
 import hashlib
 import importlib
 import pkgutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Protocol, cast
+from typing import Any, Protocol, cast
 
 from recordings.errors import BadInput
 from recordings.files import sha256
+from recordings.importing import long_tables
 from recordings.importing.table import BagPart, Table
+from recordings.kinds import kind_of
 
 _HEAD = 4096
 """Number of bytes by which a format is recognised."""
@@ -40,20 +44,55 @@ def names() -> tuple[str, ...]:
 
 
 def read(path: Path, selection: BagPart) -> Table:
-    """Read `path` in the format that recognises its content.
+    """Read `path` in the format that recognises its content; a long table becomes a wide one.
 
     Raises:
         BadInput: it does not exist, no format recognises it, or it cannot be read.
     """
-    head = _head(path)
-    for name in sorted(names(), key=lambda name: name == _FALLBACK):
-        form = cast(ImportFormat, importlib.import_module(f"{__name__}.{name}"))
-        if form.recognises(path, head):
-            if (selection.topic or selection.names) and name != "ros":
-                raise BadInput(f"{path}: --topic and --names choose from a ROS bag, {name} found; leave them out")
-            return form.read(path, selection)
-    kind = "a folder without metadata.yaml" if path.is_dir() else f"a file that begins with {head[:8]!r}"
-    raise BadInput(f"{path}: one of the formats {', '.join(names())} expected, {kind} found; export it as CSV")
+    name = _recognised(path, _head(path))
+    if selection.topic and name != "ros":
+        raise BadInput(f"{path}: --topic chooses from a ROS bag, {name} found; leave it out")
+    table = _load(name).read(path, selection)
+    return table if name == "ros" else long_tables.widened(table).of_joints(selection.names)
+
+
+def _recognised(path: Path, head: bytes) -> str:
+    for name in names():
+        if name != _FALLBACK and _load(name).recognises(path, head):
+            return name
+    if known := kind_of(path, head):
+        raise BadInput(f"{path}: measurements expected ({', '.join(names())}), {known[0]} found; {known[1]}")
+    return _FALLBACK
+
+
+def _load(name: str) -> ImportFormat:
+    return cast(ImportFormat, importlib.import_module(f"{__name__}.{name}"))
+
+
+@contextmanager
+def reading(path: Path, kind: str, remedy: str) -> Iterator[None]:
+    """Turn the errors of a library that reads `path`, at damaged files of every kind, into BadInput."""
+    try:
+        yield
+    except BadInput:
+        raise
+    except Exception as error:
+        raise BadInput(f"{path} cannot be read as {kind}: {reason(error)}; {remedy}") from None
+
+
+def library(name: str, path: Path, kind: str, extra: str) -> Any:
+    """Import the library that reads files of this `kind`.
+
+    Raises:
+        BadInput: it is not there; says which command installs it.
+    """
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        package = name.partition(".")[0]
+        raise BadInput(
+            f"{path}: {package} reads {kind}, and is not there; pip install 'delta-workbench[{extra}]'"
+        ) from None
 
 
 def digest(path: Path) -> str:

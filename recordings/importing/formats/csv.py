@@ -4,8 +4,10 @@ import re
 from collections.abc import Sequence
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from recordings.errors import BadInput
 from recordings.importing.dates import seconds
@@ -82,6 +84,7 @@ def _careful(path: Path, lines: Sequence[str], layout: TextLayout) -> Table:
 def _table_of_cells(path: Path, rows: list[list[str]], places: list[int], layout: TextLayout) -> Table:
     columns: dict[str, Floats] = {}
     invalid: dict[str, str] = {}
+    labels: dict[str, NDArray[Any]] = {}
     start = None
     for name, cells in zip(layout.names, zip(*rows, strict=True) if rows else [()] * len(layout.names), strict=True):
         values = [number(cell, layout.decimal) for cell in cells]
@@ -91,9 +94,11 @@ def _table_of_cells(path: Path, rows: list[list[str]], places: list[int], layout
             columns[name], start = dates
         else:
             row = values.index(None)
+            labels[name] = np.array(cells)
             invalid[name] = (
                 f"{path}, line {places[row]}, column {name!r}: a number expected, {cells[row][:40]!r} found; "
                 "correct the cell, or leave it empty for a gap"
             )
     follow = bool(places) and places[-1] - places[0] == len(places) - 1  # else comments stand between them
-    return Table(path, columns, digest(path), layout.units, start, invalid, places[0] if follow else None)
+    first_line = places[0] if follow else None
+    return Table(path, columns, digest(path), layout.units, start, invalid, first_line, labels)

@@ -1,4 +1,4 @@
-"""MATLAB files: version 5 by scipy, version 7.3 (HDF5) by h5py.
+"""MATLAB files up to version 7, by scipy; those of version 7.3 are HDF5.
 
 Fields of a structure get names such as `log.q`; a matrix becomes one column per joint.
 """
@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.errors import BadInput
 from recordings.importing.arrays import table_of_arrays
-from recordings.importing.formats import digest, reason
+from recordings.importing.formats import digest, reading
 from recordings.importing.table import BagPart, Table
 
-_HDF5 = b"MATLAB 7.3 MAT-file"
 _MOST_LEVELS = 8
 """Depth of nested structures that are searched."""
 
@@ -27,47 +25,11 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def read(path: Path, selection: BagPart) -> Table:
     """See `ImportFormat`."""
-    with path.open("rb") as stream:
-        hdf5 = stream.read(len(_HDF5)) == _HDF5
-    content = _read_hdf5(path) if hdf5 else _read_version_5(path)
-    return table_of_arrays(path, dict(_leaves("", content)), digest(path))
-
-
-def _read_version_5(path: Path) -> Mapping[str, Any]:
     from scipy.io import loadmat
 
-    try:
+    with reading(path, "a MATLAB file", "save it with -v7"):
         content: Mapping[str, Any] = loadmat(path, simplify_cells=True)
-    except Exception as error:  # at damaged files it raises errors of every kind
-        raise BadInput(f"{path} cannot be read as a MATLAB file: {reason(error)}; save it with -v7") from None
-    return content
-
-
-def _read_hdf5(path: Path) -> Mapping[str, Any]:
-    try:
-        import h5py
-    except ImportError:
-        raise BadInput(
-            f"{path}: h5py reads MATLAB 7.3 files, and is not there; pip install 'delta-workbench[mat73]', or save "
-            "with -v7"
-        ) from None
-    try:
-        with h5py.File(path) as file:
-            return _loaded(file, _MOST_LEVELS)
-    except Exception as error:  # at damaged files it raises errors of every kind
-        raise BadInput(f"{path} cannot be read as a MATLAB file: {reason(error)}; save it with -v7") from None
-
-
-def _loaded(group: Any, levels: int) -> dict[str, Any]:
-    """Contents of an HDF5 group; MATLAB keeps its matrices transposed there."""
-    content: dict[str, Any] = {}
-    for name, item in group.items():
-        if hasattr(item, "items"):
-            if levels and not name.startswith("#"):
-                content[name] = _loaded(item, levels - 1)
-        elif item.attrs.get("MATLAB_class") != b"char" and item.dtype.kind in "fiub":
-            content[name] = item[()].T
-    return content
+    return table_of_arrays(path, dict(_leaves("", content)), digest(path))
 
 
 def _leaves(

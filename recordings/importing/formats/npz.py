@@ -4,9 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from recordings.errors import BadInput
 from recordings.importing.arrays import table_of_arrays
-from recordings.importing.formats import digest, reason
+from recordings.importing.formats import digest, reading
 from recordings.importing.table import BagPart, Table
 
 
@@ -17,11 +16,10 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def read(path: Path, selection: BagPart) -> Table:
     """See `ImportFormat`."""
-    arrays = {}
-    try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
-            for name in archive.files:
-                arrays[name] = archive[name]
-    except Exception as error:  # at damaged files it raises errors of every kind
-        raise BadInput(f"{path} cannot be read as NPZ: {reason(error)}; save plain arrays with numpy.savez") from None
+    with (
+        reading(path, "NPZ", "save plain arrays with numpy.savez"),
+        path.open("rb") as stream,
+        np.load(stream, allow_pickle=False) as archive,
+    ):
+        arrays = {name: archive[name] for name in archive.files}
     return table_of_arrays(path, arrays, digest(path))

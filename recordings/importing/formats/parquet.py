@@ -1,10 +1,9 @@
-"""Parquet, by pyarrow; a column of lists of one length becomes a column per element."""
+"""Parquet, by pyarrow."""
 
 from pathlib import Path
 
-from recordings.errors import BadInput
-from recordings.importing.arrays import table_of_arrays
-from recordings.importing.formats import digest, reason
+from recordings.importing.arrays import table_of_arrow
+from recordings.importing.formats import digest, library, reading
 from recordings.importing.table import BagPart, Table
 
 
@@ -15,16 +14,6 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def read(path: Path, selection: BagPart) -> Table:
     """See `ImportFormat`."""
-    try:
-        from pyarrow import ArrowException, parquet
-    except ImportError:
-        raise BadInput(
-            f"{path}: pyarrow reads Parquet, and is not there; pip install 'delta-workbench[parquet]'"
-        ) from None
-    try:
-        content = parquet.read_table(path)
-    except (ArrowException, OSError) as error:
-        raise BadInput(f"{path} cannot be read as Parquet: {reason(error)}; export it again") from None
-    columns = {name: content[name].combine_chunks() for name in content.column_names}
-    arrays = {name: column.to_numpy(zero_copy_only=False) for name, column in columns.items()}
-    return table_of_arrays(path, arrays, digest(path))
+    parquet = library("pyarrow.parquet", path, "Parquet", "parquet")
+    with reading(path, "Parquet", "export it again"):
+        return table_of_arrow(path, parquet.read_table(path), digest(path))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from recordings.errors import BadInput
-from recordings.importing.formats import digest, reason
+from recordings.importing.formats import digest, reading
 from recordings.importing.table import BagPart, Table
 from recordings.recording import Floats, Ints
 
@@ -39,14 +39,12 @@ def read(path: Path, selection: BagPart) -> Table:
     _check_suffix(path)
     # Bags of ROS 2 Humble and earlier do not hold the definitions of their messages.
     usual = get_typestore(Stores.ROS2_HUMBLE)
-    try:
-        with AnyReader([path], default_typestore=usual) as bag:
-            topic = _topic(path, bag, selection.topic)
-            messages = list(_messages(bag, topic))
-    except BadInput:
-        raise
-    except Exception as error:  # the libraries raise errors of every kind at damaged files
-        raise BadInput(f"{path} cannot be read as a ROS bag: {reason(error)}; check that it is complete") from None
+    with (
+        reading(path, "a ROS bag", "check that it is complete"),
+        AnyReader([path], default_typestore=usual) as bag,
+    ):
+        topic = _topic(path, bag, selection.topic)
+        messages = list(_messages(bag, topic))
     if not messages:
         raise BadInput(f"{path}: messages on {topic} expected, none found; choose another --topic")
     return _table(path, topic, messages, selection.names)

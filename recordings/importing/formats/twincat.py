@@ -13,7 +13,7 @@ import numpy as np
 
 from recordings.errors import BadInput
 from recordings.importing.formats import digest
-from recordings.importing.table import BagPart, Table
+from recordings.importing.table import BagPart, Table, distinct
 from recordings.importing.text import decode, lines_of, number, split
 from recordings.importing.units import parse
 from recordings.interpolation import interpolate
@@ -42,7 +42,7 @@ def read(path: Path, selection: BagPart) -> Table:
     if not rows:
         raise BadInput(f"{path}: rows of numbers behind the header expected, none found; export the data as well")
     width = max(map(len, rows))
-    channels = _names(header["Name"])
+    channels = distinct(header["Name"])
     table = _numbers(path, rows, width, first)
     times, values = _pairs(path, table, len(channels), header)
     instants = times[0][np.isfinite(times[0])]
@@ -69,11 +69,6 @@ def _header(path: Path, lines: list[str], delimiter: str) -> tuple[dict[str, lis
             return header, place + (not line.strip())
         header[cells[0].strip()] = [cell.strip() for cell in cells[1::2]]
     return header, len(lines)
-
-
-def _names(names: list[str]) -> list[str]:
-    """Distinct names of the channels."""
-    return [name if names.index(name) == k else f"{name}#{k + 1}" for k, name in enumerate(names)]
 
 
 def _numbers(path: Path, rows: list[list[str]], width: int, first: int) -> Floats:

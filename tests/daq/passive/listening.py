@@ -25,7 +25,7 @@ def arrivals(frames: CanFrames, period: float, seed: int, jitter: float = 2e4) -
 
 def write(path: Path, rig: Rig, frames: CanFrames, log: Ints, keep: np.ndarray | None = None) -> None:
     """Write a listened recording with frames only, as a killed listener leaves it."""
-    with RecordingWriter(path, rig, listen._run(rig)) as writer:
+    with RecordingWriter(path, rig, listen.listened_run(rig)) as writer:
         for k in np.flatnonzero(np.ones(len(log), bool) if keep is None else keep):
             data = bytes(frames.data[k, : frames.dlc[k]])
             writer.can(int(log[k]), int(log[k]), int(frames.id[k]), data, sent=False, rtr=bool(frames.rtr[k]))

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ident import slicing
 from ident.data.cutoff import (
     MAX_NOISE_SHARE,
     MAX_TORQUE_LOSS,
@@ -15,10 +16,12 @@ from ident.data.cutoff import (
     choose_common,
     given_or_chosen,
 )
+from ident.data.prepared_recording import prepare
 from ident.data.samples import sample
 from ident.dynamics.torque_map import torque_from_voltage
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
+from tests.ident import building
 
 Make = Callable[..., Recording]
 
@@ -109,3 +112,46 @@ def test_a_given_cutoff_is_used_if_the_rate_permits_it(noisy: Recording) -> None
         given_or_chosen(101.0, sample(noisy))
     assert "chosen from the spectra" in given_or_chosen(None, sample(noisy)).sentence()
     assert choose(np.zeros((50, 1)), np.zeros((50, 1)), 500.0).reason == "usual"  # too short for spectra
+
+
+def slow(gap: float) -> Recording:
+    """A minute of the axis of a bench at 25 Hz with jitter, and a gap [s] in every second."""
+    rng = np.random.default_rng(3)
+    time = np.arange(1500) / 25 + rng.uniform(-0.004, 0.004, 1500)
+    time = time[time % 1.0 >= gap]
+    time -= time[0]
+    waves = [(1.3, 1.0, 0.0), (2.1, 0.6, 1.0), (0.7, 0.5, 2.0)]
+    q, qd, qdd = (sum(a * w**k * np.sin(w * time + p + k * np.pi / 2) for w, a, p in waves) for k in range(3))
+    effort = building.INERTIA * qdd + building.VISCOUS * qd + building.COULOMB * np.sign(qd)
+    recording = building.record(cycles=1)
+    rows = np.arange(len(time))
+    return replace(
+        slicing.along_time(recording, rows % len(recording.time)),
+        time=time,
+        position=q[:, None],
+        command=q[:, None],
+        effort=effort[:, None],
+        repeat=np.full(len(time), -1),
+        run=recording.run.model_copy(update={"rate": 25.0, "period": 0.0, "cycles": 0}),
+    )
+
+
+def test_gaps_that_leave_hardly_a_row_lower_the_cutoff_which_closes_them() -> None:
+    assert choose_common([slow(0.0)]).reason == "rate"
+    gaps = slow(0.3)
+    cutoff = choose_common([gaps])
+    assert (cutoff.reason, 0.3 < cutoff.gap < 0.5, 1 < cutoff.hz < 3) == ("gaps", True, True)
+    assert f"gaps of up to {cutoff.gap:.2g} s" in cutoff.sentence()
+    for asked in (None, cutoff, cutoff.hz):
+        prepared = prepare(gaps, "parallel", asked)
+        rows = prepared.usable[:, 0]
+        assert rows.mean() > 0.8
+        found = np.linalg.lstsq(prepared.regressor[rows, 0], prepared.torque[rows, 0], rcond=None)[0]
+        np.testing.assert_allclose(found, building.parameters(), rtol=0.05)
+
+
+def test_cutoff_stays_where_rows_are_left_between_gaps() -> None:
+    recording = slow(0.0)
+    kept = np.ones(len(recording.time), bool)
+    kept[700:710] = False
+    assert choose_common([slicing.along_time(recording, kept)]).gap == 0.0

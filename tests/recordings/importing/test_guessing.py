@@ -40,6 +40,8 @@ def taken(table: Table) -> dict[str, str]:
          ("time s", "position_1 rad", "position_2 rad", "effort_1 Nm", "effort_2 Nm")),
         (("t", "q[0]", "q[1]", "u[0]", "u[1]"),
          ("time s", "position_1 rad", "position_2 rad", "voltage_1 V", "voltage_2 V")),
+        (("t", "elbow_pos", "wrist_1_pos", "elbow_tau", "wrist_1_tau"),
+         ("time s", "position_1 rad", "position_2 rad", "effort_1 Nm", "effort_2 Nm")),
     ],
 )  # fmt: skip
 def test_names_of_many_programs(names: tuple[str, ...], expected: tuple[str, ...]) -> None:

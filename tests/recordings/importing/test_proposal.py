@@ -1,13 +1,17 @@
 """The proposed command: its options, and what it lacks."""
 
+import json
+import shlex
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from daq.commands.import_ import command
 from recordings.importing.guessing import guess
 from recordings.importing.proposal import missing, options, propose
 from recordings.importing.table import BagPart, Table
+from tests.running import printed
 
 TIME = np.arange(400) * 0.004
 ANGLE, SPEED = np.sin(TIME), np.cos(TIME)
@@ -61,6 +65,17 @@ def test_document_previews_the_columns(tmp_path: Path) -> None:
     assert (time["preview"][0], time["preview"][-1], len(time["preview"])) == (0.0, 9.99, 300)
     assert angle["preview"][0] is None
     assert state["preview"] == []
+
+
+def test_accepted_guess_is_the_pasted_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    rows = "\n".join(f"{20 * k},{np.sin(0.1 * k):.5f},{k % 3}" for k in range(60))
+    Path("a.csv").write_text(f"t [ms],q,tau\n{rows}\n")
+    document = json.loads(printed(command, "a.csv", "--guess", "--yes", "--json"))
+    assert (document["recording"], document["joints"], document["samples"]) == ("a.mcap", 1, 60)
+    pasted = propose(Path("a.csv"), BagPart(), out=Path("b.mcap")).command
+    printed(command, *shlex.split(pasted)[2:])
+    assert Path("a.mcap").read_bytes() == Path("b.mcap").read_bytes()
 
 
 @pytest.mark.parametrize(

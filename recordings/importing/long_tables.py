@@ -1,0 +1,136 @@
+"""Long tables, with a row for each time and joint: made wide, with a column for each joint."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.errors import BadInput
+from recordings.importing.guessing import kind, words_of
+from recordings.importing.table import JOINT_QUANTITIES, Table
+from recordings.interpolation import interpolate
+from recordings.recording import Bools, Floats
+
+_KEYS = "joint axis motor drive name channel signal variable quantity node id achse gelenk antrieb"
+_NUMBERS = "number nr no index nummer"
+"""Last words of the name of a column that says which joint, or which quantity, a row is of: joint, axis number."""
+_VALUES = ("value", "values", "val", "wert", "data", "reading")
+"""A single column of values that is called so adds nothing to the name of the key."""
+_MOST_JOINTS = 64
+"""A column with more distinct values is none of joints."""
+_MOST_TIMES = 0.75
+"""In a long table, the distinct times are at most this share of the rows: two joints make a half."""
+
+
+def widened(table: Table) -> Table:
+    """Put the joints of a long table side by side: columns VALUE_KEY, such as `position_left`, one per joint.
+
+    Joints with instants of their own are interpolated at those of the first. A table that is not long is returned as
+    it is.
+
+    Raises:
+        BadInput: a joint stands twice at one time.
+    """
+    name = next((column for column in table.columns if kind(table, column) == "time"), None)
+    if name is None or len(table.columns[name]) < 2 or not np.isfinite(table.columns[name]).all():
+        return table
+    time = table.columns[name]
+    candidates = dict(_candidates(table, name))
+    keys = _keys(table, time, candidates)
+    values = [column for column in table.columns if column not in (name, *keys)]
+    if not keys or not values:
+        return table
+    texts, place = _texts(candidates, keys)
+    shared = _repeats(time)
+    instants = np.unique(time) if shared else np.sort(time[place == 0])
+    columns: dict[str, Floats] = {name: instants}
+    units = {name: table.units[name]} if name in table.units else {}
+    for column in values:
+        for k, text in enumerate(texts):
+            of = text if len(values) == 1 and column.lower() in _VALUES else f"{column}_{text}"
+            columns[of] = _placed(instants, time[place == k], table.columns[column][place == k], shared=shared)
+            if column in table.units:
+                units[of] = table.units[column]
+    own = "" if shared else f" at the times of {texts[0]}, the others interpolated"
+    note = f"a row for each time and {' and '.join(keys)}: made a column for each ({', '.join(texts)}){own}"
+    invalid = {column: why for column, why in table.invalid.items() if column not in keys}
+    notes = (*table.notes, note)
+    return replace(table, columns=columns, units=units, invalid=invalid, first_line=None, labels={}, notes=notes)
+
+
+def _candidates(table: Table, time: str) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Columns (n,) that may say which joint, or which quantity, a row is of: quantities, then text, then numbers."""
+    texts = {name: cells for name, cells in table.labels.items() if 1 < len(set(cells)) <= _MOST_JOINTS}
+    yield from sorted(texts.items(), key=lambda item: not set(item[1]) <= set(JOINT_QUANTITIES))
+    for name, values in table.columns.items():
+        if name != time and _says_key(name) and np.isfinite(values).all() and (values == np.rint(values)).all():
+            distinct = np.unique(values)
+            if 1 < len(distinct) <= _MOST_JOINTS:
+                yield name, np.searchsorted(distinct, values) + 1  # joints are counted from 1
+
+
+def _keys(table: Table, time: Floats, candidates: dict[str, NDArray[Any]]) -> tuple[str, ...]:
+    """The candidates that, with the time, tell the rows apart; empty if the table is not long."""
+    if not _repeats(time):
+        return next(((name,) for name, key in candidates.items() if _says_key(name) and _alternates(time, key)), ())
+    choices = [*((name,) for name in candidates), *combinations(candidates, 2)]
+    for names in choices:
+        if not _twice(time, candidates, names).any():
+            return names
+    named = next((names for names in reversed(choices) if all(map(_says_key, names))), None)
+    if named is None:
+        return ()
+    row = int(np.argmax(_twice(time, candidates, named)))
+    which = ", ".join(f"{name} {candidates[name][row]}" for name in named)
+    raise BadInput(
+        f"{table.location(row)}: one row for each time and {' and '.join(named)} expected, {which} at {time[row]:g} "
+        "twice found; remove one of them"
+    )
+
+
+def _says_key(name: str) -> bool:
+    *before, last = words_of(name) or [""]
+    keys = set(_KEYS.split())
+    return last in keys or (last in _NUMBERS.split() and not keys.isdisjoint(before))
+
+
+def _repeats(time: Floats) -> bool:
+    return len(np.unique(time)) <= _MOST_TIMES * len(time)
+
+
+def _alternates(time: Floats, key: NDArray[Any]) -> bool:
+    """Whether rows of several joints, each with times of its own, are mixed or stand one below the other."""
+    mixed = np.count_nonzero(key[1:] != key[:-1]) >= len(key) / 2
+    return bool(mixed or (np.diff(time) <= 0).any()) and all(
+        (np.diff(time[key == value]) > 0).all() for value in np.unique(key)
+    )
+
+
+def _twice(time: Floats, candidates: dict[str, NDArray[Any]], names: Sequence[str]) -> Bools:
+    """Whether a row (n,) repeats the time and the keys `names` of an earlier one."""
+    _, place = _texts(candidates, names)
+    pairs = np.column_stack([np.unique(time, return_inverse=True)[1], place])
+    repeated = np.ones(len(time), bool)
+    repeated[np.unique(pairs, axis=0, return_index=True)[1]] = False
+    return repeated
+
+
+def _texts(candidates: dict[str, NDArray[Any]], names: Sequence[str]) -> tuple[list[str], NDArray[np.intp]]:
+    """Joints in the order in which they first appear, and that of each row (n,)."""
+    joined = np.array(["_".join(map(str, row)) for row in zip(*(candidates[name] for name in names), strict=True)])
+    texts, first, place = np.unique(joined, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    return texts[order].tolist(), np.argsort(order)[place]
+
+
+def _placed(instants: Floats, time: Floats, values: Floats, *, shared: bool) -> Floats:
+    """The `values` (k,) of one joint at the `instants` (n,); NaN where it has none."""
+    order = np.argsort(time, kind="stable")
+    if not shared:
+        return interpolate(instants, time[order], values[order])
+    placed = np.full(len(instants), np.nan)
+    placed[np.searchsorted(instants, time)] = values
+    return placed
