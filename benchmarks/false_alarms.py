@@ -1,4 +1,4 @@
-"""`python -m benchmarks.false_alarms FOLDER [--real DATA]`: count data problems of recordings with which nothing is wrong.
+"""`python -m benchmarks.false_alarms FOLDER [--real DATA]`: count data problems where nothing is wrong.
 
 FOLDER holds the recordings of `python -m benchmarks.hidden_effects`, and DATA the data sets of `benchmarks.real`.
 Each recording is examined alone, as by `ident check --problems`.

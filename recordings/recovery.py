@@ -106,6 +106,9 @@ class _Rewriter:
 
     def finish(self, run: Mapping[str, str], rig: Rig | None) -> None:
         """Write `run`, what stands for records that are lost, and the end."""
+        for _, known in message_types():
+            if known.topic in schemas.TOPICS:  # every recording has them, with messages or without
+                self._describe_if_lost(known.id)
         for name, values in self._metadata.items():
             if name not in self._lost_records:
                 self._writer.metadata(name, values)

@@ -1,8 +1,8 @@
 """Recordings with flipped bits and cut ends: `daq recover` keeps what was not hit, and states what is lost.
 
-`python -m tests.fuzz.recovery [--count 2000] [--seed 1]`. The bound: the rows that are kept are at least all but those of
-the chunks in which a bit was flipped or the file was cut. Nothing is flipped in the first bytes of a file, which tell
-what it is.
+`python -m tests.fuzz.recovery [--count 2000] [--seed 1]`. The bound: the rows that are kept are at least all but
+those of the chunks in which a bit was flipped or the file was cut. Nothing is flipped in the first bytes of a file,
+which tell what it is.
 """
 
 import argparse
@@ -49,11 +49,6 @@ def pieces(path: Path) -> list[Piece]:
             start = chunk.chunk_start_offset
             found.append(Piece(start, start + chunk.chunk_length, rows))
     return found
-
-
-def rows_hit(found: list[Piece], first: int, end: int) -> int:
-    """Number of samples in chunks of which a byte lies between `first` and `end`."""
-    return sum(piece.rows for piece in found if piece.start < end and first < piece.end)
 
 
 def damaged(whole: bytes, rng: np.random.Generator) -> tuple[bytes, set[int], int]:

@@ -149,8 +149,8 @@ def _check_encryption(options: EngineOptions) -> None:
     told = options.scheduler_file.read_text(encoding="utf-8") if options.scheduler_file else options.scheduler
     if "tls://" in str(told) and Security().get_connection_args("client")["ssl_context"] is None:
         raise BadInput(
-            "Dask's TLS settings expected for a tls:// address, none found; set DASK_DISTRIBUTED__COMM__TLS__CA_FILE, "
-            "…__CLIENT__CERT and …__CLIENT__KEY, or the same in a file of Dask's configuration"
+            "Dask's TLS settings expected for a tls:// address, none found; set DASK_DISTRIBUTED__COMM__TLS__CA_FILE "
+            "and likewise CLIENT__CERT and CLIENT__KEY, or a file of Dask's configuration"
         )
 
 
