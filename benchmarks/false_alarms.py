@@ -13,7 +13,6 @@ import click
 
 from benchmarks.real import data_set, diagnosing
 from ident.data_problems import check_data
-from recordings.errors import BadInput
 from recordings.reader import read
 
 
@@ -31,32 +30,21 @@ def main(folder: Path, count: int | None, real: Path | None) -> None:
 
 
 def real_recordings(folder: Path, scratch: Path) -> Iterator[Path]:
-    """Import the data sets in `folder`; those that are not there are left out."""
+    """Import the data sets in `folder`."""
     for manifest in data_set.manifests():
-        try:
-            train, validate = diagnosing.imported(manifest, folder, scratch)
-        except BadInput as error:
-            click.echo(f"{manifest.name}: {error}", err=True)
-            continue
+        train, validate = diagnosing.imported(manifest, folder, scratch)
         yield from (*train, *validate)
 
 
 def report(what: str, paths: Sequence[Path]) -> None:
     """Examine the recordings `paths`, and print what is said of them."""
     kinds: Counter[str] = Counter()
-    refused = 0
     for path in paths:
-        try:
-            problems = check_data([read(path)]).data_problems
-        except BadInput as error:
-            refused += 1
-            click.echo(f"  {path.parent.name}/{path.name}: {error}", err=True)
-            continue
-        kinds.update(problem.kind for problem in problems)
-        for problem in problems:
+        for problem in check_data([read(path)]).data_problems:
+            kinds[problem.kind] += 1
             click.echo(f"  {path.parent.name}/{path.name}: {problem.kind}, {problem.why}")
     counts = ", ".join(f"{number} {kind}" for kind, number in sorted(kinds.items())) or "0 data problems"
-    click.echo(f"{what}: {len(paths)} recordings, {refused} refused, {counts}")
+    click.echo(f"{what}: {len(paths)} recordings, {counts}")
 
 
 if __name__ == "__main__":

@@ -27,25 +27,6 @@ def listening() -> Iterator[socket.socket]:
         thread.join()
 
 
-def forward(to: int) -> int:
-    """Pass on what comes to another port, as ssh does; return that port."""
-    entrance = socket.create_server((local.HOST, 0))
-
-    def pump(source: socket.socket, target: socket.socket) -> None:
-        while data := source.recv(65536):
-            target.sendall(data)
-        target.close()
-
-    def accept() -> None:
-        while True:
-            near, far = entrance.accept()[0], socket.create_connection((local.HOST, to))
-            for pair in ((near, far), (far, near)):
-                threading.Thread(target=pump, args=pair, daemon=True).start()
-
-    threading.Thread(target=accept, daemon=True).start()
-    return int(entrance.getsockname()[1])
-
-
 def test_the_file_belongs_to_its_owner_alone_and_is_removed(listening: socket.socket, tmp_path: Path) -> None:
     with local.link(local.address(listening, TOKEN), tmp_path) as link:
         assert TOKEN not in link
@@ -56,12 +37,8 @@ def test_the_file_belongs_to_its_owner_alone_and_is_removed(listening: socket.so
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("forwarded", [False, True])
-def test_a_browser_reaches_the_page(forwarded: bool, listening: socket.socket, tmp_path: Path) -> None:
+def test_a_browser_reaches_the_page(listening: socket.socket, tmp_path: Path) -> None:
     address = local.address(listening, TOKEN)
-    if forwarded:
-        port = listening.getsockname()[1]
-        address = address.replace(str(port), str(forward(port)))
     with local.link(address, tmp_path) as link, chromium.tab() as page:
         page.goto(link)
         page.get_by_text("inside 0").wait_for()
