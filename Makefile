@@ -77,6 +77,7 @@ faults: $(READY)
 
 # 100,000 random frames, serial replies and damaged recordings; 10,000 diagnoses of random recordings.
 # Resume or repeat a diagnosis: python -m tests.fuzz --start N --count 1
+# Damaged recordings and what `daq recover` keeps of them: python -m tests.fuzz.recovery --count 2000
 fuzz: $(READY)
 	$(BIN)/python -m tests.fuzz
 

@@ -106,6 +106,9 @@ class _Rewriter:
 
     def finish(self, run: Mapping[str, str], rig: Rig | None) -> None:
         """Write `run`, what stands for records that are lost, and the end."""
+        for _, known in message_types():
+            if known.topic in schemas.TOPICS:  # every recording has them, with messages or without
+                self._describe_if_lost(known.id)
         for name, values in self._metadata.items():
             if name not in self._lost_records:
                 self._writer.metadata(name, values)
@@ -138,9 +141,14 @@ class _Rewriter:
         return tuple(name for name, is_valid in valid.items() if not is_valid(self._metadata.get(name, {})))
 
     def _is_altered(self) -> bool:
-        ends = [span for span in self._intact.spans if span.opcode == Opcode.DATA_END]
+        ends = self._ends
         stated = int.from_bytes(self._intact.body(ends[0]), "little") if ends else 0  # 0: written without a checksum
         return stated not in (0, self._intact.checksum(ends[0].start) if ends else 0)
+
+    @property
+    def _ends(self) -> list[Span]:
+        """Of the data: one, or none where the file is cut off."""
+        return [span for span in self._intact.spans if span.opcode == Opcode.DATA_END]
 
     def _lost_rows(self, cycles: Ints) -> int | None:
         """Number of samples that the indexes of chunks announce, or that the SYNC counter leaves out."""
@@ -149,6 +157,8 @@ class _Rewriter:
             counts = statistics.channel_message_counts
             written = sum(int(counts.get(channel, 0)) for channel in channels)
             return max(written - len(cycles), 0)
+        if not self._ends:
+            return None  # nothing tells what came behind the last sample
         indexes = self._intact.of(Opcode.MESSAGE_INDEX)
         announced = sum(len(index.records) for index in indexes if index.channel_id in channels)
         gaps = int(np.ptp(cycles)) + 1 - len(np.unique(cycles)) if len(cycles) else 0

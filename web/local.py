@@ -1,6 +1,11 @@
-"""Local server: the socket on which it listens, and its address with the token."""
+"""Local server: the socket on which it listens, its address with the token, and a link for the browser."""
 
+import os
 import socket
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 from recordings.errors import BadInput
 
@@ -27,3 +32,17 @@ def listen(port: int | None = None) -> socket.socket:
 def address(listening: socket.socket, token: str) -> str:
     """Return the address that a browser opens; `web.security.Guard` moves the token into a cookie."""
     return f"http://{HOST}:{listening.getsockname()[1]}/?token={token}"
+
+
+@contextmanager
+def link(address: str, folder: Path) -> Iterator[str]:
+    """Yield the link of a file in `folder` that leads a browser to `address`; the file is removed in the end.
+
+    Everyone on this machine sees how a browser was started, but only the owner of the file can read the token in it.
+    """
+    # Browsers in a sandbox of their own see the folders of the user, but not those for temporary files.
+    where = folder if os.access(folder, os.W_OK) else None
+    with tempfile.NamedTemporaryFile("w", dir=where, prefix="open-page-", suffix=".html", encoding="utf-8") as file:
+        file.write(f'<!doctype html><meta http-equiv="refresh" content="0; url={address}">\n')
+        file.flush()
+        yield Path(file.name).as_uri()

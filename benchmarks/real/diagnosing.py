@@ -46,6 +46,16 @@ def diagnose(manifest: Manifest, folder: Path, scratch: Path) -> DiagnosedSet:
     """
     import ident
 
+    train, validate = imported(manifest, folder, scratch)
+    return DiagnosedSet(manifest, ident.diagnose(train, validate=validate).as_json())
+
+
+def imported(manifest: Manifest, folder: Path, scratch: Path) -> tuple[list[Path], list[Path]]:
+    """Import the data set of `manifest` in `folder` to `scratch`: recordings for training, and for validation.
+
+    Raises:
+        BadInput: a file is missing, or cannot be read.
+    """
     train: list[Path] = []
     validate: list[Path] = []
     for part in manifest.parts:
@@ -59,7 +69,7 @@ def diagnose(manifest: Manifest, folder: Path, scratch: Path) -> DiagnosedSet:
         for use, kept in _uses(part, columns["time"]):
             recording = _record(manifest, columns, kept, scratch / f"{manifest.name}-{len(train)}-{len(validate)}")
             (train if use == "train" else validate).append(recording)
-    return DiagnosedSet(manifest, ident.diagnose(train, validate=validate).as_json())
+    return train, validate
 
 
 def _uses(part: Part, time: Floats) -> list[tuple[str, Any]]:

@@ -13,6 +13,7 @@ import threading
 import webbrowser
 from collections import deque
 from collections.abc import AsyncIterator, Iterable
+from pathlib import Path
 from typing import Any
 
 import uvicorn
@@ -106,7 +107,7 @@ def application(broadcast: RunBroadcast) -> FastAPI:
 
 async def serve(broadcast: RunBroadcast, token: str, listening: socket.socket) -> None:
     """Serve until the run is over and all open pages have received its end."""
-    app = Guard(application(broadcast), token, listening.getsockname()[1])
+    app = Guard(application(broadcast), token)
     server = uvicorn.Server(
         uvicorn.Config(app, log_level="error", access_log=False, lifespan="off", timeout_graceful_shutdown=1)
     )
@@ -133,10 +134,13 @@ def main() -> None:
     first = json.loads(lines.readline())
     broadcast = RunBroadcast(first["run"])
     threading.Thread(target=broadcast.listen, args=(lines,), daemon=True).start()
-    with socket.socket(fileno=first["listening"]) as listening:
+    with (
+        socket.socket(fileno=first["listening"]) as listening,
+        local.link(local.address(listening, first["token"]), Path(first["folder"])) as link,
+    ):
 
         def browse() -> None:
-            broadcast.browser_started = webbrowser.open(local.address(listening, first["token"]))
+            broadcast.browser_started = webbrowser.open(link)
 
         # In a thread: with some browsers the call returns only when they are closed.
         threading.Thread(target=browse, daemon=True).start()

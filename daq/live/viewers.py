@@ -40,7 +40,12 @@ def viewers(
 def _page(request: RunRequest) -> tuple[Viewer, str]:
     token = secrets.token_urlsafe(24)
     with local.listen() as listening:
-        first = {"listening": listening.fileno(), "token": token, "run": _run(request)}
+        first = {
+            "listening": listening.fileno(),
+            "token": token,
+            "folder": str(request.out.parent.resolve()),
+            "run": _run(request),
+        }
         return Viewer("daq.live.page", first, [listening.fileno()]), local.address(listening, token)
 
 

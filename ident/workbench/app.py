@@ -2,6 +2,7 @@
 
 import secrets
 import webbrowser
+from contextlib import ExitStack, suppress
 
 import uvicorn
 from fastapi import FastAPI, HTTPException
@@ -21,7 +22,7 @@ _SANDBOX = {"content-security-policy": "sandbox allow-scripts allow-downloads"}
 """A report runs its scripts apart from the page, which can set drives in motion."""
 
 
-def guarded_app(session: WorkbenchSession, token: str, port: int) -> Guard:
+def guarded_app(session: WorkbenchSession, token: str) -> Guard:
     """Return the page of `session` as an ASGI application behind the token guard."""
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
 
@@ -47,7 +48,7 @@ def guarded_app(session: WorkbenchSession, token: str, port: int) -> Guard:
 
     # NiceGUI brings all assets; nothing is loaded from a network.
     ui.run_with(app, title="delta-workbench", show_welcome_message=False, reconnect_timeout=_PATIENCE)
-    return Guard(app, token, port)
+    return Guard(app, token)
 
 
 def serve(session: WorkbenchSession, port: int | None, browser: bool) -> None:
@@ -59,15 +60,13 @@ def serve(session: WorkbenchSession, port: int | None, browser: bool) -> None:
     listening = local.listen(port)
     token = secrets.token_urlsafe(24)
     address = local.address(listening, token)
-    app = guarded_app(session, token, listening.getsockname()[1])
+    app = guarded_app(session, token)
     config = uvicorn.Config(app, log_level="warning", access_log=False, timeout_graceful_shutdown=1)
     print(f"workbench: {address}\nOnly this machine can open it. Press Ctrl-C to quit.", flush=True)
     session.jobs.worker.prepare()
-    if browser:
-        webbrowser.open(address)
-    try:
-        uvicorn.Server(config).run(sockets=[listening])
-    except KeyboardInterrupt:
-        pass
-    finally:
-        session.close()
+    with ExitStack() as stack:
+        stack.callback(session.close)
+        if browser:
+            webbrowser.open(stack.enter_context(local.link(address, session.folder.root)))
+        with suppress(KeyboardInterrupt):
+            uvicorn.Server(config).run(sockets=[listening])

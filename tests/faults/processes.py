@@ -162,13 +162,13 @@ FAULTS: tuple[ProcessFault, ...] = (
     ProcessFault("SIGINT twenty times", "SIGINT", 1, _signals(signal.SIGINT, times=20, pause=0.004)),
     ProcessFault("SIGTERM", "SIGTERM", 1, _signals(signal.SIGTERM)),
     ProcessFault("SIGHUP", "SIGHUP", 1, _signals(signal.SIGHUP)),
-    ProcessFault("SIGKILL of the recorder", "", -9, _signals(signal.SIGKILL), may_lose=0.5),
+    ProcessFault("SIGKILL of the recorder", "", -9, _signals(signal.SIGKILL), may_lose=0.25),
     ProcessFault(
         "SIGKILL of the recorder at full torque offset",
         "",
         -9,
         _signals(signal.SIGKILL),
-        may_lose=0.5,
+        may_lose=0.25,
         feedforward=True,
     ),
     ProcessFault(

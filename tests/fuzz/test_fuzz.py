@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from tests.fuzz import diagnoses, inputs
+from tests.fuzz import diagnoses, inputs, recovery
 
 
 def test_driver_survives_random_frames() -> None:
@@ -22,6 +23,14 @@ def test_random_serial_replies_are_parsed_or_refused() -> None:
 def test_mutated_recordings_are_read_or_refused(tmp_path: Path) -> None:
     refused = inputs.files(300, 14, inputs.small_recording(tmp_path / "sample.mcap"), tmp_path)
     assert 100 < refused < 300
+
+
+@pytest.mark.slow
+def test_what_was_not_hit_of_damaged_recordings_is_kept_and_losses_are_stated(tmp_path: Path) -> None:
+    seed = np.random.SeedSequence().generate_state(1).item()
+    outcomes = recovery.recover_all(60, seed, tmp_path)
+    print(f"seed {seed}: {dict(outcomes)}")
+    assert outcomes["rows lost, stated"] > 5
 
 
 @pytest.mark.slow

@@ -120,6 +120,7 @@ def _client(options: EngineOptions) -> Iterator[Any]:
     if options.scheduler or options.scheduler_file:
         where = options.scheduler or options.scheduler_file
         try:
+            _check_encryption(options)
             client = distributed.Client(
                 options.scheduler, scheduler_file=options.scheduler_file, timeout=_PATIENCE, set_as_default=False
             )
@@ -139,6 +140,18 @@ def _client(options: EngineOptions) -> Iterator[Any]:
         )
     with cluster, distributed.Client(cluster, set_as_default=False) as client:
         yield client
+
+
+def _check_encryption(options: EngineOptions) -> None:
+    """Refuse a scheduler that speaks TLS where Dask has no settings for that: its client would wait for a minute."""
+    from distributed.security import Security
+
+    told = options.scheduler_file.read_text(encoding="utf-8") if options.scheduler_file else options.scheduler
+    if "tls://" in str(told) and Security().get_connection_args("client")["ssl_context"] is None:
+        raise BadInput(
+            "Dask's TLS settings expected for a tls:// address, none found; set DASK_DISTRIBUTED__COMM__TLS__CA_FILE "
+            "and likewise CLIENT__CERT and CLIENT__KEY, or a file of Dask's configuration"
+        )
 
 
 @contextmanager

@@ -51,7 +51,7 @@ def ask(path: str, **headers: str) -> httpx.Response:
     async def sent() -> httpx.Response:
         broadcast = RunBroadcast(RUN)
         broadcast.listen([DONE])
-        guarded = Guard(application(broadcast), "token", PORT)
+        guarded = Guard(application(broadcast), "token")
         transport = httpx.ASGITransport(guarded)
         here = httpx.URL(scheme="http", host="localhost", port=PORT)
         async with httpx.AsyncClient(transport=transport, base_url=here) as client:

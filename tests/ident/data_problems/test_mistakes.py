@@ -47,14 +47,16 @@ def position(change: Callable[[Floats], Floats]) -> Callable[[Recording], Record
 
 
 def wrapped(q: Floats) -> Floats:
-    return np.column_stack([q[:, 0], np.mod(q[:, 1] - np.median(q[:, 1]), 2 * np.pi), q[:, 2]])
+    """Let the encoder of joint 2 begin its turn within the motion."""
+    zero = np.median(q[:, 1])
+    return np.column_stack([q[:, 0], np.mod(q[:, 1] - zero, 2 * np.pi) + zero, q[:, 2]])
 
 
 def short(recording: Recording) -> Recording:
-    rows = slice(800, 950)
+    rows = slice(800, 800 + int(0.3 * recording.run.rate))
     names = ("position", "command", "voltage", "effort", "statusword", "error_code", "repeat", "lateness")
     cut = {name: getattr(recording, name)[rows] for name in names}
-    return replace(recording, time=recording.time[:150], **cut)
+    return replace(recording, time=recording.time[: len(cut["position"])], **cut)
 
 
 def spiky(tau: Floats) -> Floats:

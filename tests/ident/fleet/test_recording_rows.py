@@ -1,6 +1,7 @@
 """One recording becomes rows; one that cannot be used becomes a row with the reason."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from ident.fleet.recording_rows import Row, examine, motion_features, start_of
 from ident.fleet.settings import FleetSettings
 from ident.fleet.walk import walk
 from recordings.errors import BadInput
+from recordings.reader import read
 from recordings.recording import Floats, Recording
 from recordings.rig import simulated_rig
 
@@ -55,6 +57,17 @@ def test_unset_clock_is_a_row_that_still_has_the_robot(tmp_path: Path, night: Ca
     (row,) = examined(tmp_path)
     assert (row["status"], row["robot"]) == ("failed", "r01")
     assert "1970-01-01" in row["reason"]
+
+
+def test_data_that_cannot_be_right_are_one_row_with_that_reason(
+    tmp_path: Path, night: Callable[..., Path], write: Callable[[Recording], Path]
+) -> None:
+    right = read(night(tmp_path / "a.mcap", 1))
+    right.path.unlink()
+    write(replace(right, voltage=right.voltage * [-1, 1, 1]))
+    (row,) = examined(tmp_path)  # no value, and so no alarm
+    assert (row["status"], row["robot"]) == ("failed", "r01")
+    assert "torque-sign: The torque of joint 1 has the other sign" in row["reason"]
 
 
 def test_start_is_read_with_any_zone_and_a_future_one_is_refused(recording: Recording) -> None:

@@ -9,6 +9,8 @@ import pytest
 
 from ident.workbench.folder import SUFFIX, Folder
 from recordings.recording import Recording
+from tests.ident.conftest import write_recording
+from tests.ident.data_problems.test_mistakes import MISTAKES, robot
 from tests.ident.workbench.conftest import Browser, RunningWorkbench, Serve
 from tests.ident.workbench.test_mission import rms
 
@@ -148,3 +150,18 @@ def test_names_and_metadata_of_a_hostile_recording_are_shown_as_text(
     browser.screenshot("hostile")
     assert page.evaluate("window.hacked") is None
     assert not page.locator("img[src=x]").count()
+
+
+def test_a_recording_that_cannot_be_right_is_healed(tmp_path: Path, serve: Serve, browser: Browser) -> None:
+    flipped = MISTAKES["flipped torque"].change(robot(3))
+    for name in ("a", "b"):
+        write_recording(replace(flipped, path=tmp_path / f"{name}.mcap"))
+    browser.open(serve(tmp_path).address)
+    browser.click("tab-data")
+    browser.wait_for_text("problem-torque-sign", "joint 1")
+    browser.check("data-problem")
+    browser.click("heal-torque-sign")
+    browser.page.get_by_text("a-healed.mcap").first.wait_for()
+    browser.at("problem-torque-sign").wait_for(state="detached")
+    browser.check("healed")
+    assert (tmp_path / "a-healed.mcap").exists()

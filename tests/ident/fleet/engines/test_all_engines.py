@@ -85,3 +85,13 @@ def test_scheduler_that_does_not_exist_is_named(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr("ident.fleet.engines.dask._PATIENCE", 0.2)
     with pytest.raises(BadInput, match=r"a Dask scheduler at tcp://127\.0\.0\.1:9 expected"):
         list(engines.load("dask").run(square, [1], EngineOptions(scheduler="tcp://127.0.0.1:9")))
+
+
+def test_encryption_needs_the_settings_of_dask(tmp_path: Path) -> None:
+    (tmp_path / "scheduler.json").write_text('{"address": "tls://127.0.0.1:9"}')
+    for told in (
+        EngineOptions(scheduler="tls://127.0.0.1:9"),
+        EngineOptions(scheduler_file=tmp_path / "scheduler.json"),
+    ):
+        with pytest.raises(BadInput, match=r"Dask's TLS settings expected .*COMM__TLS__CA_FILE"):
+            list(engines.load("dask").run(square, [1], told))
