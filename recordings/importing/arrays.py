@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.importing.table import Table
+from recordings.limits import check_columns
 from recordings.recording import Floats
 
 
@@ -17,8 +18,10 @@ def table_of_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], digest: str)
 
     Arrays of another length than the others, and text, are left out, and noted.
     """
+    check_columns(len(arrays), str(path))
     stacked = {name: _stacked(np.squeeze(array)) for name, array in arrays.items()}
     count = _rows(stacked)
+    check_columns(max((array.size // max(count, 1) for array in stacked.values()), default=0), str(path))
     columns: dict[str, Floats] = {}
     invalid: dict[str, str] = {}
     start, other, left_out = None, [], []

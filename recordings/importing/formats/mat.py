@@ -3,7 +3,11 @@
 Fields of a structure get names such as `log.q`; a matrix becomes one column per joint.
 """
 
+import math
+import struct
+import zlib
 from collections.abc import Iterator, Mapping
+from os import SEEK_CUR
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +18,14 @@ from recordings.errors import BadInput
 from recordings.importing.arrays import table_of_arrays
 from recordings.importing.formats import digest, reason
 from recordings.importing.table import BagPart, Table
+from recordings.limits import NUMBER, Allowance
 
 _HDF5 = b"MATLAB 7.3 MAT-file"
+_HEAD, _TAG, _COMPRESSED = 128, 8, 15
+"""Of version 5: sizes of the header and of the tag of an element [bytes], type of an element that is compressed."""
+_BLOCK = 1 << 20
+_ENTRY = 1000
+"""Memory that an entry of HDF5 takes beside its values [bytes]: groups may hold themselves."""
 _MOST_LEVELS = 8
 """Depth of nested structures that are searched."""
 
@@ -37,10 +47,29 @@ def _read_version_5(path: Path) -> Mapping[str, Any]:
     from scipy.io import loadmat
 
     try:
+        _check_size(path)
         content: Mapping[str, Any] = loadmat(path, simplify_cells=True)
     except Exception as error:  # at damaged files it raises errors of every kind
         raise BadInput(f"{path} cannot be read as a MATLAB file: {reason(error)}; save it with -v7") from None
     return content
+
+
+def _check_size(path: Path) -> None:
+    """Unpack the elements of a file of version 5 block by block, to see how large they become."""
+    allowance = Allowance()
+    with path.open("rb") as stream:
+        order = "<" if stream.read(_HEAD)[-2:] == b"IM" else ">"
+        while len(tag := stream.read(_TAG)) == _TAG:
+            kind, size = struct.unpack(f"{order}II", tag)
+            if kind != _COMPRESSED:
+                stream.seek(size, SEEK_CUR)
+                continue
+            unpacking, rest = zlib.decompressobj(), stream.read(size)
+            allowance.take(0, len(rest))
+            while rest:
+                # Each byte may be a number.
+                allowance.take(NUMBER * len(unpacking.decompress(rest, _BLOCK)))
+                rest = unpacking.unconsumed_tail
 
 
 def _read_hdf5(path: Path) -> Mapping[str, Any]:
@@ -53,19 +82,23 @@ def _read_hdf5(path: Path) -> Mapping[str, Any]:
         ) from None
     try:
         with h5py.File(path) as file:
-            return _loaded(file, _MOST_LEVELS)
+            allowance = Allowance()
+            allowance.take(0, path.stat().st_size)
+            return _loaded(file, _MOST_LEVELS, allowance)
     except Exception as error:  # at damaged files it raises errors of every kind
         raise BadInput(f"{path} cannot be read as a MATLAB file: {reason(error)}; save it with -v7") from None
 
 
-def _loaded(group: Any, levels: int) -> dict[str, Any]:
+def _loaded(group: Any, levels: int, allowance: Allowance) -> dict[str, Any]:
     """Contents of an HDF5 group; MATLAB keeps its matrices transposed there."""
     content: dict[str, Any] = {}
     for name, item in group.items():
+        allowance.take(_ENTRY)
         if hasattr(item, "items"):
             if levels and not name.startswith("#"):
-                content[name] = _loaded(item, levels - 1)
+                content[name] = _loaded(item, levels - 1, allowance)
         elif item.attrs.get("MATLAB_class") != b"char" and item.dtype.kind in "fiub":
+            allowance.take(NUMBER * max(item.size, math.prod(item.chunks or ())))
             content[name] = item[()].T
     return content
 

@@ -75,7 +75,7 @@ def test_an_invalid_model_is_refused(tmp_path: Path, changes: dict[str, Any], me
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"\x89MCAP0\r\n", "a file that is no text found; give the model"),
+        (b"\x89MCAP0\r\n", "cannot be read: it is no text"),
         *((content, r"a\.json") for content in (b"", b"\xff\xfe", b"{", b"[1]", b"89")),
         (None, "does not exist"),
     ],
