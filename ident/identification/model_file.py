@@ -182,13 +182,21 @@ class ModelFile(JsonDocument):
         """Check that what stands beside each other fits together, as no schema says."""
         dof = len(self.joints)
         if not dof or (self.mechanism == "delta" and (dof != _DELTA_JOINTS or self.geometry is None)):
-            raise ValueError("joints: those of the mechanism expected, and the geometry of a delta robot, others found")
+            raise ValueError(
+                "joints: those of the mechanism expected, and the geometry of a delta robot, others found"
+            )
         for name, values in self._of_joints():
             if len(values) != dof:
                 raise ValueError(f"{name}: a value for each of {dof} joints expected, {len(values)} found")
         for term in self.terms:
-            if not term.joints or not set(term.joints) <= set(range(1, dof + 1)) or len({*term.joints}) < len(term.joints):
-                raise ValueError(f"terms: {term.name}: different joints from 1 to {dof} expected, {term.joints} found")
+            if (
+                not term.joints
+                or not set(term.joints) <= set(range(1, dof + 1))
+                or len({*term.joints}) < len(term.joints)
+            ):
+                raise ValueError(
+                    f"terms: {term.name}: different joints from 1 to {dof} expected, {term.joints} found"
+                )
         if self.assessment:
             correlation, cutoffs = self.assessment.correlation, self.assessment.cutoffs
             if any(len(row) != len(correlation) for row in correlation):

@@ -60,9 +60,11 @@ def read_files(start: int, count: int, kind: str) -> int:
             shown = outcome.failure if seen[place] == 1 else place
             print(f"seed {outcome.seed}, {outcome.kind}: {shown}", flush=True)
     for name, results in outcomes.items():
-        refused, failed = sum(each.refused for each in results), sum(bool(each.failure) for each in results)
+        refused, failed = sum(bool(each.refusal) for each in results), sum(bool(each.failure) for each in results)
         slowest, largest = max(each.seconds for each in results), max(each.megabytes for each in results)
-        print(f"{name}: {len(results):,} files, {refused:,} refused, {failed} failed, {slowest:.1f} s, {largest:.0f} MB")
+        print(
+            f"{name}: {len(results):,} files, {refused:,} refused, {failed} failed, {slowest:.1f} s, {largest:.0f} MB"
+        )
     print(f"files: seeds {start} to {start + count - 1}, {seen.total()} failed")
     return seen.total()
 

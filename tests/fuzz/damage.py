@@ -40,7 +40,11 @@ def _other_values(data: bytes, rng: np.random.Generator) -> bytes:
     """Replace, delete or repeat one to three values of a JSON document."""
     content = json.loads(data)
     for _ in range(int(rng.integers(1, 4))):
-        holders = [(each, key) for each in _holders(content) for key in (each if isinstance(each, dict) else range(len(each)))]
+        holders = [
+            (each, key)
+            for each in _holders(content)
+            for key in (each if isinstance(each, dict) else range(len(each)))
+        ]
         if not holders:
             break
         holder, key = holders[int(rng.integers(len(holders)))]

@@ -33,7 +33,8 @@ class Outcome:
 
     seed: int
     kind: str
-    refused: bool
+    refusal: str
+    """The sentence; or nothing."""
     failure: str
     """A traceback; or that it took too long or too much; or nothing."""
     seconds: float
@@ -56,7 +57,7 @@ def attack(count: int, start: int, processes: int, kind: str = "") -> Iterator[O
                         first += 1
                         yield results.next(timeout=2 * LONGEST)
                 except multiprocessing.TimeoutError:  # it hangs outside of Python, or killed its process
-                    yield Outcome(first - 1, "?", False, "no answer", 2 * LONGEST, 0.0)
+                    yield Outcome(first - 1, "?", "", "no answer", 2 * LONGEST, 0.0)
 
 
 def _warm_up(kinds: dict[str, originals.Kind], folder: Path) -> None:
@@ -64,8 +65,8 @@ def _warm_up(kinds: dict[str, originals.Kind], folder: Path) -> None:
     for name, kind in kinds.items():
         for number, call in enumerate(kind.calls):
             with tempfile.TemporaryDirectory(dir=folder) as scratch:
-                refused, failure = _read(call, Path(shutil.copy(kind.original, scratch)))
-            assert not refused and not failure, f"{name}, call {number}: {refused} {failure}"
+                problem = "".join(_read(call, Path(shutil.copy(kind.original, scratch))))
+            assert not problem, f"{name}, call {number}: {problem}"
 
 
 _kinds: dict[str, originals.Kind] = {}
@@ -93,22 +94,22 @@ def _attack(seed: int) -> Outcome:
         call = kind.calls[int(rng.integers(len(kind.calls)))]
         began = time.perf_counter()
         signal.alarm(LONGEST)
-        refused, failure = _read(call, path)
+        refusal, failure = _read(call, path)
         signal.alarm(0)
     seconds, peak = time.perf_counter() - began, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     if not failure and peak > LARGEST:
         failure = f"{peak:.0f} MB at {name}"
-    return Outcome(seed, name, refused, failure, seconds, peak)
+    return Outcome(seed, name, refusal, failure, seconds, peak)
 
 
-def _read(call: Any, path: Path) -> tuple[bool, str]:
-    """Whether the file is refused, and what failed."""
+def _read(call: Any, path: Path) -> tuple[str, str]:
+    """Why the file is refused, and what failed."""
     silent = io.StringIO()
     with contextlib.redirect_stdout(silent), contextlib.redirect_stderr(silent):
         try:
             call(path)
-        except (BadInput, RunFailed, click.ClickException, click.exceptions.Exit):
-            return True, ""
+        except (BadInput, RunFailed, click.ClickException, OSError) as error:
+            return str(error) or "refused", ""
         except Exception:
-            return False, traceback.format_exc()
-    return False, ""
+            return "", traceback.format_exc()
+    return "", ""

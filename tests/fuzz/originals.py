@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 import pyarrow
+from pyarrow import parquet
+from scipy.io import savemat
 
 from daq.feedforward.torque_table import read_torque_table
 from daq.program import program as daq
@@ -18,9 +20,9 @@ from drivers.simulated.seal import seal, sealed_path, unseal
 from ident.cli import program as ident
 from ident.dynamics.effects.user_files import from_file
 from ident.fleet.store import SCHEMA, Store
-from recordings.importing import Description, import_data
+from recordings.importing import Description, formats, import_data
 from recordings.importing.mapping import sources
-from recordings.importing.table import Table
+from recordings.importing.table import BagPart
 from recordings.reader import read
 from recordings.recording import Recording
 from recordings.rig import load_rig, simulated_rig
@@ -97,14 +99,14 @@ def _read_store(path: Path) -> None:
 
 
 def _read_mapping(path: Path) -> None:
-    sources(Table(path, {"q1": np.zeros(2)}, ""), [str(path)])
+    sources(formats.read(SCOPE, BagPart()), [str(path)])
 
 
 def kinds(folder: Path) -> dict[str, Kind]:
     """Write an original of every kind to `folder`."""
     recording, effect = read(RECORDING), ROOT / "docs/examples/tight_spot.py"
     made = {path: calls for files in (_texts(folder), _tables(folder, recording)) for path, calls in files.items()}
-    models = {path: _MODEL for path in sorted(MODELS.glob("*.model.json"))}
+    models = dict.fromkeys(sorted(MODELS.glob("*.model.json")), _MODEL)
     shipped = {
         RECORDING: _RECORDING,
         small_recording(folder / "small.mcap"): _RECORDING,
@@ -124,7 +126,9 @@ def _texts(folder: Path) -> dict[Path, tuple[Call, ...]]:
     rig, drives = folder / "rig.toml", "".join(f"[[drives]]\nnode_id = {i}\nsign = -1\n" for i in (1, 2, 3))
     rig.write_text(f'name = "r"\n[limits]\nspeed = 9.5\n[torque]\ngain = [1.0, 2, 3]\n{drives}')
     fourier = folder / "motion.toml"
-    fourier.write_text("period = 2.0\noffset = [0.1, 0.2, 0.3]\nsine = [[0.1, 0.1, 0.1]]\ncosine = [[0.1, 0.1, 0.1]]\n")
+    fourier.write_text(
+        "period = 2.0\noffset = [0.1, 0.2, 0.3]\nsine = [[0.1, 0.1, 0.1]]\ncosine = [[0.1, 0.1, 0.1]]\n"
+    )
     seal(sealed_path(folder / "small.mcap"), {"seed": 1, "effects": [], "plant": {}})
     diagnosis = folder / "diagnosis.json"
     step = {"parameters": {"m_p": {"value": 1.0}}}
@@ -148,6 +152,8 @@ def _tables(folder: Path, recording: Recording) -> dict[Path, tuple[Call, ...]]:
     efforts = foreign.torque(recording)[:_ROWS]
     measured = moving | {f"effort_{k}": efforts[:, k - 1] for k in numbers}
     np.savez_compressed(folder / "log.npz", **measured)  # type: ignore[arg-type]
+    savemat(folder / "log.mat", measured, do_compression=True)
+    parquet.write_table(pyarrow.table(measured), folder / "log.parquet")
     with h5py.File(folder / "log73.mat", "w", userblock_size=512) as file:
         for name, values in measured.items():
             file.create_dataset(name, data=values[:, None], compression="gzip")
@@ -156,17 +162,17 @@ def _tables(folder: Path, recording: Recording) -> dict[Path, tuple[Call, ...]]:
     view = folder / "view.csv"
     view.write_text(_SCOPE_VIEW + "\n".join(f"{k}\t{x:.6g}" for k, x in enumerate(recording.position[:_ROWS, 0])))
     store = folder / "store.parquet"
-    pyarrow.parquet.write_table(SCHEMA.empty_table(), store)
+    parquet.write_table(SCHEMA.empty_table(), store)
     points = _csv(folder / "points.csv", time | dict(zip("xyz", 0.1 * recording.position[:_ROWS].T, strict=True)))
     path, sent = _csv(folder / "path.csv", moving), moving | {f"torque_{k}": efforts[:, k - 1] for k in numbers}
     follow = _command(ident, f"torque {MODELS}/stribeck.model.json --csv FILE")
     return {
         _csv(folder / "log.csv", measured): _FOREIGN,
-        view: _FOREIGN,
+        view: _FOREIGN[1:],
         folder / "log.npz": _FOREIGN,
         folder / "log73.mat": _FOREIGN,
-        foreign.mat(recording, folder): _FOREIGN,
-        foreign.parquet_file(recording, folder): _FOREIGN,
+        folder / "log.mat": _FOREIGN,
+        folder / "log.parquet": _FOREIGN,
         foreign.db3(recording, folder): _FOREIGN,
         foreign.mcap(recording, folder): _FOREIGN,
         store: (_read_store,),
