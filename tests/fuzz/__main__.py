@@ -1,4 +1,4 @@
-"""`make fuzz`: feed frames to the drives, damaged files of all kinds to the commands, random recordings to the diagnosis.
+"""`make fuzz`: feed frames to the drives, damaged files to the commands, random recordings to the diagnosis.
 
 Prints what fails, with the seed that repeats it. Options:
 

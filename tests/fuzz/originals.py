@@ -15,7 +15,7 @@ from scipy.io import savemat
 from daq.feedforward.torque_table import read_torque_table
 from daq.program import program as daq
 from drivers.eds import load_dictionary
-from drivers.simulated.config import ROBOTS, load_sim
+from drivers.simulated.config import ROBOTS, SimConfig, load_sim
 from drivers.simulated.seal import seal, sealed_path, unseal
 from ident.cli import program as ident
 from ident.dynamics.effects.user_files import from_file
@@ -35,7 +35,7 @@ Call = Callable[[Path], object]
 ROOT = Path(__file__).parents[2]
 SCOPE = ROOT / "recordings/samples/foreign/scope-fig5b.csv"
 RECORDING = MODELS / "fig5b.mcap"
-_ROWS = 300
+_ROWS = 600
 """Rows of tables."""
 _SCOPE_VIEW = "Name\tq1\nFile\tscope.svd\nStarttime of export\t134000000000000000\n\nName\tq1\nUnit\tdeg\n"
 
@@ -126,10 +126,13 @@ def _texts(folder: Path) -> dict[Path, tuple[Call, ...]]:
     rig, drives = folder / "rig.toml", "".join(f"[[drives]]\nnode_id = {i}\nsign = -1\n" for i in (1, 2, 3))
     rig.write_text(f'name = "r"\n[limits]\nspeed = 9.5\n[torque]\ngain = [1.0, 2, 3]\n{drives}')
     fourier = folder / "motion.toml"
+    waves = "[[0.1], [0.1], [0.1]]"
     fourier.write_text(
-        "period = 2.0\noffset = [0.1, 0.2, 0.3]\nsine = [[0.1, 0.1, 0.1]]\ncosine = [[0.1, 0.1, 0.1]]\n"
+        'kind = "fourier"\nspace = "joint"\nperiod = 2.0\ncentre = [0.1, 0.2, 0.3]\n'
+        f"cosine = {waves}\nsine = {waves}\n"
     )
-    seal(sealed_path(folder / "small.mcap"), {"seed": 1, "effects": [], "plant": {}})
+    plant = SimConfig().model_dump(mode="json")
+    seal(sealed_path(folder / "small.mcap"), {"seed": 1, "effects": [], "plant": plant})
     diagnosis = folder / "diagnosis.json"
     step = {"parameters": {"m_p": {"value": 1.0}}}
     finding = {"effect": "stribeck", "joints": [1], "confusable_with": []}
@@ -163,7 +166,9 @@ def _tables(folder: Path, recording: Recording) -> dict[Path, tuple[Call, ...]]:
     view.write_text(_SCOPE_VIEW + "\n".join(f"{k}\t{x:.6g}" for k, x in enumerate(recording.position[:_ROWS, 0])))
     store = folder / "store.parquet"
     parquet.write_table(SCHEMA.empty_table(), store)
-    points = _csv(folder / "points.csv", time | dict(zip("xyz", 0.1 * recording.position[:_ROWS].T, strict=True)))
+    points = _csv(
+        folder / "points.csv", time | {axis: np.sin(time["time"]) / 20 - 0.7 * (axis == "z") for axis in "xyz"}
+    )
     path, sent = _csv(folder / "path.csv", moving), moving | {f"torque_{k}": efforts[:, k - 1] for k in numbers}
     follow = _command(ident, f"torque {MODELS}/stribeck.model.json --csv FILE")
     return {
