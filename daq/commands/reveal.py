@@ -65,12 +65,12 @@ def _read(path: Path) -> tuple[Effects, Mapping[str, float], Alternatives]:
     content = json_object(path, "diagnosis")
     try:
         if "findings" in content:
-            parameters = {name: value["value"] for name, value in content["steps"][-1]["parameters"].items()}
+            parameters = {name: float(each["value"]) for name, each in content["steps"][-1]["parameters"].items()}
             effects = {entry["effect"]: tuple(entry["joints"]) for entry in content["findings"]}
             return effects, parameters, {entry["effect"]: entry["confusable_with"] for entry in content["findings"]}
         entries = [*content["parameters"], *content.get("searched", ())]
         terms = {term["name"]: tuple(term["joints"]) for term in content["terms"]}
-        return terms, {entry["name"]: entry["value"] for entry in entries}, None
+        return terms, {entry["name"]: float(entry["value"]) for entry in entries}, None
     except (ValueError, KeyError, TypeError, IndexError, AttributeError):
         raise BadInput(
             f"{path}: the output of `ident diagnose --json`, or a model of `ident diagnose --apply`, expected, "

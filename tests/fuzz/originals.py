@@ -166,9 +166,8 @@ def _tables(folder: Path, recording: Recording) -> dict[Path, tuple[Call, ...]]:
     view.write_text(_SCOPE_VIEW + "\n".join(f"{k}\t{x:.6g}" for k, x in enumerate(recording.position[:_ROWS, 0])))
     store = folder / "store.parquet"
     parquet.write_table(SCHEMA.empty_table(), store)
-    points = _csv(
-        folder / "points.csv", time | {axis: np.sin(time["time"]) / 20 - 0.7 * (axis == "z") for axis in "xyz"}
-    )
+    course = np.sin(time["time"]) / 20
+    points = _csv(folder / "points.csv", time | {"x": course, "y": course, "z": course - 0.7})
     path, sent = _csv(folder / "path.csv", moving), moving | {f"torque_{k}": efforts[:, k - 1] for k in numbers}
     follow = _command(ident, f"torque {MODELS}/stribeck.model.json --csv FILE")
     return {
