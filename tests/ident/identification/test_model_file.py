@@ -65,8 +65,8 @@ def test_a_saved_model_is_loaded_unchanged(tmp_path: Path) -> None:
         ({"mechanism": "octopod"}, "mechanism"),
         ({"parameters": [{"name": "m_p"}]}, "parameters"),
         ({"surprise": 1}, "unknown key 'surprise'"),
-        ({"geometry": None}, "the geometry of a delta robot, expected"),
-        ({"joints": ["a", "b"]}, "joints of the mechanism"),
+        ({"geometry": None}, "the geometry of a delta robot"),
+        ({"joints": ["a", "b"]}, "joints: those of the mechanism"),
         ({"torque": {"gain": [1, 2]}}, "torque.gain: a value for each of 3 joints expected, 2 found"),
         (
             {"train": AGREEMENT | {"nominal": None, "fitted": AGREEMENT["fitted"] | {"r2": [1]}}},
