@@ -75,11 +75,12 @@ samples: $(READY)
 faults: $(READY)
 	$(BIN)/python -m tests.faults
 
-# 100,000 random frames, serial replies and damaged recordings; 10,000 diagnoses of random recordings.
-# Resume or repeat a diagnosis: python -m tests.fuzz --start N --count 1
+# 100,000 random frames and serial replies; damaged files of all kinds, and diagnoses of random recordings (hours).
+# A part, more of it, or one seed again: make fuzz FUZZED="files --start 7 --count 1"
 # Damaged recordings and what `daq recover` keeps of them: python -m tests.fuzz.recovery --count 2000
+FUZZED ?=
 fuzz: $(READY)
-	$(BIN)/python -m tests.fuzz
+	$(BIN)/python -m tests.fuzz $(FUZZED)
 
 # Hides effects in a plant that shares nothing with the identifier, diagnoses blind, prints how often it was right.
 # A part alone: make hidden-effects PARTS=locked

@@ -27,6 +27,10 @@ _LARGEST_FILE = 5_000_000
 """Size limit [bytes]."""
 
 
+_MOST_ENTRIES = 254
+"""Sub-indexes of an object."""
+
+
 @dataclass(frozen=True)
 class ObjectDescription:
     """One object: its type, access, limits, and its value when the drive is switched on."""
@@ -157,7 +161,7 @@ def _compact_arrays(text: str) -> dict[int, int]:
     file = RawConfigParser(inline_comment_prefixes=(";",))
     file.read_string(text)
     return {
-        int(section, 16): int(file.get(section, "CompactSubObj"), 0)
+        int(section, 16): min(int(file.get(section, "CompactSubObj"), 0), _MOST_ENTRIES)
         for section in file.sections()
         if file.has_option(section, "CompactSubObj")
     }

@@ -5,18 +5,21 @@ viewed as one numpy array.
 """
 
 import struct
+import zlib
 from collections import defaultdict
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
+import lz4.frame
 import numpy as np
+import zstandard
 from mcap.opcode import Opcode
 from mcap.records import Chunk
-from mcap.stream_reader import get_chunk_data_stream
 from numpy.typing import NDArray
 
 from recordings.cdr import Layout
+from recordings.limits import Allowance
 
 RECORD = struct.Struct("<BQ")
 """Opcode and length that precede every record."""
@@ -37,10 +40,26 @@ Offsets = dict[tuple[int, int], NDArray[np.integer]]
 """Offsets of messages in an unpacked chunk, ascending, by channel and length."""
 
 
-def unpacked(chunk: Chunk) -> bytes:
-    """Uncompressed records of a chunk. Raises one of `container.DECODE_ERRORS` where the chunk is damaged."""
-    stream, size = get_chunk_data_stream(chunk, validate_crc=True)
-    data: bytes = stream.read(size)
+def unpacked(chunk: Chunk, allowance: Allowance | None = None) -> bytes:
+    """Uncompressed records of a chunk.
+
+    allowance: of the file, if its other chunks count.
+
+    Raises one of `container.DECODE_ERRORS` where the chunk is damaged or has another size than it declares.
+    """
+    size = chunk.uncompressed_size
+    (allowance or Allowance()).take(size, len(chunk.data))
+    if chunk.compression == "":
+        data = chunk.data
+    elif chunk.compression == "zstd":
+        # One byte more than declared, so that a chunk that holds more is not taken for a whole one.
+        data = zstandard.ZstdDecompressor().stream_reader(chunk.data).read(size + 1)
+    elif chunk.compression == "lz4":
+        data = lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, size + 1)
+    else:
+        raise ValueError(f"the compression {chunk.compression[:20]!r} of a chunk is not known")
+    if len(data) != size or chunk.uncompressed_crc not in (0, zlib.crc32(data)):  # 0: written without a checksum
+        raise ValueError("a chunk does not hold what it declares")
     return data
 
 

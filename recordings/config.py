@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from recordings.errors import BadInput
+from recordings.limits import bounded_text, check_keys, parsed
 
 
 class ConfigSection(BaseModel):
@@ -30,9 +31,9 @@ ModelT = TypeVar("ModelT", bound=ConfigSection)
 Positive = Annotated[float, Field(gt=0)]
 
 _LARGEST_FILE = 1_000_000
-"""Size limit [bytes]; a device such as /dev/zero has no end."""
+"""Size limit [bytes]."""
 _LARGEST = 1e12
-"""Largest accepted number, in SI units; its square must not overflow."""
+"""Largest accepted number, in SI units."""
 
 
 def read_toml(path: Path, model: type[ModelT], what: str) -> ModelT:
@@ -50,38 +51,10 @@ def toml_content(path: Path, what: str) -> dict[str, Any]:
     Raises:
         BadInput: the file is missing, is not TOML, or a number is too large.
     """
-    try:
-        content = tomllib.loads(_text(path, what))
-    except FileNotFoundError:
-        raise BadInput(f"{what} {path} does not exist; check the path") from None
-    except RecursionError:
-        raise BadInput(f"{what} {path} is nested too deeply; check that it is one") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInput(f"{what} {path} cannot be read: {error}; check the file") from None
-    except tomllib.TOMLDecodeError as error:
-        raise BadInput(f"{what} {path} is not valid TOML: {error}; correct it") from None
-    _check_magnitudes(content, "", f"{what} {path}")
+    text, where = bounded_text(path, what, _LARGEST_FILE), f"{what} {path}"
+    check_keys(text, where)
+    content: dict[str, Any] = parsed(tomllib.loads, text, where, "TOML", _LARGEST)
     return content
-
-
-def _text(path: Path, what: str) -> str:
-    with path.open("rb") as stream:
-        content = stream.read(_LARGEST_FILE + 1)
-    if len(content) > _LARGEST_FILE:
-        raise BadInput(
-            f"{what} {path}: at most {_LARGEST_FILE // 1000} kB of TOML expected, more found; check that it is one"
-        )
-    return content.decode("utf-8")
-
-
-def _check_magnitudes(content: Any, key: str, where: str) -> None:
-    """Raise BadInput at the first number too large to be meant; it would overflow in later computations."""
-    if isinstance(content, dict | list):
-        for name, value in content.items() if isinstance(content, dict) else enumerate(content):
-            _check_magnitudes(value, f"{key}.{name}" if key else str(name), where)
-    elif isinstance(content, int | float) and not abs(content) <= _LARGEST:
-        shown = "a number of many digits" if isinstance(content, int) else f"{content:g}"
-        raise BadInput(f"{where}: '{key}': a number of at most {_LARGEST:g} in size expected, found {shown}")
 
 
 def validated(content: Any, model: type[ModelT], where: str) -> ModelT:

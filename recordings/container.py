@@ -26,6 +26,7 @@ from recordings.cdr import Field, Layout, parse_schema
 from recordings.chunk import MESSAGE_HEAD, RECORD, RECORD_HEAD, located, message_record, rows, unpacked
 from recordings.errors import BadInput, ForeignFile
 from recordings.kinds import kind_of
+from recordings.limits import Allowance
 
 MAGIC = b"\x89MCAP0\r\n"
 
@@ -53,6 +54,8 @@ class Container:
     """Message fields by topic."""
     batches: dict[str, list[Batch]] = field(default_factory=dict)
     """Messages by topic, one batch per chunk and message length."""
+    unpacked: int = 0
+    """Size of the chunks that were read [bytes]."""
     cut_off: bool = True
     """True where the file ends before its footer."""
 
@@ -171,6 +174,7 @@ class _RecordLoader:
         self.container = Container(path)
         self._topics = topics
         self._condense = condense
+        self._allowance = Allowance()
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, str] = {}
         self._layouts: dict[tuple[str, int], Layout] = {}
@@ -241,7 +245,8 @@ class _RecordLoader:
     def _load_chunk(self, chunk: bytes | None, index: Sequence[bytes]) -> None:
         if chunk is None:
             return
-        data = unpacked(decode(Chunk.read, chunk))
+        data = unpacked(decode(Chunk.read, chunk), self._allowance)
+        self.container.unpacked += len(data)
         messages, other_records = located(data, index)
         for opcode, body in other_records:
             self._describe(opcode, body)

@@ -12,6 +12,7 @@ import numpy as np
 
 from recordings.errors import BadInput
 from recordings.files import sha256
+from recordings.limits import check_columns, check_lines
 from recordings.recording import Floats
 
 _ROWS = 500
@@ -44,7 +45,9 @@ def read_table(path: Path) -> CsvTable:
     """
     try:
         with path.open(encoding="utf-8-sig") as stream:
-            names = _names(path, stream.readline().strip())
+            header = stream.readline().strip()
+            check_lines([header], f"{path}, line 1")
+            names = _names(path, header)
             blocks = list(_blocks(path, stream, names))
         digest = sha256(path)
     except FileNotFoundError:
@@ -61,6 +64,7 @@ def _names(path: Path, header: str) -> list[str]:
     if not header:
         raise BadInput(f"{path}, line 1: a header row with the names of the columns expected, none found")
     names = [name.strip() for name in next(csv.reader([header]))]
+    check_columns(len(names), f"{path}, line 1")
     if len(names) == 1 and (";" in header or "\t" in header):
         raise BadInput(f"{path}, line 1: commas between columns expected, {header[:40]!r} found; convert the file")
     for name in names:

@@ -16,6 +16,7 @@ from recordings.cdr import Layout
 from recordings.config import validated
 from recordings.container import DECODE_ERRORS, Batch, Container, load, open_records
 from recordings.errors import BadInput, ForeignFile
+from recordings.limits import parsed
 from recordings.recording import CanFrames, Floats, Ints, LoggedEvent, Recording, Run
 from recordings.rig import Rig
 
@@ -27,6 +28,11 @@ _FIELDS = {
 """Message fields that `read` uses, besides the joint names."""
 _ALLOCATION_BYTES = 1 << 26
 """Size of one memory allocation [bytes]; the system provides only the pages in use."""
+_SIGNALS = 6
+"""Tables of one number a joint and SYNC."""
+_SMALL_TABLES, _TABLES_BESIDE_MESSAGES = 1 << 25, 4
+"""Size of the smallest recording's tables [bytes], and of others beside the messages: 1.4 where nothing but positions
+was measured."""
 _SMALL_BATCH = 16
 """Batches with fewer messages get an array of their own."""
 _LEVELS = {number: name for name, number in schemas.LEVELS.items()}
@@ -123,6 +129,20 @@ class _SyncGrid:
     stamps: Ints
     """(n,) SYNC instants [ns], ascending."""
 
+    def __post_init__(self) -> None:
+        """Check that the tables are no larger than what the messages hold lets expect.
+
+        Raises:
+            BadInput: there are far more joints or further values than messages have room for.
+        """
+        columns = _SIGNALS * self.rig.dof + len(self._extra_names)
+        if 8 * len(self.stamps) * columns > _SMALL_TABLES + _TABLES_BESIDE_MESSAGES * self.container.unpacked:
+            raise BadInput(
+                f"recording {self.container.path}: messages with values of {self.rig.dof} joints and "
+                f"{len(self._extra_names)} further columns expected, too few found; the file was changed by another "
+                "program"
+            )
+
     def joints(self, topic: str, name: str, missing: float | np.uint16) -> NDArray[Any]:
         """One field of a topic as (n, dof), in the joint order of the rig, with `missing` and its dtype in gaps."""
         table = np.full((len(self.stamps), self.rig.dof), missing)
@@ -148,14 +168,18 @@ class _SyncGrid:
 
     def extra(self) -> dict[str, Floats]:
         """Every value in /extra as (n,), by name; NaN in gaps."""
-        columns: dict[str, Floats] = {}
+        columns = {name: np.full(len(self.stamps), np.nan) for name in self._extra_names}
         for batch, rows in self._located["/extra"]:
-            message = batch["message"]
-            values = message["value"].reshape(len(message), -1)
-            for i in range(values.shape[1]):
-                name = message[f"name.{i}"][0].decode(errors="replace")
-                columns.setdefault(name, np.full(len(self.stamps), np.nan))[rows] = values[:, i]
+            values = batch["message"]["value"].reshape(len(batch), -1)
+            for i, name in enumerate(_extra_names(batch)):
+                columns[name][rows] = values[:, i]
         return columns
+
+    @cached_property
+    def _extra_names(self) -> dict[str, None]:
+        """Names of the values in /extra, in the order in which they come."""
+        batches = self.container.batches.get("/extra", [])
+        return dict.fromkeys(name for batch in batches for name in _extra_names(batch))
 
     @cached_property
     def _located(self) -> dict[str, list[tuple[Batch, Ints]]]:
@@ -183,6 +207,12 @@ class _SyncGrid:
                 f"{b', '.join(set().union(*present)).decode(errors='replace')} found; "
                 f"the file was changed by another program"
             ) from None
+
+
+def _extra_names(batch: Batch) -> list[str]:
+    """Names of the values of messages in /extra."""
+    first, names = batch["message"][0], batch.dtype["message"].names or ()
+    return [first[name].decode(errors="replace") for name in names if name.startswith("name.")]
 
 
 def _load(
@@ -255,10 +285,7 @@ def _check_layout(container: Container) -> None:
 
 def _rig(container: Container) -> Rig:
     where = f"recording {container.path}: metadata record 'rig'"
-    try:
-        content = json.loads(container.metadata["rig"].get("json", ""))
-    except ValueError as error:
-        raise BadInput(f"{where}: JSON expected, {error}") from None
+    content = parsed(json.loads, container.metadata["rig"].get("json", ""), where, "JSON")
     return validated(content, Rig, where)
 
 

@@ -17,6 +17,7 @@ from recordings.container_writer import ContainerWriter, Packed
 from recordings.errors import BadInput
 from recordings.files import new_file
 from recordings.intact import IntactRecords, Span
+from recordings.limits import Allowance
 from recordings.metadata import rig_record, run_record, software
 from recordings.recording import Ints, Run
 from recordings.rig import Rig
@@ -84,6 +85,7 @@ class _Rewriter:
         self._topics: dict[int, str] = {}
         self._metadata: dict[str, dict[str, str]] = {}
         self._messages = self._chunks = 0
+        self._allowance = Allowance()
         self._first, self._last = 2**63, 0
         self._damaged: list[Span] = []
 
@@ -175,7 +177,7 @@ class _Rewriter:
             self._describe(span.opcode, self._intact.body(span))
 
     def _repack(self, chunk: Chunk) -> Packed:
-        data = unpacked(chunk)
+        data = unpacked(chunk, self._allowance)
         messages, other_records = located(data)
         for opcode, body in other_records:
             self._describe(opcode, body)

@@ -13,6 +13,7 @@ import click
 from daq.command_options import FILE, JSON
 from recordings.command_line import say_next
 from recordings.errors import BadInput
+from recordings.limits import json_object
 from recordings.next_command import diagnosis as diagnosis_command
 from recordings.next_command import free_name
 
@@ -61,18 +62,16 @@ def command(file: Path, diagnosis: Path | None, as_json: bool) -> None:
 
 def _read(path: Path) -> tuple[Effects, Mapping[str, float], Alternatives]:
     """Effects, parameters and alternatives of a diagnosis or a model."""
+    content = json_object(path, "diagnosis")
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
         if "findings" in content:
-            parameters = {name: value["value"] for name, value in content["steps"][-1]["parameters"].items()}
+            parameters = {name: float(each["value"]) for name, each in content["steps"][-1]["parameters"].items()}
             effects = {entry["effect"]: tuple(entry["joints"]) for entry in content["findings"]}
             return effects, parameters, {entry["effect"]: entry["confusable_with"] for entry in content["findings"]}
         entries = [*content["parameters"], *content.get("searched", ())]
         terms = {term["name"]: tuple(term["joints"]) for term in content["terms"]}
-        return terms, {entry["name"]: entry["value"] for entry in entries}, None
-    except FileNotFoundError:
-        raise BadInput(f"{path} does not exist; check the path") from None
-    except (ValueError, KeyError, TypeError, IndexError, UnicodeDecodeError):
+        return terms, {entry["name"]: float(entry["value"]) for entry in entries}, None
+    except (ValueError, KeyError, TypeError, IndexError, AttributeError):
         raise BadInput(
             f"{path}: the output of `ident diagnose --json`, or a model of `ident diagnose --apply`, expected, "
             "something else found; check the path"

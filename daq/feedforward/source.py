@@ -1,6 +1,5 @@
 """Where the torque of a feed-forward comes from: a model, by the program `ident`, or a table."""
 
-import hashlib
 import json
 import subprocess
 import tempfile
@@ -13,6 +12,8 @@ import numpy as np
 from daq.feedforward.torque_table import TorqueTable, read_torque_table
 from daq.ident_program import IDENT
 from recordings.errors import BadInput
+from recordings.files import sha256
+from recordings.limits import json_object
 from recordings.recording import Floats
 from recordings.rig import Rig
 from trajectories import Trajectory
@@ -99,14 +100,8 @@ class _Model:
         self._rig, self._rig_file = rig, rig_file
         self._process: subprocess.Popen[bytes] | None = None
         self._cancelled = False
-        try:
-            content = path.read_bytes()
-            json.loads(content)
-        except OSError as error:
-            raise BadInput(f"--feedforward {path}: cannot be read: {error.strerror}; check the path") from None
-        except ValueError:
-            raise BadInput(f"--feedforward {path}: a model file (JSON) or a table (.csv) expected") from None
-        self.digest = hashlib.sha256(content).hexdigest()
+        json_object(path, "--feedforward: a model file (or table .csv)")
+        self.digest = sha256(path)
 
     def compute(self, start: float, approach: Floats, trajectory: Trajectory) -> PlannedTorque:
         """See `TorqueSource`."""

@@ -12,6 +12,7 @@ from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, build
 from drivers.simulated.sizing import EffectSizer
 from recordings.errors import BadInput
+from recordings.limits import LARGEST_TEXT, json_object, parsed
 from recordings.rig import Rig
 
 _NOTE = "sealed: what was hidden in the simulated robot of the recording beside this file; open it last"
@@ -75,17 +76,16 @@ def unseal(path: Path) -> dict[str, Any]:
     Raises:
         BadInput: the file is missing, is not a sealed file, or was changed.
     """
+    wrapper = json_object(path, "sealed file")
     try:
-        wrapper = json.loads(path.read_text(encoding="utf-8"))
         packed = base64.b64decode(wrapper["sealed"], validate=True)
         digest = wrapper["sha256"]
-    except FileNotFoundError:
-        raise BadInput(f"sealed file {path} does not exist; check the path") from None
-    except (OSError, ValueError, KeyError, TypeError):
+        text = zlib.decompressobj().decompress(packed, LARGEST_TEXT).decode()
+    except (zlib.error, ValueError, KeyError, TypeError):
         raise BadInput(
             f"{path} is not a sealed file; a file that `daq record` wrote beside a recording expected"
         ) from None
     if hashlib.sha256(packed).hexdigest() != digest:
         raise BadInput(f"{path} was changed after it was sealed; its checksum does not fit")
-    content: dict[str, Any] = json.loads(zlib.decompress(packed))
+    content: dict[str, Any] = parsed(json.loads, text, f"sealed file {path}", "JSON")
     return content

@@ -23,6 +23,7 @@ from ident.fleet.store import Store
 from recordings.config import ConfigSection, validated
 from recordings.errors import BadInput
 from recordings.files import replacement
+from recordings.limits import json_object
 
 _DAY = 86400.0
 _Content = TypeVar("_Content", bound=ConfigSection)
@@ -222,12 +223,12 @@ def _acknowledgements(store: Store) -> Acknowledgements:
 
 
 def _load(path: Path, kind: type[_Content]) -> _Content | None:
-    try:
-        return validated(json.loads(path.read_text(encoding="utf-8")), kind, str(path))
-    except FileNotFoundError:
+    if not path.exists():
         return None
-    except (OSError, ValueError) as error:
-        raise BadInput(f"{path} is damaged ({error}); remove it, and run `ident fleet` again") from None
+    try:
+        return validated(json_object(path, "file of the store"), kind, str(path))
+    except BadInput as error:
+        raise BadInput(f"{error}. Remove it, and run `ident fleet` again") from None
 
 
 def _write(path: Path, content: ConfigSection) -> None:

@@ -4,24 +4,27 @@ Deterministic: the same recordings, settings and seed give the same bytes.
 """
 
 import json
+from collections.abc import Iterator, Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from ident.identification.goodness_of_fit import GoodnessOfFit
 from ident.identification.saved_formula import SavedFormula
 from ident.uncertainty.assessment import Assessment, ParameterUncertainty
 from ident.uncertainty.time_delay import Delay
-from recordings.config import ConfigSection, JsonDocument, validated
+from recordings.config import ConfigSection, JsonDocument, Positive, validated
 from recordings.data_problems import DataProblem
 from recordings.errors import BadInput
 from recordings.files import replacement, sha256
+from recordings.limits import json_object
 from recordings.recording import Recording
 from recordings.rig import Geometry, MechanismName, Torque
 
 SCHEMA = 2
+_DELTA_JOINTS = 3
 
 
 class FittedParameter(ParameterUncertainty):
@@ -67,9 +70,9 @@ class Preprocessing(ConfigSection):
     """Conversion of measured signals to rows of the regression."""
 
     name: str
-    bandwidth: float
+    bandwidth: Positive
     """[Hz]"""
-    rate: float
+    rate: Positive
     """Rows per second and joint [Hz]."""
     cutoff: str | None = None
     """Reason for the bandwidth; None if the preprocessing has a fixed one."""
@@ -177,6 +180,50 @@ class ModelFile(JsonDocument):
     data_problems: tuple[DataProblem, ...] = ()
     """Of the recordings, in spite of which they were used."""
 
+    @model_validator(mode="after")
+    def _check_sizes(self) -> Self:
+        """Check that what stands beside each other fits together, as no schema says."""
+        dof = len(self.joints)
+        if not dof or (self.mechanism == "delta" and (dof != _DELTA_JOINTS or self.geometry is None)):
+            raise ValueError(
+                "joints: those of the mechanism expected, and the geometry of a delta robot, others found"
+            )
+        for name, values in self._of_joints():
+            if len(values) != dof:
+                raise ValueError(f"{name}: a value for each of {dof} joints expected, {len(values)} found")
+        for term in self.terms:
+            if (
+                not term.joints
+                or not set(term.joints) <= set(range(1, dof + 1))
+                or len({*term.joints}) < len(term.joints)
+            ):
+                raise ValueError(
+                    f"terms: {term.name}: different joints from 1 to {dof} expected, {term.joints} found"
+                )
+        if self.assessment:
+            correlation, cutoffs = self.assessment.correlation, self.assessment.cutoffs
+            if any(len(row) != len(correlation) for row in correlation):
+                raise ValueError("assessment.correlation: as many rows as columns expected, others found")
+            if any(len(each.per_cutoff) not in (0, len(cutoffs)) for each in self.parameters):
+                raise ValueError(f"parameters: per_cutoff with {len(cutoffs)} values expected, others found")
+        return self
+
+    def _of_joints(self) -> Iterator[tuple[str, Sequence[Any]]]:
+        """Yield what has a value for each joint, with its name."""
+        yield "effort_units", self.effort_units
+        yield "torque.gain", self.torque.gain
+        if self.torque.per_ampere:
+            yield "torque.per_ampere", self.torque.per_ampere
+        for agreement in filter(None, (self.train, self.validate_)):
+            for fit in filter(None, (agreement.fitted, agreement.nominal)):
+                yield from vars(fit).items()
+        if self.residual_test:
+            names = ("noise_rms", "repetition_rms", "quantization_rms", "structured_rms")
+            yield from ((f"residual_test.{name}", getattr(self.residual_test, name)) for name in names)
+        if self.assessment:
+            yield "assessment.noise", self.assessment.noise
+            yield "assessment.floor", self.joints if self.assessment.floor is None else self.assessment.floor
+
     @property
     def all_parameters(self) -> tuple[FittedParameter, ...]:
         """Parameters in the order of tables: those of the mechanism, then of each effect."""
@@ -212,20 +259,8 @@ def load(path: Path) -> ModelFile:
         BadInput: the file is missing, is not JSON, has another schema or an unknown mechanism, is incomplete, or
             names other effects than it holds.
     """
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except IsADirectoryError:
-        raise BadInput(f"model file {path}: a file expected, a folder found; check the path") from None
-    except FileNotFoundError:
-        raise BadInput(f"model file {path} does not exist; check the path") from None
-    except UnicodeDecodeError:
-        raise BadInput(
-            f"model file {path}: JSON written by `ident fit` expected, a file that is no text found; "
-            "give the model, and a recording where one is expected"
-        ) from None
-    except json.JSONDecodeError as error:
-        raise BadInput(f"model file {path}: JSON written by `ident fit` expected, {error}") from None
-    if not isinstance(content, dict) or not isinstance(content.get("schema"), int):
+    content = json_object(path, "model file")
+    if not isinstance(content.get("schema"), int):
         raise BadInput(f"model file {path}: a key 'schema' with an integer expected, none found; is it a model?")
     if content["schema"] != SCHEMA:
         advice = "update this software" if content["schema"] > SCHEMA else "fit the recordings again"

@@ -94,7 +94,13 @@ def structure_of(model: ModelFile, rig: Rig, library: Mapping[str, Effect]) -> t
     x = np.zeros(len(structure.parameters))
     x[structure.linear] = _values(model, linear)
     for index, saved in enumerate(model.terms):
-        x[structure.parameter_mask(index) & ~structure.linear] = _searched_values(terms[index], saved)
+        places, values = structure.parameter_mask(index) & ~structure.linear, _searched_values(terms[index], saved)
+        if places.sum() != len(values):
+            raise BadInput(
+                f"effect {saved.name}: {places.sum()} values found by search expected in the model, {len(values)} "
+                "found; fit it again"
+            )
+        x[places] = values
     return structure, x
 
 

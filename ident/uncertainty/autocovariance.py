@@ -24,9 +24,14 @@ _MAX_AUTOCORRELATION = 0.97
 def bandwidth(blocks: Sequence[Floats]) -> float:
     """Andrews' bandwidth [rows] for `blocks` of series (m, s) of equal variance."""
     rows = sum(len(block) for block in blocks)
-    products = sum((block[1:] * block[:-1]).sum(axis=0) for block in blocks)
-    squares = sum((block[:-1] ** 2).sum(axis=0) for block in blocks)
+    largest = np.max([np.abs(block).max(axis=0, initial=0.0) for block in blocks], axis=0)
+    # In units of the largest value, because the squares of tiny ones vanish.
+    units = [block / np.where(largest > np.finfo(float).tiny, largest, np.inf) for block in blocks]
+    products = sum((block[1:] * block[:-1]).sum(axis=0) for block in units)
+    squares = sum((block[:-1] ** 2).sum(axis=0) for block in units)
     present = squares > 0
+    if not present.any():
+        return 1.0
     rho = np.clip(products[present] / squares[present], -_MAX_AUTOCORRELATION, _MAX_AUTOCORRELATION)
     innovation = (1 - rho**2) ** 2
     alpha = np.sum(4 * rho**2 * innovation / (1 - rho) ** 8) / np.sum(innovation / (1 - rho) ** 4)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from recordings.importing.table import Table
 from recordings.importing.units import parse
+from recordings.limits import check_columns
 from recordings.recording import Floats
 
 
@@ -27,8 +28,10 @@ def table_of_arrays(
 
     Arrays of another length than the others are left out, and noted; text becomes labels.
     """
+    check_columns(len(arrays), str(path))
     stacked = {name: _stacked(np.squeeze(array)) for name, array in arrays.items()}
     count = _rows(stacked)
+    check_columns(max((array.size // max(count, 1) for array in stacked.values()), default=0), str(path))
     columns: dict[str, Floats] = {}
     invalid: dict[str, str] = {}
     stated: dict[str, str] = {}

@@ -9,13 +9,14 @@ import numpy as np
 
 from recordings.errors import BadInput
 from recordings.importing.units import parse, split_header
+from recordings.limits import check_columns, check_lines
 
 _SAMPLE_LINES = 400
 """Number of lines from which the layout is found."""
 _COMMENTS = ("#", "%", "//", "!", "'")
 _DELIMITERS = (";", "\t", ",", "|", " ")
 _GAPS = frozenset(("", "nan", "null", "none", "n/a", "#n/a", "-", "--", "na"))
-_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?")
+_NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][-+]?\d+)?")
 _ENCODINGS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
 
 
@@ -89,6 +90,7 @@ def find_layout(path: Path, lines: list[str]) -> TextLayout:
         BadInput: the file is empty, or holds no rows of numbers.
     """
     sample = lines[:_SAMPLE_LINES]
+    check_lines(sample, str(path))
     rows = [line for line in sample if line.strip() and not is_comment(line)]
     if not rows:
         raise BadInput(
@@ -96,6 +98,7 @@ def find_layout(path: Path, lines: list[str]) -> TextLayout:
         )
     delimiter, decimal = _separators(rows)
     width = _width([split(line, delimiter) for line in rows])
+    check_columns(width, str(path))
     counts = [_count_numbers(line, delimiter, decimal, width) for line in sample]
     # A header may hold a number or two, and a row of data a text or a date.
     typical = float(np.median([count for count in counts[len(counts) // 2 :] if count] or [0]))

@@ -1,9 +1,11 @@
-"""`make fuzz`: feed 100,000 inputs of each kind, then diagnose 10,000 random recordings.
+"""`make fuzz`: feed frames to the drives, damaged files to the commands, random recordings to the diagnosis.
 
-Prints the number of refused inputs, the growth of memory, and each diagnosis that fails. Options:
+Prints what fails, with the seed that repeats it. Options:
 
-    --start N   diagnose only, from case N: resume
-    --count M   number of diagnoses; with 1 that case is repeated
+    WHAT        frames, files or diagnoses; without it, all three
+    --start N   first seed of the files and diagnoses
+    --count M   number of files, or diagnoses; with 1 that seed is repeated
+    --kind K    only files whose name holds K
 """
 
 import argparse
@@ -11,13 +13,15 @@ import resource
 import sys
 import tempfile
 import time
+from collections import Counter, defaultdict
 from collections.abc import Callable
+from os import sched_getaffinity
 from pathlib import Path
 
-from tests.fuzz import diagnoses, inputs
+from tests.fuzz import diagnoses, files, inputs
 
-COUNT = 100_000
-DIAGNOSES = 10_000
+FRAMES = 100_000
+COUNT = 10_000
 _REPORTED = 100
 """Number of diagnoses after which the progress is printed."""
 
@@ -29,16 +33,46 @@ def megabytes() -> float:
 
 def campaign(name: str, run: Callable[[int], int]) -> None:
     """Run one kind of input after a warm-up and measure the growth of memory."""
-    run(COUNT // 10)
+    run(FRAMES // 10)
     before, began = megabytes(), time.perf_counter()
-    refused = run(COUNT)
+    refused = run(FRAMES)
     seconds = time.perf_counter() - began
-    print(f"{name}: {COUNT:,} inputs in {seconds:.0f} s, {refused:,} noticed, memory +{megabytes() - before:.1f} MB")
+    print(f"{name}: {FRAMES:,} inputs in {seconds:.0f} s, {refused:,} noticed, memory +{megabytes() - before:.1f} MB")
 
 
-def diagnose(first: int, end: int, folder: Path) -> int:
-    """Run the cases `first` to `end` - 1, print those that fail, and return their number."""
+def frames() -> int:
+    """Feed frames and replies to drives and drivers."""
+    campaign("CAN frames to the driver", lambda count: inputs.frames_to_the_driver(count, 1))
+    campaign("CAN frames to a simulated drive", lambda count: inputs.frames_to_a_drive(count, 2))
+    campaign("serial replies", lambda count: inputs.serial_replies(count, 3))
+    return 0
+
+
+def read_files(start: int, count: int, kind: str) -> int:
+    """Read damaged files, print those that fail and a line for each kind, and return the number of failures."""
+    outcomes: dict[str, list[files.Outcome]] = defaultdict(list)
+    seen = Counter[str]()
+    for outcome in files.attack(count, start, processes=len(sched_getaffinity(0)), kind=kind):
+        outcomes[outcome.kind].append(outcome)
+        if outcome.failure:
+            place = outcome.failure.strip().splitlines()[-1]
+            seen[place] += 1
+            shown = outcome.failure if seen[place] == 1 else place
+            print(f"seed {outcome.seed}, {outcome.kind}: {shown}", flush=True)
+    for name, results in outcomes.items():
+        refused, failed = sum(bool(each.refusal) for each in results), sum(bool(each.failure) for each in results)
+        slowest, largest = max(each.seconds for each in results), max(each.megabytes for each in results)
+        print(
+            f"{name}: {len(results):,} files, {refused:,} refused, {failed} failed, {slowest:.1f} s, {largest:.0f} MB"
+        )
+    print(f"files: seeds {start} to {start + count - 1}, {seen.total()} failed")
+    return seen.total()
+
+
+def diagnose(first: int, count: int, folder: Path) -> int:
+    """Run `count` cases from `first` on, print those that fail, and return their number."""
     refused = failed = 0
+    end = first + count
     for case in range(first, end):
         outcome = diagnoses.run(case, folder)
         refused += bool(outcome.refusal)
@@ -51,16 +85,17 @@ def diagnose(first: int, end: int, folder: Path) -> int:
 
 
 parser = argparse.ArgumentParser(prog="python -m tests.fuzz")
-parser.add_argument("--start", type=int, help="diagnose only, from this case")
-parser.add_argument("--count", type=int, help="number of diagnoses")
+parser.add_argument("what", nargs="?", choices=["frames", "files", "diagnoses"])
+parser.add_argument("--start", type=int, default=0, help="first seed of files and diagnoses")
+parser.add_argument("--count", type=int, default=COUNT, help="number of files, and of diagnoses")
+parser.add_argument("--kind", default="", help="only files whose name holds this")
 options = parser.parse_args()
+failures = 0
 with tempfile.TemporaryDirectory() as name:
-    folder = Path(name)
-    if options.start is None:
-        sample = inputs.small_recording(folder / "sample.mcap")
-        campaign("CAN frames to the driver", lambda count: inputs.frames_to_the_driver(count, 1))
-        campaign("CAN frames to a simulated drive", lambda count: inputs.frames_to_a_drive(count, 2))
-        campaign("serial replies", lambda count: inputs.serial_replies(count, 3))
-        campaign("recordings", lambda count: inputs.files(count, 4, sample, folder))
-    first = options.start or 0
-    sys.exit(diagnose(first, first + options.count if options.count else DIAGNOSES, folder) > 0)
+    if options.what in (None, "frames"):
+        failures += frames()
+    if options.what in (None, "files"):
+        failures += read_files(options.start, options.count, options.kind)
+    if options.what in (None, "diagnoses"):
+        failures += diagnose(options.start, options.count, Path(name))
+sys.exit(failures > 0)

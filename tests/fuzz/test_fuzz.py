@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.fuzz import diagnoses, inputs, recovery
+from tests.fuzz import diagnoses, files, inputs, recovery
 
 
 def test_driver_survives_random_frames() -> None:
@@ -20,9 +20,11 @@ def test_random_serial_replies_are_parsed_or_refused() -> None:
     assert 1000 < inputs.serial_replies(4000, 13) < 4000
 
 
-def test_mutated_recordings_are_read_or_refused(tmp_path: Path) -> None:
-    refused = inputs.files(300, 14, inputs.small_recording(tmp_path / "sample.mcap"), tmp_path)
-    assert 100 < refused < 300
+@pytest.mark.slow
+def test_damaged_files_of_all_kinds_are_read_or_refused_in_a_sentence() -> None:
+    outcomes = list(files.attack(200, 14, processes=2))
+    assert not [(outcome.seed, outcome.failure) for outcome in outcomes if outcome.failure]
+    assert 100 < sum(bool(outcome.refusal) for outcome in outcomes) < 200
 
 
 @pytest.mark.slow

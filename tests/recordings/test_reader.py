@@ -221,7 +221,7 @@ def test_joints_are_ordered_by_name_and_unknown_fields_are_ignored(
     ("spoil", "names", "reason"),
     [
         (lambda rig, run, texts: rig.update(layout="2"), "123", "layout 1 expected, 2 found; .* wrote it"),
-        (lambda rig, run, texts: rig.update(json="{"), "123", "'rig': JSON expected"),
+        (lambda rig, run, texts: rig.update(json="{"), "123", "'rig' is not valid JSON"),
         (lambda rig, run, texts: rig.update(json='{"rate": 5.0}'), "123", "key 'name' is missing"),
         (lambda rig, run, texts: run.pop("rate"), "123", "'run': rate: Field required"),
         (lambda rig, run, texts: run.update(simulated="perhaps"), "123", "'run': simulated: "),

@@ -4,13 +4,17 @@ A dataset in a group gets a name such as `log.q`; the fields of a table, and a m
 are taken from an attribute `unit` or `units`.
 """
 
+import math
 from pathlib import Path
 from typing import Any
 
 from recordings.importing.arrays import table_of_arrays
 from recordings.importing.formats import digest, library, reading
 from recordings.importing.table import BagPart, Table
+from recordings.limits import Allowance
 
+_ENTRY = 1000
+"""Memory that an entry takes beside its values [bytes]: groups may hold themselves."""
 _SIGNATURES = (b"\x89HDF\r\n\x1a\n", b"MATLAB 7.3 MAT-file")
 
 
@@ -24,12 +28,16 @@ def read(path: Path, selection: BagPart) -> Table:
     h5py = library("h5py", path, "HDF5 and MATLAB 7.3", "hdf5")
     arrays: dict[str, Any] = {}
     units: dict[str, str] = {}
+    allowance = Allowance()
+    allowance.take(0, path.stat().st_size)
 
     def take(place: str, item: Any) -> None:
         name = place.replace("/", ".")
+        allowance.take(_ENTRY)
         # MATLAB keeps references below "#refs#".
         if not isinstance(item, h5py.Dataset) or name.startswith("#"):
             return
+        allowance.take(item.dtype.itemsize * max(item.size, math.prod(item.chunks or ())))
         content, matlab_class = item[()], item.attrs.get("MATLAB_class")
         if item.dtype.names:
             arrays.update({f"{name}.{field}": content[field] for field in item.dtype.names})

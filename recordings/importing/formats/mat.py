@@ -3,7 +3,10 @@
 Fields of a structure get names such as `log.q`; a matrix becomes one column per joint.
 """
 
+import struct
+import zlib
 from collections.abc import Iterator, Mapping
+from os import SEEK_CUR
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +16,11 @@ from numpy.typing import NDArray
 from recordings.importing.arrays import table_of_arrays
 from recordings.importing.formats import digest, reading
 from recordings.importing.table import BagPart, Table
+from recordings.limits import NUMBER, Allowance
 
+_HEAD, _TAG, _COMPRESSED = 128, 8, 15
+"""Of version 5: sizes of the header and of the tag of an element [bytes], type of an element that is compressed."""
+_BLOCK = 1 << 20
 _MOST_LEVELS = 8
 """Depth of nested structures that are searched."""
 
@@ -28,8 +35,27 @@ def read(path: Path, selection: BagPart) -> Table:
     from scipy.io import loadmat
 
     with reading(path, "a MATLAB file", "save it with -v7"):
+        _check_size(path)
         content: Mapping[str, Any] = loadmat(path, simplify_cells=True)
     return table_of_arrays(path, dict(_leaves("", content)), digest(path))
+
+
+def _check_size(path: Path) -> None:
+    """Unpack the elements of a file of version 5 block by block, to see how large they become."""
+    allowance = Allowance()
+    with path.open("rb") as stream:
+        order = "<" if stream.read(_HEAD)[-2:] == b"IM" else ">"
+        while len(tag := stream.read(_TAG)) == _TAG:
+            kind, size = struct.unpack(f"{order}II", tag)
+            if kind != _COMPRESSED:
+                stream.seek(size, SEEK_CUR)
+                continue
+            unpacking, rest = zlib.decompressobj(), stream.read(size)
+            allowance.take(0, len(rest))
+            while rest:
+                # Each byte may be a number.
+                allowance.take(NUMBER * len(unpacking.decompress(rest, _BLOCK)))
+                rest = unpacking.unconsumed_tail
 
 
 def _leaves(

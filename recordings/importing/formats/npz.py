@@ -7,6 +7,7 @@ import numpy as np
 from recordings.importing.arrays import table_of_arrays
 from recordings.importing.formats import digest, reading
 from recordings.importing.table import BagPart, Table
+from recordings.limits import NUMBER, Allowance
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -16,10 +17,15 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def read(path: Path, selection: BagPart) -> Table:
     """See `ImportFormat`."""
+    allowance, arrays = Allowance(), {}
     with (
         reading(path, "NPZ", "save plain arrays with numpy.savez"),
         path.open("rb") as stream,
         np.load(stream, allow_pickle=False) as archive,
     ):
-        arrays = {name: archive[name] for name in archive.files}
+        for entry in archive.zip.infolist():
+            allowance.take(entry.file_size, entry.compress_size)
+        for name in archive.files:
+            arrays[name] = archive[name]
+            allowance.take(NUMBER * arrays[name].size)
     return table_of_arrays(path, arrays, digest(path))

@@ -9,10 +9,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from mcap.opcode import Opcode
+from mcap.records import Chunk
+from zstandard import ZstdDecompressor
 
+from recordings.chunk import unpacked
+from recordings.container import decode, open_records
 from recordings.errors import BadInput
 from recordings.importing.formats import digest, reading
 from recordings.importing.table import BagPart, Table
+from recordings.limits import Allowance
 from recordings.recording import Floats, Ints
 
 if TYPE_CHECKING:
@@ -39,12 +45,11 @@ def read(path: Path, selection: BagPart) -> Table:
     _check_suffix(path)
     # Bags of ROS 2 Humble and earlier do not hold the definitions of their messages.
     usual = get_typestore(Stores.ROS2_HUMBLE)
-    with (
-        reading(path, "a ROS bag", "check that it is complete"),
-        AnyReader([path], default_typestore=usual) as bag,
-    ):
-        topic = _topic(path, bag, selection.topic)
-        messages = list(_messages(bag, topic))
+    with reading(path, "a ROS bag", "check that it is complete"):
+        _check_size(path)
+        with AnyReader([path], default_typestore=usual) as bag:
+            topic = _topic(path, bag, selection.topic)
+            messages = list(_messages(bag, topic))
     if not messages:
         raise BadInput(f"{path}: messages on {topic} expected, none found; choose another --topic")
     return _table(path, topic, messages, selection.names)
@@ -59,6 +64,22 @@ def _check_suffix(path: Path) -> None:
     expected = next(suffix for magic, suffix in _SUFFIXES.items() if head.startswith(magic))
     if path.suffix != expected:
         raise BadInput(f"{path}: a name that ends with {expected} expected for such a bag; rename it")
+
+
+def _check_size(path: Path) -> None:
+    """Unpack what rosbags would unpack at once, to see how large it becomes."""
+    allowance = Allowance()
+    for file in path.iterdir() if path.is_dir() else [path]:
+        if file.suffix == ".mcap":
+            with open_records(file) as stream:
+                for opcode, _, body in stream.records():
+                    if opcode == Opcode.CHUNK:
+                        unpacked(decode(Chunk.read, body), allowance)
+        elif file.suffix == ".zstd":
+            allowance.take(0, file.stat().st_size)
+            with file.open("rb") as packed:
+                for block in ZstdDecompressor().read_to_iter(packed):
+                    allowance.take(len(block))
 
 
 def _topic(path: Path, bag: "AnyReader", wanted: str | None) -> str:

@@ -65,6 +65,17 @@ def test_a_saved_model_is_loaded_unchanged(tmp_path: Path) -> None:
         ({"mechanism": "octopod"}, "mechanism"),
         ({"parameters": [{"name": "m_p"}]}, "parameters"),
         ({"surprise": 1}, "unknown key 'surprise'"),
+        ({"geometry": None}, "the geometry of a delta robot"),
+        ({"joints": ["a", "b"]}, "joints: those of the mechanism"),
+        ({"torque": {"gain": [1, 2]}}, "torque.gain: a value for each of 3 joints expected, 2 found"),
+        (
+            {"train": AGREEMENT | {"nominal": None, "fitted": AGREEMENT["fitted"] | {"r2": [1]}}},
+            "r2: a value for each",
+        ),
+        (
+            {"effects": ["cogging"], "terms": [{"name": "cogging", "joints": [4]}]},
+            "different joints",
+        ),
     ],
 )
 def test_an_invalid_model_is_refused(tmp_path: Path, changes: dict[str, Any], message: str) -> None:
@@ -75,7 +86,7 @@ def test_an_invalid_model_is_refused(tmp_path: Path, changes: dict[str, Any], me
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"\x89MCAP0\r\n", "a file that is no text found; give the model"),
+        (b"\x89MCAP0\r\n", "cannot be read: it is no text"),
         *((content, r"a\.json") for content in (b"", b"\xff\xfe", b"{", b"[1]", b"89")),
         (None, "does not exist"),
     ],

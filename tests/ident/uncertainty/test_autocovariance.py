@@ -83,3 +83,10 @@ def test_missing_samples_do_not_bias_the_autocovariance_and_recordings_add_up() 
     ones = [np.ones((900, 1, 1)), np.ones((600, 1, 1))]
     total, _ = process.variance_of_sums(ones)
     assert total == pytest.approx(sum(process.variance_of_sums([block])[0] for block in ones))
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-320, 1e-200])
+def test_bandwidth_of_tiny_noise_does_not_depend_on_its_unit(size: float) -> None:
+    noise = np.random.default_rng(0).normal(size=(200, 3))
+    expected = 1.0 if size < 1e-300 else bandwidth([noise])
+    assert bandwidth([size * noise]) == pytest.approx(expected)
