@@ -13,8 +13,8 @@ import numpy as np
 from ident import filters, slicing
 from ident.dynamics.flexible_joints import FlexibleJoints, flexible_joints, joint_inertia
 from ident.dynamics.motion import Motion
+from ident.dynamics.platform import GRAVITY as GRAVITY
 from ident.dynamics.platform import Platform, platform
-from ident.dynamics.rods import GRAVITY as GRAVITY
 from ident.recent import RecentResults
 from recordings.recording import Floats
 from recordings.rig import Rig

@@ -44,7 +44,7 @@ class FlexibleJoints:
 
     def rigid_torque(self, motion: Motion) -> Floats:
         """Torque (n, dof) [N m] of the arms if they follow the motors."""
-        from ident.dynamics.flexible_joint_kernels import dynamics_along
+        from ident.dynamics.arm_kernels import dynamics_along
 
         torque: Floats = dynamics_along(self.delta, self.constants, *_contiguous(motion))[0]
         return torque + self._load_along(motion)
@@ -54,7 +54,7 @@ class FlexibleJoints:
 
         compliance: (dof,), 0 for a stiff joint; damping_ratio: damping over critical damping.
         """
-        from ident.dynamics.flexible_joint_kernels import elastic_torque
+        from ident.dynamics.elastic_kernel import elastic_torque
 
         phase = self.natural_frequencies(motion, compliance).max(initial=0.0) / self.rate
         substeps = int(np.clip(np.ceil(phase / _PHASE_STEP), 1, _MAX_SUBSTEPS))
@@ -77,7 +77,7 @@ class FlexibleJoints:
 
         impact_delay: time from the contact to the middle of the impact [s].
         """
-        from ident.dynamics.flexible_joint_kernels import backlash_torque
+        from ident.dynamics.backlash_kernel import backlash_torque
 
         substeps = int(np.ceil(1 / (self.rate * _BACKLASH_STEP)))
         torque: Floats = backlash_torque(
@@ -101,8 +101,8 @@ class FlexibleJoints:
         Each joint is treated alone. These arms must have the whole `joint_inertias` (dof,) [kg m^2], with which the
         `motor_shares` (s,) are multiplied; half_gaps: (h,) [rad or m].
         """
+        from ident.dynamics.arm_kernels import dynamics_along
         from ident.dynamics.backlash_screening import cost_reductions
-        from ident.dynamics.flexible_joint_kernels import dynamics_along
 
         position, velocity, acceleration = _contiguous(motion)
         load, inertia = dynamics_along(self.delta, self.constants, position, velocity, acceleration)
@@ -132,7 +132,7 @@ class FlexibleJoints:
 
     def natural_frequencies(self, motion: Motion, compliance: Floats) -> Floats:
         """Approximate natural frequencies (s,) [rad/s] of the joints whose `compliance` (dof,) is positive."""
-        from ident.dynamics.flexible_joint_kernels import dynamics_along
+        from ident.dynamics.arm_kernels import dynamics_along
 
         known, soft = np.isfinite(motion.acceleration).all(axis=1), compliance > 0
         if not known.any():
