@@ -16,13 +16,14 @@ from ident.command_options import (
     JSON,
     PREPROCESS,
     DataCommand,
+    again,
     check_outputs,
     ends,
     needs,
     say_written,
     show_result,
 )
-from recordings.command_line import check_readable, repeated, say_next
+from recordings.command_line import check_readable, say_next
 from recordings.next_command import diagnosis, free_name, free_output
 
 if TYPE_CHECKING:
@@ -133,15 +134,10 @@ def command(
     if learned_curve and not document.learned_curve and not as_json:
         click.echo(f"{learned_curve} not written: no curve explains the residual on rows that were not fitted.")
     say_written(model=out, report=report)
-    given = [*repeated("--model", start_files), *repeated("--only", only), *repeated("--without", without)]
-    given += repeated("--accept", accept)
-    given += ["--preprocess", preprocess] if preprocess != "parallel" else []
-    given += ["--cutoff", f"{cutoff:g}"] if cutoff else []
-    recorded = [*repeated("--validate", validate), *repeated("--effect-file", effect_files)]
     if document.next_motion:
         click.echo(f"next: {document.next_motion.command}", err=True)
     else:
-        say_next(*_next(document, files, recorded, given, out or model_path, applied=apply))
+        say_next(*_next(document, files, out or model_path, applied=apply))
 
 
 def _with_learned_curve(result: DiagnosisResult, path: Path) -> DiagnosisResult:
@@ -168,19 +164,11 @@ def _write_report(
     page.write(contents.assemble(request, diagnosis=result), out)
 
 
-def _next(
-    document: Document,
-    files: Sequence[Path],
-    recorded: Sequence[str],
-    choices: Sequence[str],
-    model: Path | None,
-    applied: bool,
-) -> list[object]:
-    """The command that follows from the verdict: add, learn, repeat, or report.
-
-    recorded: options that name further files; choices: those that make this diagnosis what it is.
-    """
+def _next(document: Document, files: Sequence[Path], model: Path | None, *, applied: bool) -> list[object]:
+    """The command that follows from the verdict: add, learn, repeat, or report."""
     default = files[0].with_suffix(".model.json")
+    recorded = again("--validate", "--effect-file")
+    choices = again("--model", "--only", "--without", "--accept", "--preprocess", "--cutoff")
     if not applied and document.findings and document.verdict == "missing-effect":
         return diagnosis(files, *recorded, *choices, model=model or default)
     if not applied and document.verdict == "unknown-structure" and not document.learned_curve:

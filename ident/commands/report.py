@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from ident.command_options import ACCEPT, EFFECT_FILES, FILE, DataCommand, check_outputs, say_written
-from recordings.command_line import check_readable, repeated, say_next
+from recordings.command_line import check_readable, say_next
 from recordings.errors import BadInput, ForeignFile
 from recordings.next_command import diagnosis
 
@@ -91,9 +91,7 @@ def command(
     if nothing_more or (within_noise and not missing):
         say_next("ident", "workbench", *recordings[:1], *held_out[:1])
     else:
-        options = [*repeated("--validate", held_out), *repeated("--effect-file", effect_files)]
-        options += repeated("--accept", accept)
-        say_next(*diagnosis(recordings, *options, model=models[0]))
+        say_next(*diagnosis(recordings, *again("--validate", "--effect-file", "--accept"), model=models[0]))
 
 
 def _split_by_suffix(files: tuple[Path, ...]) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
