@@ -122,8 +122,7 @@ def singularity_margin(geometry: Geometry, theta: Floats, P: Floats) -> Floats:
     rods = closed_chain.rods_from(elbows, tuple(P.T))
     volume = np.abs(closed_chain.volume(rods)) / geometry.L2**3
     cosine = np.abs(_stacked(closed_chain.dots(rods, tangents))).min(axis=1) / (geometry.L1 * geometry.L2)
-    margin: Floats = np.minimum(volume, cosine)
-    return margin
+    return np.minimum(volume, cosine)
 
 
 def _arms(geometry: Geometry, theta: Floats) -> tuple[Vectors, Vectors, Vectors]:

@@ -62,8 +62,7 @@ def between(torque: Floats) -> Floats:
     """Torque while the drive moves from the previous target to each target: the offset is constant for a cycle, and
     the target is reached at its end."""
     before = np.concatenate([torque[:1], torque[:-1]])
-    mean: Floats = (before + torque) / 2
-    return mean
+    return (before + torque) / 2
 
 
 def _fade(rig: Rig, phase: str, position: Floats, torque: Floats, *, rising: bool) -> Segment:

@@ -100,10 +100,8 @@ def _low_passed(signals: Floats, rate: float) -> Floats:
 
     # Filtered forwards and backwards: one pass attenuates by 1.5 dB at the bandwidth.
     corner = BANDWIDTH / (np.sqrt(2) - 1) ** (1 / (2 * _ORDER))
-    filtered: Floats = sosfiltfilt(butter(_ORDER, corner, fs=rate, output="sos"), signals, axis=0)
-    return filtered
+    return sosfiltfilt(butter(_ORDER, corner, fs=rate, output="sos"), signals, axis=0)
 
 
 def _times_transposed(J: Floats, v: Floats) -> Floats:
-    product: Floats = np.einsum("nji,nj->ni", J, v)
-    return product
+    return np.einsum("nji,nj->ni", J, v)

@@ -87,5 +87,4 @@ def unseal(path: Path) -> dict[str, Any]:
         ) from None
     if hashlib.sha256(packed).hexdigest() != digest:
         raise BadInput(f"{path} was changed after it was sealed; its checksum does not fit")
-    content: dict[str, Any] = json.loads(zlib.decompress(packed))
-    return content
+    return json.loads(zlib.decompress(packed))

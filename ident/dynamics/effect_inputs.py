@@ -118,8 +118,7 @@ class EffectInputs:
 
     def arm_torque(self, share: float) -> Floats:
         """Torque (n, dof) [N m] that moves the arms if they follow the motors."""
-        torque: Floats = self._rigid_arm_torque - self.motor_inertia(share) * self.motion.acceleration
-        return torque
+        return self._rigid_arm_torque - self.motor_inertia(share) * self.motion.acceleration
 
     @cached_property
     def _rigid_arm_torque(self) -> Floats:

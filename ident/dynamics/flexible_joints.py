@@ -59,7 +59,7 @@ class FlexibleJoints:
         phase = self.natural_frequencies(motion, compliance).max(initial=0.0) / self.rate
         substeps = int(np.clip(np.ceil(phase / _PHASE_STEP), 1, _MAX_SUBSTEPS))
         beta = 1 / 12 if phase < _RESOLVED * substeps else 1 / 4
-        torque: Floats = elastic_torque(
+        return elastic_torque(
             self.delta,
             self.constants,
             *_contiguous(motion),
@@ -70,7 +70,6 @@ class FlexibleJoints:
             substeps,
             beta,
         )
-        return torque
 
     def backlash_torque(self, motion: Motion, half_gap: Floats, impact_delay: float = 0.0) -> Floats:
         """Torque (n, dof) [N m] between motors and arms that move by +-`half_gap` (dof,) against them.
@@ -80,7 +79,7 @@ class FlexibleJoints:
         from ident.dynamics.backlash_kernel import backlash_torque
 
         substeps = int(np.ceil(1 / (self.rate * _BACKLASH_STEP)))
-        torque: Floats = backlash_torque(
+        return backlash_torque(
             self.delta,
             self.constants,
             *_contiguous(motion),
@@ -91,7 +90,6 @@ class FlexibleJoints:
             1 / self.rate,
             substeps,
         )
-        return torque
 
     def cost_reductions(
         self, motion: Motion, joint_inertias: Floats, residual: Floats, motor_shares: Floats, half_gaps: Floats
@@ -113,7 +111,7 @@ class FlexibleJoints:
         load += self._load_along(motion)
         motor_torque = joint_inertias * motion.acceleration
         substeps = int(np.ceil(1 / (self.rate * _SCREENING_STEP)))
-        reductions: Floats = cost_reductions(
+        return cost_reductions(
             load,
             gradient,
             inertia,
@@ -125,7 +123,6 @@ class FlexibleJoints:
             1 / self.rate,
             substeps,
         )
-        return reductions
 
     def _load_along(self, motion: Motion) -> Floats:
         return np.zeros_like(motion.position) if self.load is None else np.ascontiguousarray(self.load)
@@ -141,8 +138,7 @@ class FlexibleJoints:
         inertia = dynamics_along(self.delta, self.constants, *(signal[first] for signal in _contiguous(motion)))[1][
             0, soft
         ]
-        frequencies: Floats = np.sqrt(1 / (compliance[soft] * np.maximum(inertia, 1e-9)))
-        return frequencies
+        return np.sqrt(1 / (compliance[soft] * np.maximum(inertia, 1e-9)))
 
 
 def flexible_joints(

@@ -118,8 +118,7 @@ class TorquePredictor:
         true = self._true_torque(structure, x, load_parameters)
         error = np.maximum(error, _RELATIVE_STEP * np.sqrt(np.nanmean(true**2, axis=0)))
         upper, lower = (self._report(structure, x, load_parameters, true + side * error) for side in (1, -1))
-        slope: Floats = np.abs(upper - lower) / (2 * error)
-        return slope
+        return np.abs(upper - lower) / (2 * error)
 
     def conditioned_columns(
         self, structure: ModelStructure, index: int, x: Floats, load_parameters: Floats

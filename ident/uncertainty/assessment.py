@@ -180,8 +180,7 @@ def loss_of(fit: Fit, method: str) -> Loss:
 
 
 def _gram(regressions: Sequence[Regression]) -> Floats:
-    gram: Floats = np.sum([rows.T @ rows for rows in (regression.rows()[0] for regression in regressions)], axis=0)
-    return gram
+    return np.sum([rows.T @ rows for rows in (regression.rows()[0] for regression in regressions)], axis=0)
 
 
 def uncertainty_of(

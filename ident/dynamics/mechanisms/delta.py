@@ -71,8 +71,7 @@ class Delta:
     def gravity(self, motion: Motion, parameters: Floats) -> Floats:
         """Compute the torque (n, 3) [N m] that holds platform and arms at rest, Eq. (29) without friction."""
         lift = GRAVITY * platform(self.geometry, motion).jacobian[:, 2]
-        held: Floats = parameters[0] * lift + parameters[1] * np.cos(motion.position)
-        return held
+        return parameters[0] * lift + parameters[1] * np.cos(motion.position)
 
     def nominal_torque(self, motion: Motion) -> Floats:
         """Compute the torque (n, 3) [N m] of Eqs. (1)-(2) with the values of Table 1, without friction.

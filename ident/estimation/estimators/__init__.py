@@ -43,8 +43,7 @@ def load(name: str) -> Estimator:
 
 def form(name: str) -> str | None:
     """Form of the mechanism that the estimator `name` identifies; None: the mechanism's own model."""
-    form_name: str | None = getattr(load(name), "FORM", None)
-    return form_name
+    return getattr(load(name), "FORM", None)
 
 
 def weighted(name: str) -> bool:

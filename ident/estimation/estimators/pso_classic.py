@@ -21,5 +21,4 @@ def estimate(problem: Problem, generator: Generator, progress: Progress, setting
 
 
 def _global_best(swarm: Swarm) -> Floats:
-    best: Floats = swarm.personal[np.argmin(swarm.personal_value)]
-    return best
+    return swarm.personal[np.argmin(swarm.personal_value)]

@@ -55,8 +55,7 @@ def names() -> tuple[str, ...]:
 
 def load(name: str) -> Engine:
     """Return the engine `name`."""
-    engine: Any = import_module(f"{__name__}.{name}")
-    return engine  # type: ignore[no-any-return]
+    return import_module(f"{__name__}.{name}")
 
 
 def alone(function: Callable[[T], R], item: T) -> R:
