@@ -72,7 +72,8 @@ def motion(
     J = (scaled(leverage[0], rows[0]), scaled(leverage[1], rows[1]), scaled(leverage[2], rows[2]))
     velocity = combined(rates, J)
     bent = curvatures(rods, tangents, bends, rates, velocity)
-    return velocity, plus(combined(accelerations, J), combined(bent, rows)), J
+    acceleration = plus(combined(accelerations, J), scaled(bent[0], rows[0]))
+    return velocity, plus(plus(acceleration, scaled(bent[1], rows[1])), scaled(bent[2], rows[2])), J
 
 
 def curvatures(rods: Vectors, tangents: Vectors, bends: Vectors, rates: Any, velocity: Vector) -> Vector:
@@ -86,7 +87,10 @@ def curvatures(rods: Vectors, tangents: Vectors, bends: Vectors, rates: Any, vel
 
 def _curvature(rod: Vector, tangent: Vector, bend: Vector, rate: Any, velocity: Vector) -> Any:
     change = minus(velocity, scaled(rate, tangent))
-    return (dot(change, tangent) + dot(rod, bend) * rate) * rate - dot(change, velocity)
+    x = (change[0] * tangent[0] + rod[0] * bend[0] * rate) * rate - change[0] * velocity[0]
+    y = (change[1] * tangent[1] + rod[1] * bend[1] * rate) * rate - change[1] * velocity[1]
+    z = (change[2] * tangent[2] + rod[2] * bend[2] * rate) * rate - change[2] * velocity[2]
+    return x + y + z
 
 
 def plus(a: Vector, b: Vector) -> Vector:

@@ -61,8 +61,8 @@ def command(
     out = out or recordings[0].with_suffix(".report.html")
     inputs = (*models, *recordings, *held_out, *responses)
     places = [path.resolve() for path in inputs]
-    if again := [path for path, place in zip(inputs, places, strict=True) if places.count(place) > 1]:
-        raise BadInput(f"each file once expected, {again[0]} found twice; leave one out")
+    if twice := [path for path, place in zip(inputs, places, strict=True) if places.count(place) > 1]:
+        raise BadInput(f"each file once expected, {twice[0]} found twice; leave one out")
     check_readable(*held_out, *responses)
     check_outputs(out, force=force, read=inputs)
 

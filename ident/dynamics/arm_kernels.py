@@ -23,7 +23,7 @@ def _motion(constants: Floats, q: Floats, v: Floats, a: Floats) -> Any:
 def _delta_dynamics(constants: Floats, q: Floats, v: Floats, a: Floats, torque: Floats, inertia: Floats) -> None:
     """Torque (3,) and inertia (3, 3) of a delta's arms, Eq. (26), with uniform rods; NaN where it does not close."""
     m_p, T_g, m_d = constants[4], constants[5], constants[6]
-    _, J, tangents, per_mass, of_rods = _motion(constants, q, v, a)
+    _, _, J, tangents, per_mass, of_rods = _motion(constants, q, v, a)
     for i in range(3):
         own = constants[13 + i]
         torque[i] = m_p * per_mass[i] + m_d * of_rods[i] + T_g * math.cos(q[i]) + own * a[i]
@@ -100,7 +100,7 @@ def platform_along(constants: Floats, q: Floats, v: Floats, a: Floats) -> tuple[
         np.empty((n, 3)),
     )
     for k in range(n):
-        P_dot, J, _, per_mass, of_rods = _motion(constants, q[k], v[k], a[k])
+        P_dot, _, J, _, per_mass, of_rods = _motion(constants, q[k], v[k], a[k])
         for d in range(3):
             velocity[k, d], torque_per_mass[k, d], torque_of_rods[k, d] = P_dot[d], per_mass[d], of_rods[d]
             for i in range(3):

@@ -145,7 +145,7 @@ def _context(model: Model, carried: frozenset[int], real: Real) -> dict[str, Any
 def _platform_statements() -> list[str]:
     """Statements that compute what effects and masses need of a delta robot's platform."""
     q, v, a, cosines, sines = map(_entries, ("m->q", "m->qd", "m->qdd", "cosines", "sines"))
-    velocity, J, _, per_mass, of_rods = delta_motion(_entries("lengths", 4), cosines, sines, q, v, a)
+    velocity, _, J, _, per_mass, of_rods = delta_motion(_entries("lengths", 4), cosines, sines, q, v, a)
     vectors = {"velocity": velocity, "torque_per_mass": per_mass, "rods": of_rods}
     vectors |= {f"J[{limb}]": column for limb, column in enumerate(J)}
     return c_statements({f"m->{name}[{d}]": x for name, vector in vectors.items() for d, x in enumerate(vector)})
