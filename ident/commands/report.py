@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from ident.command_options import ACCEPT, EFFECT_FILES, FILE, DataCommand, check_outputs, say_written
+from ident.command_options import ACCEPT, EFFECT_FILES, FILE, DataCommand, again, check_outputs, say_written
 from recordings.command_line import check_readable, say_next
 from recordings.errors import BadInput, ForeignFile
 from recordings.next_command import diagnosis
