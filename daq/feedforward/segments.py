@@ -46,7 +46,8 @@ def segments(rig: Rig, start: Floats, trajectory: Trajectory, torque: PlannedTor
         yield _fade(rig, "fade in", goal, torque.stream[0], rising=True)
     else:
         # The brakes may have let the robot sink a little since the plan was made.
-        along = _resampled(torque.approach, len(path))
+        shares = (np.linspace(0, 1, count) for count in (len(path), len(torque.approach)))
+        along = interpolate_columns(*shares, torque.approach)
         yield _fade(rig, "fade in", start, along[0], rising=True)
         yield Segment("approach", path, between(along))
     yield Segment("stream", trajectory.joint_position, between(torque.stream), trajectory)
@@ -74,8 +75,3 @@ def _fade(rig: Rig, phase: str, position: Floats, torque: Floats, *, rising: boo
 
 def _hold(position: Floats, count: int) -> Floats:
     return np.tile(position, (count, 1))
-
-
-def _resampled(rows: Floats, count: int) -> Floats:
-    """Rows (count, dof) at the same shares of the way."""
-    return interpolate_columns(np.linspace(0, 1, count), np.linspace(0, 1, len(rows)), rows)
