@@ -131,7 +131,7 @@ def identify(
     usable = examined(recordings, prepare, options.accept)
     prepared = [excerpt for each in usable for excerpt in each.excerpts]
     train = prepared[: len(files)]
-    searched = _search(train, options, progress) if estimators.nonlinear(options.method) else None
+    searched = _search(train, options, progress) if estimators.declares(options.method, "NONLINEAR") else None
     structure, x = (searched.structure, searched.x) if searched else known_structure or _structure(train, options)
     regressions = tuple(linearize(each, structure, x) for each in prepared)
     train_rows, validation = regressions[: len(files)], regressions[-1] if validate else None

@@ -176,7 +176,7 @@ def loss_of(fit: Fit, method: str) -> Loss:
     """Objective that the estimator `method` minimises."""
     if fit.estimate.certificate is not None:
         return "absolute deviations"
-    return "weighted squares" if estimators.weighted(method) else "squares"
+    return "weighted squares" if estimators.declares(method, "WEIGHTED") else "squares"
 
 
 def _gram(regressions: Sequence[Regression]) -> Floats:
