@@ -46,8 +46,8 @@ def segments(rig: Rig, start: Floats, trajectory: Trajectory, torque: PlannedTor
         yield _fade(rig, "fade in", goal, torque.stream[0], rising=True)
     else:
         # The brakes may have let the robot sink a little since the plan was made.
-        shares = (np.linspace(0, 1, count) for count in (len(path), len(torque.approach)))
-        along = interpolate_columns(*shares, torque.approach)
+        share, given = (np.linspace(0, 1, len(rows)) for rows in (path, torque.approach))
+        along = interpolate_columns(share, given, torque.approach)  # at the same shares of the way
         yield _fade(rig, "fade in", start, along[0], rising=True)
         yield Segment("approach", path, between(along))
     yield Segment("stream", trajectory.joint_position, between(torque.stream), trajectory)
