@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ident.dynamics.delta_motion import delta_motion
+from ident.dynamics.delta_motion import delta_motion, load_torques
 from ident.numba_cache import compiled
 from recordings.recording import Floats
 from trajectories.closed_chain import dot
@@ -22,15 +22,24 @@ def _motion(constants: Floats, q: Floats, v: Floats, a: Floats) -> Any:
 
 def _delta_dynamics(constants: Floats, q: Floats, v: Floats, a: Floats, torque: Floats, inertia: Floats) -> None:
     """Torque (3,) and inertia (3, 3) of a delta's arms, Eq. (26), with uniform rods; NaN where it does not close."""
-    m_p, T_g, m_d = constants[4], constants[5], constants[6]
-    _, _, J, tangents, per_mass, of_rods = _motion(constants, q, v, a)
+    T_g, m_d = constants[5], constants[6]
+    mass, sixth = constants[4] + m_d, m_d / 6
+    own = (
+        T_g * math.cos(q[0]) + constants[13] * a[0],
+        T_g * math.cos(q[1]) + constants[14] * a[1],
+        T_g * math.cos(q[2]) + constants[15] * a[2],
+    )
+    _, J, tangents, lift, lifts = _motion(constants, q, v, a)
+    loaded = load_torques(own, mass, m_d, J, tangents, lift, lifts)
     for i in range(3):
-        own = constants[13 + i]
-        torque[i] = m_p * per_mass[i] + m_d * of_rods[i] + T_g * math.cos(q[i]) + own * a[i]
+        torque[i] = loaded[i]
         for j in range(i + 1):
-            coupled = (m_p + m_d) * dot(J[i], J[j]) + m_d / 6 * (dot(tangents[i], J[j]) + dot(J[i], tangents[j]))
+            coupled = 0.0
+            for d in range(3):
+                coupled += mass * J[i][d] * J[j][d]
+                coupled += sixth * (tangents[i][d] * J[j][d] + J[i][d] * tangents[j][d])
             inertia[i, j] = inertia[j, i] = coupled
-        inertia[i, i] += own + m_d * constants[0] ** 2 / 3 + _TINY
+        inertia[i, i] += constants[13 + i] + m_d * constants[0] ** 2 / 3 + _TINY
 
 
 def _axes_dynamics(constants: Floats, q: Floats, a: Floats, torque: Floats, inertia: Floats) -> None:
@@ -91,18 +100,15 @@ def dynamics_along(delta: bool, constants: Floats, q: Floats, v: Floats, a: Floa
 
 @compiled
 def platform_along(constants: Floats, q: Floats, v: Floats, a: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    """Velocity (n, 3) of a delta's platform, its Jacobian (n, 3, 3), and the torques (n, 3) of `delta_motion`."""
-    n = len(q)
-    velocity, jacobian, torque_per_mass, torque_of_rods = (
-        np.empty((n, 3)),
-        np.empty((n, 3, 3)),
-        np.empty((n, 3)),
-        np.empty((n, 3)),
-    )
+    """Velocity (n, 3) of a delta's platform, its Jacobian (n, 3, 3), torques (n, 3) of a mass and of rods of 1 kg."""
+    n, nothing = len(q), (0.0, 0.0, 0.0)
+    velocity, jacobian = np.empty((n, 3)), np.empty((n, 3, 3))
+    torque_per_mass, torque_of_rods = np.empty((n, 3)), np.empty((n, 3))
     for k in range(n):
-        P_dot, _, J, _, per_mass, of_rods = _motion(constants, q[k], v[k], a[k])
+        P_dot, J, tangents, lift, lifts = _motion(constants, q[k], v[k], a[k])
+        of_rods = load_torques(nothing, 1.0, 1.0, J, tangents, lift, lifts)
         for d in range(3):
-            velocity[k, d], torque_per_mass[k, d], torque_of_rods[k, d] = P_dot[d], per_mass[d], of_rods[d]
+            velocity[k, d], torque_per_mass[k, d], torque_of_rods[k, d] = P_dot[d], dot(J[d], lift), of_rods[d]
             for i in range(3):
                 jacobian[k, d, i] = J[i][d]
     return velocity, jacobian, torque_per_mass, torque_of_rods

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import jinja2
 import numpy as np
 
-from ident.dynamics.delta_motion import delta_motion
+from ident.dynamics.delta_motion import delta_motion, load_torques
 from ident.dynamics.effects.base import Additive, Effect, Signal
 from ident.dynamics.effects.c_code import CCode
 from ident.dynamics.effects.formula import C, Formula, Symbol, c_statements, traced
@@ -18,6 +18,7 @@ from ident.dynamics.inverse_dynamics import InverseDynamics
 from ident.dynamics.structure import Term
 from ident.identification.model import Model
 from recordings.recording import Floats
+from trajectories.closed_chain import dots
 from trajectories.kinematics import GRAVITY
 
 Real = Literal["double", "float"]
@@ -145,8 +146,9 @@ def _context(model: Model, carried: frozenset[int], real: Real) -> dict[str, Any
 def _platform_statements() -> list[str]:
     """Statements that compute what effects and masses need of a delta robot's platform."""
     q, v, a, cosines, sines = map(_entries, ("m->q", "m->qd", "m->qdd", "cosines", "sines"))
-    velocity, _, J, _, per_mass, of_rods = delta_motion(_entries("lengths", 4), cosines, sines, q, v, a)
-    vectors = {"velocity": velocity, "torque_per_mass": per_mass, "rods": of_rods}
+    velocity, J, tangents, lift, lifts = delta_motion(_entries("lengths", 4), cosines, sines, q, v, a)
+    of_rods = load_torques((0, 0, 0), 1, 1, J, tangents, lift, lifts)
+    vectors = {"velocity": velocity, "torque_per_mass": dots((lift, lift, lift), J), "rods": of_rods}
     vectors |= {f"J[{limb}]": column for limb, column in enumerate(J)}
     return c_statements({f"m->{name}[{d}]": x for name, vector in vectors.items() for d, x in enumerate(vector)})
 
