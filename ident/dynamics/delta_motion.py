@@ -10,7 +10,8 @@ def delta_motion(
 ) -> tuple[Vector, Vectors, Vectors, Vector, Vectors]:
     """Velocity of the platform; its J and the elbows' derivative, per joint; lifts of the platform and of the elbows.
 
-    J is the platform's velocity per unit of a joint's, Eq. (16). A lift is an acceleration minus that of gravity [m/s^2]. All is NaN where the mechanism does not close.
+    J is the platform's velocity per unit of a joint's, Eq. (16). A lift is an acceleration minus that of gravity
+    [m/s^2]. All is NaN where the mechanism does not close.
 
     lengths: L1, L2, R - r [m] and g [m/s^2]; cosines, sines: (3,) of the directions of the limbs; q, v, a: (3,) of
     the joints.
@@ -34,7 +35,7 @@ def load_torques(
     A rod whose ends accelerate with a_1 (elbow) and a_2 (platform) resists with m (2 a_1 + a_2) / 6 at the elbow and
     m (a_1 + 2 a_2) / 6 at the platform; the same for its weight.
 
-    mass: at the platform, with that of one rod: 2 m / 6 of each of the three. J, tangents, lift, lifts: of the motion.
+    mass: at the platform, with that of one rod: 2 m / 6 of each of the three. All others: of `delta_motion`.
     """
     sixth = rod_mass / 6
     force = plus(scaled(mass, lift), scaled(sixth, lifts[0]))
