@@ -85,8 +85,7 @@ def _delayed(motion: Motion, time: Floats) -> Floats:
 
 
 def _load(motion: Motion) -> Floats:
-    load: Floats = np.abs(building.INERTIA * motion.acceleration[:, 0])
-    return load
+    return np.abs(building.INERTIA * motion.acceleration[:, 0])
 
 
 CASES: tuple[OnAxes | OnDelta, ...] = (

@@ -77,8 +77,7 @@ def _limit_use(quality: dict[str, Any]) -> str:
 
 
 def _diagnose(arguments: Sequence[object]) -> dict[str, Any]:
-    document: dict[str, Any] = json.loads(call("ident", "diagnose", *arguments, "--json", "--force"))
-    return document
+    return json.loads(call("ident", "diagnose", *arguments, "--json", "--force"))
 
 
 def _new_findings(document: dict[str, Any]) -> list[dict[str, Any]]:

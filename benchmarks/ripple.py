@@ -88,8 +88,7 @@ def _fourier(rng: np.random.Generator, time: Floats) -> Floats:
         np.sin(2 * np.pi * hertz * time + phase) / (1 + hertz)
         for hertz, phase in zip(rng.uniform(0.15, 1.5, 5), rng.uniform(0, 2 * np.pi, 5), strict=True)
     ]
-    total: Floats = np.sum(waves, axis=0)
-    return total
+    return np.sum(waves, axis=0)
 
 
 def _strokes(rng: np.random.Generator, time: Floats) -> Floats:
@@ -98,8 +97,7 @@ def _strokes(rng: np.random.Generator, time: Floats) -> Floats:
     number = np.floor(time / period).astype(int)
     level = np.repeat(rng.uniform(0.6, 1.0, number[-1] // 2 + 1), 2)[: number[-1] + 1]
     wave = np.sin(2 * np.pi * (time / period - number))
-    speed: Floats = level[number] * np.clip(2.5 * wave, -1.0, 1.0)
-    return speed
+    return level[number] * np.clip(2.5 * wave, -1.0, 1.0)
 
 
 def _recording(time: Floats, position: Floats, effort: Floats, rate: float) -> Recording:

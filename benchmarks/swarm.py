@@ -93,8 +93,7 @@ def numpy_objective(given: Problem) -> Callable[[Floats], Floats]:
     transposed = np.ascontiguousarray(given.regressor.T)
 
     def objective(particles: Floats) -> Floats:
-        sums: Floats = np.abs(given.torque - particles @ transposed).sum(axis=1)
-        return sums
+        return np.abs(given.torque - particles @ transposed).sum(axis=1)
 
     return objective
 

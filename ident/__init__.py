@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from numbers import Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
 from recordings.errors import BadInput, RunFailed
 
@@ -84,27 +84,19 @@ def fit(
         ImplausibleData: a recording cannot be what it is said to be.
         BadInput: a recording cannot be used, the recordings are not of one rig, or an option does not exist.
     """
-    from ident.data.compatibility import check_not_repeated
     from ident.diagnosis.unknown.residual_test import check_residual
     from ident.dynamics.effects.library import library
     from ident.estimation import estimators
     from ident.identification.identify import FitOptions, identify
     from ident.identification.model import Model
-    from ident.uncertainty.covariance import IntervalMethod
 
-    if intervals not in get_args(IntervalMethod):
-        raise BadInput(f"intervals: one of {', '.join(get_args(IntervalMethod))} expected, {intervals!r} found")
-    if seed < 0:
-        raise BadInput(f"a seed of 0 or more expected, {seed} found")
-    hz = _cutoff(cutoff)
     paths, held_out = _paths(files), _paths([] if validate is None else [validate], least=0)
-    check_not_repeated([*paths, *held_out])
     options = FitOptions(
         method=method,
         settings=estimators.settings(method, settings or {}),
         seed=seed,
         preprocessing=preprocessing,
-        cutoff=hz,
+        cutoff=_cutoff(cutoff),
         effects=_names(effects),
         base_effects=not bare,
         without=_names(without),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from ident import plugins
-from recordings.command_line import FiniteRange, NameChoice, refuse_existing, say_next
+from recordings.command_line import FiniteRange, NameChoice, refuse_existing, repeated, say_next
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
@@ -88,13 +88,8 @@ class RuledCommand(click.Command):
 
     def invoke(self, ctx: click.Context) -> Any:
         """See click: the rules of the options are checked first."""
-        typed = click.core.ParameterSource.COMMANDLINE
-        values = {max(each.opts, key=len): each.name or "" for each in self.params if each.name in ctx.params}
-        given = {
-            option: ctx.params[name] for option, name in values.items() if ctx.get_parameter_source(name) is typed
-        }
         for rule in self._rules:
-            if problem := rule(given):
+            if problem := rule(_typed(ctx)):
                 raise BadInput(problem)
         return super().invoke(ctx)
 
@@ -119,6 +114,22 @@ class DataCommand(RuledCommand):
             show_result(ctx.params.get("as_json", False), document.as_json, partial(show_implausible, document))
             if command := healing(document.data_problems):
                 say_next(*command)
+
+
+def _typed(ctx: click.Context) -> dict[str, Any]:
+    """Values of the options that were typed, by their names."""
+    typed = click.core.ParameterSource.COMMANDLINE
+    names = {max(each.opts, key=len): each.name or "" for each in ctx.command.params if each.name in ctx.params}
+    return {option: ctx.params[name] for option, name in names.items() if ctx.get_parameter_source(name) is typed}
+
+
+def again(*options: str) -> list[str]:
+    """Words that repeat those of the `options` that were typed."""
+    words, typed = [], _typed(click.get_current_context())
+    for option in options:
+        value = typed.get(option, ())
+        words += repeated(option, value if isinstance(value, tuple) else [value])
+    return words
 
 
 def excludes(option: str, *others: str, note: str = "") -> Rule:

@@ -28,8 +28,7 @@ def convolve(x: Floats, taps: Floats, step: int = 1) -> Floats:
 
     signals = np.array(x.reshape(len(x), -1).T, float, order="C")  # sums run over adjacent values
     sums = compiled(_sums, fastmath={"reassoc", "contract"})(signals, taps[::-1].copy(), step)
-    centred: Floats = sums.reshape(len(sums), *x.shape[1:])
-    return centred
+    return sums.reshape(len(sums), *x.shape[1:])
 
 
 def _sums(signals: Floats, reversed_taps: Floats, step: int) -> Floats:
@@ -78,8 +77,7 @@ def low_pass(cutoff: float, rate: float) -> Floats:
 def _windowed_sinc(corner: float, half: int) -> Floats:
     """Taps of a windowed sinc with the `corner` in cycles per sample."""
     taps = np.sinc(2 * corner * np.arange(-half, half + 1)) * np.kaiser(2 * half + 1, _STOPBAND)
-    normalised: Floats = taps / taps.sum()
-    return normalised
+    return taps / taps.sum()
 
 
 def first_derivative(x: Floats, rate: float) -> Floats:

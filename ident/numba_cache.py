@@ -2,28 +2,37 @@
 
 import warnings
 from collections.abc import Callable
+from types import FunctionType
 from typing import Any
 
 import numba
 
-_COMPILED: dict[tuple[Callable[..., Any], str], Callable[..., Any]] = {}
+_COMPILED: dict[tuple[Callable[..., Any], str], Any] = {}
 
 
-def compiled(function: Callable[..., Any], **options: Any) -> Callable[..., Any]:
-    """Return `function` compiled with numba's `options` on its first call; the same object each time.
+def compiled(function: Callable[..., Any], **options: Any) -> Any:
+    """Return `function`, and what it calls, compiled with numba's `options` on its first call; the same each time.
 
-    Threads may run it at the same time: it does not hold the interpreter's lock.
+    The functions that it calls by their names stay functions of Python beside that. Threads may run it at the same
+    time: it does not hold the interpreter's lock.
     """
     key = function, str(options)
     if key in _COMPILED:
         return _COMPILED[key]
     if options.get("parallel"):
         _start_threads()
+    names, known = function.__code__.co_names, function.__globals__
+    called = {name: compiled(known[name], **options) for name in names if isinstance(known.get(name), FunctionType)}
+    twin = FunctionType(function.__code__, {**known, **called}, function.__name__, None, function.__closure__)
+    twin.__qualname__, twin.__module__ = function.__qualname__, function.__module__
     try:
-        jitted: Callable[..., Any] = numba.njit(cache=True, nogil=True, **options)(function)
+        jitted: Any = numba.njit(cache=True, nogil=True, error_model="numpy", **options)(twin)
+        # numba looks at the file of the function alone, and would keep what was compiled of others.
+        files = [jitted._cache._cache_file, *(each._cache._cache_file for each in called.values())]  # noqa: SLF001
+        files[0]._source_stamp = tuple(file._source_stamp for file in files)  # noqa: SLF001
     except RuntimeError:
         # Neither the package's folder nor the user's cache is writable: compile in every process.
-        jitted = numba.njit(nogil=True, **options)(function)
+        jitted = numba.njit(nogil=True, error_model="numpy", **options)(twin)
     _COMPILED[key] = jitted
     return jitted
 

@@ -15,8 +15,7 @@ def along_time(data: _T, index: slice | NDArray[Any]) -> _T:
 
     data: an array, a mapping, or a dataclass whose arrays all have time as their first axis. Other values are kept.
     """
-    cut: _T = _cut(data, index)
-    return cut
+    return _cut(data, index)
 
 
 def _cut(value: Any, index: slice | NDArray[Any]) -> Any:

@@ -16,5 +16,4 @@ def half_width(freedom: Floats) -> Floats:
     """Half the width of an interval of `LEVEL`, in standard errors with this `freedom`, from Student's t."""
     from scipy.special import stdtrit  # takes time to import
 
-    width: Floats = np.asarray(stdtrit(freedom, (1 + LEVEL) / 2), np.float64)
-    return width
+    return np.asarray(stdtrit(freedom, (1 + LEVEL) / 2), np.float64)

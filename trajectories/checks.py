@@ -98,10 +98,9 @@ def torque_estimate(trajectory: Trajectory, rig: Rig) -> Floats:
     theta, acceleration = trajectory.joint_position, trajectory.joint_acceleration
     _, _, P_ddot, J = kinematics.platform_motion(rig.geometry, theta, trajectory.joint_velocity, acceleration)
     m_p, T_g, inertia = nominal_parameters(rig)
-    torque: Floats = (
+    return (
         inertia * acceleration + T_g * np.cos(theta) + m_p * np.einsum("nji,nj->ni", J, P_ddot - kinematics.GRAVITY)
     )
-    return torque
 
 
 def nominal_parameters(rig: Rig) -> tuple[float, float, float]:

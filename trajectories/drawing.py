@@ -99,8 +99,7 @@ def _draw_space(axes: Any, P: Floats, speed: Floats, radius: float, z: tuple[flo
 
 
 def _segments(points: Floats) -> Floats:
-    segments: Floats = np.stack([points[:-1], points[1:]], axis=1)
-    return segments
+    return np.stack([points[:-1], points[1:]], axis=1)
 
 
 def _coloured(points: Floats, speed: Floats) -> LineCollection:

@@ -1,10 +1,7 @@
-"""Kinematics of the delta robot: Appendices A and B, the Jacobian (16) and its derivative (24).
+"""Kinematics of the delta robot: Appendices A and B, and the Jacobian (16).
 
 All functions take and return n instants, time first: joint angles theta (n, 3) [rad], platform positions P (n, 3)
 [m]. A row with NaN gives NaN; only `inverse`, which is for commanded paths, raises an error.
-
-Notation of the paper: u_i is the direction of limb i in the base plane, s_i (11) the forearm from elbow to
-platform, Pi_i (14) the elbow's velocity per unit of joint speed.
 """
 
 import numpy as np
@@ -12,6 +9,8 @@ import numpy as np
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Geometry
+from trajectories import closed_chain
+from trajectories.closed_chain import Vector, Vectors
 
 GRAVITY: Floats = np.array([0.0, 0.0, -9.81])
 """[m/s^2]"""
@@ -42,23 +41,10 @@ class Unreachable(BadInput):
 def forward(geometry: Geometry, theta: Floats) -> Floats:
     """Platform position (n, 3) [m] at the joint angles theta (n, 3) [rad]: Appendix A in closed form.
 
-    The platform is at an intersection of three spheres of radius L2, whose centres are the elbows moved inwards by r.
-    The two intersections lie on either side of the plane of the centres; the platform is at the lower one. (A7)-(A8)
-    divide by the z component of the plane's normal; this code uses the circumcentre instead, which is symmetric.
-
     Raises:
-        Unreachable: the spheres do not intersect.
+        Unreachable: the mechanism does not close.
     """
-    first, second, third = np.moveaxis(_sphere_centres(geometry, theta), 1, 0)
-    a, b = second - first, third - first
-    normal = _cross(a, b)
-    aa, bb, nn = _dot(a, a), _dot(b, b), _dot(normal, normal)
-    radius_squared = aa * bb * _dot(a - b, a - b) / (4 * nn)
-    _check_closed(geometry, radius_squared)
-    to_centre = _cross(aa[:, None] * b - bb[:, None] * a, normal) / (2 * nn)[:, None]
-    below = np.copysign(np.sqrt((geometry.L2**2 - radius_squared) / nn), normal[:, 2])
-    platform: Floats = first + to_centre - below[:, None] * normal
-    return platform
+    return _stacked(_forward(geometry, _arms(geometry, theta)[0]))
 
 
 def inverse(geometry: Geometry, P: Floats) -> Floats:
@@ -87,27 +73,6 @@ def inverse(geometry: Geometry, P: Floats) -> Floats:
 
 
 @_ignore_invalid
-def jacobian(geometry: Geometry, theta: Floats, P: Floats) -> Floats:
-    """Jacobian J (n, 3, 3) [m/rad], P_dot = J theta_dot, Eq. (16). Infinite or NaN where the rods are coplanar."""
-    inverse_rods = _inverse(_rods(geometry, theta, P))
-    return inverse_rods * _arm_leverage(geometry, theta, P)[:, None, :]
-
-
-@_ignore_invalid
-def jacobian_derivative(geometry: Geometry, theta: Floats, P: Floats, theta_dot: Floats, J: Floats) -> Floats:
-    """Time derivative (n, 3, 3) [m/(rad s)] of J = `jacobian(geometry, theta, P)` at theta_dot (n, 3) [rad/s].
-
-    Eq. (24); the term on the diagonal is the time derivative of s_i . Pi_i.
-    """
-    P_dot = np.einsum("nij,nj->ni", J, theta_dot)
-    bracket = -np.matmul(_rod_rates(geometry, theta, theta_dot, P_dot), J)
-    limb = np.arange(3)
-    bracket[:, limb, limb] += _arm_leverage_rate(geometry, theta, P, theta_dot, P_dot)
-    derivative: Floats = np.matmul(_inverse(_rods(geometry, theta, P)), bracket)
-    return derivative
-
-
-@_ignore_invalid
 def joint_motion(
     geometry: Geometry, theta: Floats, P: Floats, P_dot: Floats, P_ddot: Floats
 ) -> tuple[Floats, Floats]:
@@ -115,30 +80,34 @@ def joint_motion(
 
     Not finite where an arm and its rod are aligned.
     """
-    rods, leverage = _rods(geometry, theta, P), _arm_leverage(geometry, theta, P)
-    theta_dot: Floats = np.einsum("nij,nj->ni", rods, P_dot) / leverage
-    curvature = np.einsum("nij,nj->ni", _rod_rates(geometry, theta, theta_dot, P_dot), P_dot)
-    curvature -= _arm_leverage_rate(geometry, theta, P, theta_dot, P_dot) * theta_dot
-    theta_ddot: Floats = (np.einsum("nij,nj->ni", rods, P_ddot) + curvature) / leverage
-    return theta_dot, theta_ddot
+    elbows, tangents, bends = _arms(geometry, theta)
+    rods = closed_chain.rods_from(elbows, tuple(P.T))
+    leverage = _stacked(closed_chain.dots(rods, tangents))
+
+    def along_rods(vector: Floats) -> Floats:
+        return _stacked(closed_chain.dots(rods, (tuple(vector.T),) * 3))
+
+    theta_dot: Floats = along_rods(P_dot) / leverage
+    bent = closed_chain.curvatures(rods, tangents, bends, theta_dot.T, tuple(P_dot.T))
+    return theta_dot, (along_rods(P_ddot) - _stacked(bent)) / leverage
 
 
 @_ignore_invalid
 def platform_motion(
     geometry: Geometry, theta: Floats, theta_dot: Floats, theta_ddot: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """P, P_dot, P_ddot (n, 3) [m, m/s, m/s^2] and J (n, 3, 3) from the joint motion: Eqs. (15), (16), (23).
+    """P, P_dot, P_ddot (n, 3) [m, m/s, m/s^2] and J (n, 3, 3) [m/rad], P_dot = J theta_dot: Eqs. (15), (16), (23).
 
-    The inverse of `joint_motion`; J as in `jacobian`. Not finite where the rods are coplanar.
+    The inverse of `joint_motion`. Not finite where the rods are coplanar.
+
+    Raises:
+        Unreachable: the mechanism does not close.
     """
-    P = forward(geometry, theta)
-    inverse_rods, leverage = _inverse(_rods(geometry, theta, P)), _arm_leverage(geometry, theta, P)
-    J: Floats = inverse_rods * leverage[:, None, :]
-    P_dot: Floats = np.matmul(J, theta_dot[:, :, None])[:, :, 0]
-    forced = leverage * theta_ddot + _arm_leverage_rate(geometry, theta, P, theta_dot, P_dot) * theta_dot
-    forced -= np.einsum("nij,nj->ni", _rod_rates(geometry, theta, theta_dot, P_dot), P_dot)
-    P_ddot: Floats = np.matmul(inverse_rods, forced[:, :, None])[:, :, 0]
-    return P, P_dot, P_ddot, J
+    elbows, tangents, bends = _arms(geometry, theta)
+    P = _forward(geometry, elbows)
+    rods = closed_chain.rods_from(elbows, P)
+    P_dot, P_ddot, J = closed_chain.motion(rods, tangents, bends, theta_dot.T, theta_ddot.T)
+    return _stacked(P), _stacked(P_dot), _stacked(P_ddot), np.stack([_stacked(column) for column in J], axis=2)
 
 
 @_ignore_invalid
@@ -149,79 +118,34 @@ def singularity_margin(geometry: Geometry, theta: Floats, P: Floats) -> Floats:
     elbow (0: arm and rod aligned, the joint cannot move the platform), and |det [s_1 s_2 s_3]| / L2^3, the volume
     spanned by the rod directions (0: coplanar, the joints cannot hold the platform).
     """
-    s1, s2, s3 = np.moveaxis(_rods(geometry, theta, P), 1, 0)
-    volume = np.abs(_dot(s1, _cross(s2, s3))) / geometry.L2**3
-    cosine = np.abs(_arm_leverage(geometry, theta, P)).min(axis=1) / (geometry.L1 * geometry.L2)
-    margin: Floats = np.minimum(volume, cosine)
-    return margin
+    elbows, tangents, _ = _arms(geometry, theta)
+    rods = closed_chain.rods_from(elbows, tuple(P.T))
+    volume = np.abs(closed_chain.volume(rods)) / geometry.L2**3
+    cosine = np.abs(_stacked(closed_chain.dots(rods, tangents))).min(axis=1) / (geometry.L1 * geometry.L2)
+    return np.minimum(volume, cosine)
 
 
-def _directions(geometry: Geometry) -> Floats:
-    """Limb directions u_i as rows (3, 3)."""
+def _arms(geometry: Geometry, theta: Floats) -> tuple[Vectors, Vectors, Vectors]:
     phi = np.array(geometry.phi)
-    return np.stack([np.cos(phi), np.sin(phi), np.zeros(3)], axis=1)
+    return closed_chain.arms(geometry.L1, geometry.R - geometry.r, np.cos(phi), np.sin(phi), theta.T)
 
 
-def _sphere_centres(geometry: Geometry, theta: Floats) -> Floats:
-    """Elbows moved inwards by r (n, 3 limbs, 3) [m], so that the spheres around them intersect in P."""
-    centres: Floats = (geometry.R - geometry.r + geometry.L1 * np.cos(theta))[:, :, None] * _directions(geometry)
-    centres[:, :, 2] = geometry.L1 * np.sin(theta)
-    return centres
+def _forward(geometry: Geometry, elbows: Vectors) -> Vector:
+    P, radius_squared = closed_chain.platform(elbows, geometry.L2)
+    _check_closed(geometry, radius_squared)
+    return P
 
 
-def _rods(geometry: Geometry, theta: Floats, P: Floats) -> Floats:
-    """Rod vectors s_i as rows (n, 3 limbs, 3) [m], Eq. (11)."""
-    rods: Floats = P[:, None, :] - _sphere_centres(geometry, theta)
-    return rods
-
-
-def _rod_rates(geometry: Geometry, theta: Floats, theta_dot: Floats, P_dot: Floats) -> Floats:
-    """Time derivative of s_i as rows (n, 3 limbs, 3), Eq. (14)."""
-    rates: Floats = P_dot[:, None, :] + (geometry.L1 * np.sin(theta) * theta_dot)[:, :, None] * _directions(geometry)
-    rates[:, :, 2] -= geometry.L1 * np.cos(theta) * theta_dot
-    return rates
+def _stacked(vector: Vector) -> Floats:
+    """(n, 3) entries of a vector at n instants."""
+    return np.stack(vector, axis=1)
 
 
 def _in_limb_frames(geometry: Geometry, P: Floats) -> tuple[Floats, Floats, Floats]:
     """Coordinates x, y, z of the platform joint C_i in the frame of each limb, each (n, 3 limbs) [m]: (A10)."""
-    along = _directions(geometry)
-    across = np.stack([-along[:, 1], along[:, 0], along[:, 2]], axis=1)
-    return P @ along.T + (geometry.r - geometry.R), P @ across.T, P[:, 2:]
-
-
-def _arm_leverage(geometry: Geometry, theta: Floats, P: Floats) -> Floats:
-    """Products s_i . Pi_i (n, 3) [m^2]; after cancellation only x and z of the platform remain."""
-    x, _, z = _in_limb_frames(geometry, P)
-    leverage: Floats = geometry.L1 * (np.cos(theta) * z - np.sin(theta) * x)
-    return leverage
-
-
-def _arm_leverage_rate(geometry: Geometry, theta: Floats, P: Floats, theta_dot: Floats, P_dot: Floats) -> Floats:
-    """Time derivative of s_i . Pi_i (n, 3) [m^2/s]."""
-    x, _, z = _in_limb_frames(geometry, P)
-    x_dot, z_dot = P_dot @ _directions(geometry).T, P_dot[:, 2:]
-    sin, cos = np.sin(theta), np.cos(theta)
-    rate: Floats = geometry.L1 * (cos * z_dot - sin * x_dot - theta_dot * (sin * z + cos * x))
-    return rate
-
-
-def _inverse(rows: Floats) -> Floats:
-    """Inverses (n, 3, 3) of matrices given by their rows; the columns are cross products of the rows."""
-    a, b, c = np.moveaxis(rows, 1, 0)
-    columns = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], axis=2)
-    columns /= _dot(a, columns[:, :, 0])[:, None, None]
-    return columns
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    """Cross products (n, 3); numpy.cross takes three times as long."""
-    (ax, ay, az), (bx, by, bz) = a.T, b.T
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
-
-
-def _dot(a: Floats, b: Floats) -> Floats:
-    products: Floats = np.einsum("ni,ni->n", a, b)
-    return products
+    cos, sin = np.cos(geometry.phi), np.sin(geometry.phi)
+    x, y, z = P[:, :1], P[:, 1:2], P[:, 2:]
+    return x * cos + y * sin + (geometry.r - geometry.R), y * cos - x * sin, z
 
 
 def _check_closed(geometry: Geometry, radius_squared: Floats) -> None:
@@ -260,13 +184,13 @@ def _check_reach(geometry: Geometry, P: Floats, reach: Floats, y: Floats) -> Non
 
 
 def _check_not_flipped(geometry: Geometry, theta: Floats, P: Floats) -> None:
-    first, second, third = np.moveaxis(_sphere_centres(geometry, theta), 1, 0)
-    normal = _cross(second - first, third - first)
-    height = _dot(P - first, normal) * np.sign(normal[:, 2])
+    first, second, third = _arms(geometry, theta)[0]
+    normal = closed_chain.cross(closed_chain.minus(second, first), closed_chain.minus(third, first))
+    height = closed_chain.dot(closed_chain.minus(tuple(P.T), first), normal) * np.sign(normal[2])
     flipped = height > 0
     if flipped.any():
         row = int(np.argmax(flipped))
-        excess = float(height[row] / np.linalg.norm(normal[row]))
+        excess = float(height[row] / np.linalg.norm(_stacked(normal)[row]))
         raise Unreachable(
             f"at {_point(P[row])} the platform stands {1e3 * excess:.3f} mm above the plane of its elbows",
             row=row,

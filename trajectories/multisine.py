@@ -74,8 +74,7 @@ def middle_pose(rig: Rig) -> Floats:
     """Pose (dof,) in the middle of the workspace, or about zero on single axes [rad or m]."""
     if rig.mechanism == "delta":
         middle = [*_CENTRE, sum(rig.limits.workspace_z) / 2]
-        pose: Floats = kinematics.inverse(rig.geometry, np.array([middle]))[0]
-        return pose
+        return kinematics.inverse(rig.geometry, np.array([middle]))[0]
     return np.full(rig.dof, min(max(0.0, rig.limits.joint_min), rig.limits.joint_max))
 
 

@@ -63,8 +63,7 @@ def swing(rig: Rig, pose: Floats, joint: int, amplitude: float) -> Trajectory:
 def _direction(rig: Rig, joint: int) -> Floats:
     if not 1 <= joint <= rig.dof:
         raise BadInput(f"--joint: 1 to {rig.dof} expected, {joint} found")
-    direction: Floats = np.eye(rig.dof)[joint - 1]
-    return direction
+    return np.eye(rig.dof)[joint - 1]
 
 
 def within_limits(trajectory: Trajectory, rig: Rig) -> Trajectory:

@@ -101,8 +101,7 @@ def _temperature(rng: np.random.Generator, robots: int, nights: int) -> Floats:
     season = 20 + _SEASON * np.sin(2 * np.pi * (np.arange(nights) / _YEAR + rng.random()))
     place = rng.uniform(0, 4, robots)[:, None]
     warm_up = _WARM_UP * (1 - np.exp(-rng.exponential(1.0, (robots, nights))))
-    celsius: Floats = season + place + warm_up + rng.normal(0, _DAILY, (robots, nights))
-    return celsius
+    return season + place + warm_up + rng.normal(0, _DAILY, (robots, nights))
 
 
 def _draw_event(

@@ -38,7 +38,9 @@ class HoldToRun(BackgroundThread):
         """Whether the keep-alives have ended."""
 
     def _run_thread(self) -> None:
-        self._discard_earlier()
+        # What came before the run began says nothing about now. The end of the input stays.
+        while select.select([self._source], [], [], 0)[0] and len(os.read(self._source, _CHUNK)) == _CHUNK:
+            pass
         last = time.monotonic()
         while not self._finished.is_set():
             ready, _, _ = select.select([self._source], [], [], _INTERVAL)
@@ -52,11 +54,6 @@ class HoldToRun(BackgroundThread):
         if not self._finished.is_set():
             self.released = True
             os.kill(os.getpid(), RELEASE)
-
-    def _discard_earlier(self) -> None:
-        """Discard what came before the run began: it says nothing about now. The end of the input stays."""
-        while select.select([self._source], [], [], 0)[0] and len(os.read(self._source, _CHUNK)) == _CHUNK:
-            pass
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from daq.cycle.stopping import StopRequest
 from daq.cycle.stream import MotionFault, Stream
 from daq.cycle.supervisor import JointArray, Supervisor
 from drivers import transports
-from drivers.protocol import Amplifiers, HomingAmplifiers, HomingState, Report, Sample, unheard
+from drivers.protocol import HomingAmplifiers, HomingState, Report, Sample, unheard
 from recordings.errors import BadInput
 from recordings.recording import Floats, Pace
 from recordings.rig import Homing, Rig
@@ -104,30 +104,25 @@ def home(rig: Rig, joints: list[int], pace: Pace, log: Report, *, again: bool) -
     connected = transports.of(rig).connect(rig, log, unheard, simulated_clock.now if lockstep else None)
     priority = nullcontext() if lockstep else realtime_priority(log)
     with StopRequest() as stop, closing(connected) as drives, priority:
-        amplifiers = _homing_amplifiers(drives)
+        if not isinstance(drives, HomingAmplifiers):
+            raise BadInput("drives on a CAN bus expected, serial lines found; home these drives with their own tool")
         if any(identity.lockstep != lockstep for identity in drives.discover()):
             raise BadInput(
                 "--pace lockstep needs drives simulated in lockstep; real drives are homed in real time only"
                 if lockstep
                 else "these simulated drives run in lockstep; home them with --pace lockstep"
             )
-        amplifiers.configure(referenced=False)
+        drives.configure(referenced=False)
         stream = HomingStream(RunParts(rig, drives, simulated_clock, NullRecorder(), stop, CycleProgress()))
         for joint in joints:
             settings = rig.drives[joint - 1].homing
             if settings is None:
                 yield Homed(joint, None, math.nan, "absolute encoder (no homing in the rig file)")
-            elif amplifiers.is_homed(joint) and not again:
+            elif drives.is_homed(joint) and not again:
                 yield Homed(joint, None, math.nan, "has its zero reference already; --again homes it anew")
             else:
-                amplifiers.prepare_homing(joint)
+                drives.prepare_homing(joint)
                 clock = simulated_clock if lockstep else HostClock(rig.rate, transports.of(rig).lead(rig))
-                position = stream.home(amplifiers, joint, settings, clock)
-                amplifiers.finish_homing(joint)
+                position = stream.home(drives, joint, settings, clock)
+                drives.finish_homing(joint)
                 yield Homed(joint, settings.method, position, "")
-
-
-def _homing_amplifiers(drives: Amplifiers) -> HomingAmplifiers:
-    if not isinstance(drives, HomingAmplifiers):
-        raise BadInput("drives on a CAN bus expected, serial lines found; home these drives with their own tool")
-    return drives

@@ -46,7 +46,8 @@ def segments(rig: Rig, start: Floats, trajectory: Trajectory, torque: PlannedTor
         yield _fade(rig, "fade in", goal, torque.stream[0], rising=True)
     else:
         # The brakes may have let the robot sink a little since the plan was made.
-        along = _resampled(torque.approach, len(path))
+        share, given = (np.linspace(0, 1, len(rows)) for rows in (path, torque.approach))
+        along = interpolate_columns(share, given, torque.approach)  # at the same shares of the way
         yield _fade(rig, "fade in", start, along[0], rising=True)
         yield Segment("approach", path, between(along))
     yield Segment("stream", trajectory.joint_position, between(torque.stream), trajectory)
@@ -62,8 +63,7 @@ def between(torque: Floats) -> Floats:
     """Torque while the drive moves from the previous target to each target: the offset is constant for a cycle, and
     the target is reached at its end."""
     before = np.concatenate([torque[:1], torque[:-1]])
-    mean: Floats = (before + torque) / 2
-    return mean
+    return (before + torque) / 2
 
 
 def _fade(rig: Rig, phase: str, position: Floats, torque: Floats, *, rising: bool) -> Segment:
@@ -75,8 +75,3 @@ def _fade(rig: Rig, phase: str, position: Floats, torque: Floats, *, rising: boo
 
 def _hold(position: Floats, count: int) -> Floats:
     return np.tile(position, (count, 1))
-
-
-def _resampled(rows: Floats, count: int) -> Floats:
-    """Rows (count, dof) at the same shares of the way."""
-    return interpolate_columns(np.linspace(0, 1, count), np.linspace(0, 1, len(rows)), rows)

@@ -59,12 +59,10 @@ def _has_id(frames: CanFrames, text: str) -> Bools:
     except ValueError:
         raise BadInput(f"--id: {text!r} has leading zeros; write 0x before a hexadecimal number") from None
     if match[2] == "/":
-        masked: Bools = (frames.id & last) == (first & last)
-        return masked
+        return (frames.id & last) == (first & last)
     if first > last:
         raise BadInput(f"--id: a range from a lower to a higher id expected, {text!r} found")
-    within: Bools = (frames.id >= first) & (frames.id <= last)
-    return within
+    return (frames.id >= first) & (frames.id <= last)
 
 
 def commanding(frames: CanFrames) -> Bools:
@@ -75,8 +73,7 @@ def commanding(frames: CanFrames) -> Bools:
     function = frames.id & 0x780
     broadcast = np.isin(frames.id, (0x000, SYNC_ID, 0x100, 0x700 + MASTER_ID))
     from_master = broadcast | np.isin(function, (0x200, 0x300, 0x400, 0x500, 0x600))
-    commands: Bools = frames.sent | (from_master & ~frames.extended)
-    return commands
+    return frames.sent | (from_master & ~frames.extended)
 
 
 @dataclass(frozen=True)

@@ -45,8 +45,7 @@ def number_syncs(arrival: Ints) -> Ints:
             level += jump * period
         level += _DRIFT_SHARE * (value - level)
         missing_before[i] = missing
-    index: Ints = np.arange(len(arrival)) + missing_before
-    return index
+    return np.arange(len(arrival)) + missing_before
 
 
 def _period(arrival: Ints) -> float:

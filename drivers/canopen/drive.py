@@ -163,7 +163,9 @@ class CanopenDrives:
             target = axis.target(axis.counts or 0) if setpoint is None else setpoint[j]
             for arbitration_id, data in axis.frames(self._controlword(axis), target):
                 self._link.send(arbitration_id, data)
-        if self._cycle % self._heartbeat_interval == 0 or self._enabling:
+        # The first heartbeat that arrives arms a drive's watchdog, and one may be lost: sent until all are enabled.
+        enabling = self.goal is Goal.ENABLED and any(axis.power is not Power.ON for axis in self._axes)
+        if enabling or self._cycle % self._heartbeat_interval == 0:
             self._show_life()
         number = None
         if self._kernel_sync is None:
@@ -180,12 +182,6 @@ class CanopenDrives:
         for axis in self._axes:
             if axis.dictionary.watchdog == "guarding":
                 self._link.send_remote(0x700 + axis.drive.node_id)
-
-    @property
-    def _enabling(self) -> bool:
-        """Whether every cycle sends a heartbeat: the first one that arrives arms a drive's watchdog, and one may be
-        lost, so they are sent until all drives are enabled."""
-        return self.goal is Goal.ENABLED and any(axis.power is not Power.ON for axis in self._axes)
 
     def _controlword(self, axis: CanopenAxis) -> int:
         if self.goal is Goal.STOPPED and self._rests_in_quick_stop(axis):

@@ -130,8 +130,7 @@ class Sdo:
             raise ObjectRefused(
                 f"{self._name}: object {format_address(index, sub)} has {len(data)} bytes, {size} expected"
             )
-        value: int = struct.unpack(layout, data[:size])[0]
-        return value
+        return struct.unpack(layout, data[:size])[0]
 
     def read_bytes(self, index: int, sub: int) -> bytes:
         """Read an object of any size.

@@ -54,8 +54,7 @@ class SerialLine:
 
     def fileno(self) -> int:
         """For `select`."""
-        descriptor: int = self._port.fileno()
-        return descriptor
+        return self._port.fileno()
 
     def flush(self) -> None:
         """End a partial command that the drives may hold, and wait for the replies to it.

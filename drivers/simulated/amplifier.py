@@ -35,8 +35,7 @@ class Amplifier:
 
     def _commanded_voltage(self, command: float) -> float:
         ratio = command / self._gain
-        volts: float = math.copysign(abs(ratio) ** (1 / self._exponent), ratio)
-        return volts
+        return math.copysign(abs(ratio) ** (1 / self._exponent), ratio)
 
     def _apply_faults(self, volts: float) -> float:
         for fault in self._faults:

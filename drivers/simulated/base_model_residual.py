@@ -64,10 +64,7 @@ def base_model_residual(
 def base_columns(geometry: Geometry, motion: JointMotion) -> Floats:
     """Regressor (n, 3, 12): torque per unit of I_1..3, T_g, m_p, c_v1..3, c_c1..3 and m_d (`rod_inertia`)."""
     theta, rate, acceleration = motion.position, motion.velocity, motion.acceleration
-    P = kinematics.forward(geometry, theta)
-    J = kinematics.jacobian(geometry, theta, P)
-    J_dot = kinematics.jacobian_derivative(geometry, theta, P, rate, J)
-    P_ddot = _times(J, acceleration) + _times(J_dot, rate)
+    _, _, P_ddot, J = kinematics.platform_motion(geometry, theta, rate, acceleration)
     lifted = P_ddot + np.array([0.0, 0.0, GRAVITY])
     columns = np.zeros((len(theta), 3, 12))
     joint = np.arange(3)
@@ -103,15 +100,8 @@ def _low_passed(signals: Floats, rate: float) -> Floats:
 
     # Filtered forwards and backwards: one pass attenuates by 1.5 dB at the bandwidth.
     corner = BANDWIDTH / (np.sqrt(2) - 1) ** (1 / (2 * _ORDER))
-    filtered: Floats = sosfiltfilt(butter(_ORDER, corner, fs=rate, output="sos"), signals, axis=0)
-    return filtered
-
-
-def _times(J: Floats, v: Floats) -> Floats:
-    product: Floats = np.einsum("nij,nj->ni", J, v)
-    return product
+    return sosfiltfilt(butter(_ORDER, corner, fs=rate, output="sos"), signals, axis=0)
 
 
 def _times_transposed(J: Floats, v: Floats) -> Floats:
-    product: Floats = np.einsum("nji,nj->ni", J, v)
-    return product
+    return np.einsum("nji,nj->ni", J, v)

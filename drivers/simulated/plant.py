@@ -107,13 +107,11 @@ class Plant:
 
     def platform(self) -> Floats:
         """(3,) position of the platform [m]."""
-        position: Floats = self._qpos[self._slides].copy()
-        return position
+        return self._qpos[self._slides].copy()
 
     def platform_velocity(self) -> list[float]:
         """Velocity of the platform [m/s]."""
-        velocity: list[float] = self._qvel[self._slides].tolist()
-        return velocity
+        return self._qvel[self._slides].tolist()
 
     def push(self, force: Sequence[float]) -> None:
         """Apply a force to the platform [N], from the next step on."""

@@ -87,5 +87,4 @@ def unseal(path: Path) -> dict[str, Any]:
         ) from None
     if hashlib.sha256(packed).hexdigest() != digest:
         raise BadInput(f"{path} was changed after it was sealed; its checksum does not fit")
-    content: dict[str, Any] = parsed(json.loads, text, f"sealed file {path}", "JSON")
-    return content
+    return parsed(json.loads, text, f"sealed file {path}", "JSON")

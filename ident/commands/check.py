@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
-from ident.command_options import ACCEPT, EFFECT_FILES, FILE, JSON, DataCommand, show_result
-from recordings.command_line import FiniteRange, check_readable, repeated, say_next
+from ident.command_options import ACCEPT, EFFECT_FILES, FILE, JSON, DataCommand, again, show_result
+from recordings.command_line import FiniteRange, check_readable, say_next
 from recordings.next_command import diagnosis
 
 
@@ -58,4 +58,4 @@ def command(
     with progress_bar("reading") as progress:
         document = check(files, library(effect_files), share, progress, accept)
     show_result(as_json, document.as_json, partial(show, document))
-    say_next(*diagnosis(files, *repeated("--effect-file", effect_files), *repeated("--accept", accept)))
+    say_next(*diagnosis(files, *again("--effect-file", "--accept")))

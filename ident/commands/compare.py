@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ident.command_options import ACCEPT, EFFECT_FILES, FILE, JSON, DataCommand, say_written, show_result
+from ident.command_options import ACCEPT, EFFECT_FILES, FILE, JSON, DataCommand, again, say_written, show_result
 from ident.model_name import model_stem
 from recordings.command_line import check_readable, refuse_existing, repeated, say_next
 from recordings.next_command import diagnosis, free_output
@@ -62,7 +62,7 @@ def command(
         page.write(contents.assemble(request, {model_path.name: model.file}, {model_path.name: result}), report)
     show_result(as_json, result.as_json, partial(show, result))
     say_written(report=report)
-    options = [*repeated("--effect-file", effect_files), *repeated("--accept", accept)]
+    options = again("--effect-file", "--accept")
     train, held_out = _as_fitted(model.file, model_path, files)
     recorded = [*train, *repeated("--validate", held_out)]
     if result.within_noise:

@@ -16,13 +16,14 @@ from ident.command_options import (
     JSON,
     PREPROCESS,
     DataCommand,
+    again,
     check_outputs,
     ends,
     needs,
     say_written,
     show_result,
 )
-from recordings.command_line import check_readable, repeated, say_next
+from recordings.command_line import check_readable, say_next
 from recordings.next_command import diagnosis, free_name, free_output
 
 if TYPE_CHECKING:
@@ -150,15 +151,10 @@ def command(
     if proposed and not document.remaining.formula and not as_json:
         click.echo(f"{proposed} not written: no formula is confirmed on rows that were not fitted.")
     say_written(model=out, report=report, formula=proposed if document.remaining.formula else None)
-    given = [*repeated("--model", start_files), *repeated("--only", only), *repeated("--without", without)]
-    given += repeated("--accept", accept)
-    given += ["--preprocess", preprocess] if preprocess != "parallel" else []
-    given += ["--cutoff", f"{cutoff:g}"] if cutoff else []
-    recorded = [*repeated("--validate", validate), *repeated("--effect-file", effect_files)]
     if document.next_motion:
         click.echo(f"next: {document.next_motion.command}", err=True)
     else:
-        say_next(*_next(document, files, recorded, given, out or model_path, applied=apply, proposed=proposed))
+        say_next(*_next(document, files, out or model_path, applied=apply, proposed=proposed))
 
 
 def _with_learned_curve(result: DiagnosisResult, path: Path) -> DiagnosisResult:
@@ -186,20 +182,15 @@ def _write_report(
 
 
 def _next(
-    document: Document,
-    files: Sequence[Path],
-    recorded: Sequence[str],
-    choices: Sequence[str],
-    model: Path | None,
-    applied: bool,
-    proposed: Path | None,
+    document: Document, files: Sequence[Path], model: Path | None, *, applied: bool, proposed: Path | None
 ) -> list[object]:
     """The command that follows from the verdict: add, propose, learn, repeat, or report.
 
-    recorded: options that name further files; choices: those that make this diagnosis what it is; proposed: the file
-    of the formula that was asked for.
+    proposed: the file of the formula that was asked for.
     """
     default = files[0].with_suffix(".model.json")
+    recorded = again("--validate", "--effect-file")
+    choices = again("--model", "--only", "--without", "--accept", "--preprocess", "--cutoff")
     if proposed and document.remaining.formula:
         return diagnosis(files, *recorded, *choices, "--effect-file", proposed, model=model or default)
     if not applied and document.findings and document.verdict == "missing-effect":

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from ident import plugins
-from ident.command_options import ACCEPT, CUTOFF, EFFECT_FILES, FILE, RuledCommand, say_written, sets, show_result
-from recordings.command_line import NameChoice, check_readable, refuse_existing, repeated, say_next
+from ident.command_options import (
+    ACCEPT,
+    CUTOFF,
+    EFFECT_FILES,
+    FILE,
+    RuledCommand,
+    again,
+    say_written,
+    sets,
+    show_result,
+)
+from recordings.command_line import NameChoice, check_readable, refuse_existing, say_next
 from recordings.errors import BadInput
 from recordings.next_command import diagnosis
 
@@ -21,9 +30,7 @@ if TYPE_CHECKING:
 
 @click.command(
     cls=RuledCommand,
-    rules=[
-        sets("--paper", "--preprocess", "--cutoff", "--iterations", "--without", unless={"--preprocess": "central"})
-    ],
+    rules=[sets("--paper", "--preprocess", "--cutoff", "--without", unless={"--preprocess": "central"})],
     short_help="Find the parameters of the dynamic model.",
     epilog="Example: ident fit fig5a.mcap --validate fig5b.mcap",
 )
@@ -47,15 +54,7 @@ if TYPE_CHECKING:
     "settings",
     metavar="NAME=VALUE",
     multiple=True,
-    help="Change a setting of the method (see ident methods), such as particles=100. May be repeated.",
-)
-@click.option(
-    "--neighbourhood",
-    type=click.Choice(["current", "personal"]),
-    help="Choose the best neighbour by current position, as printed, or by personal best.  [default: current]",
-)
-@click.option(
-    "--iterations", type=click.IntRange(min=1), metavar="N", help="Iterations of the swarm.  [default: 1000]"
+    help="Change a setting of the method (see ident methods), such as iterations=100. May be repeated.",
 )
 @click.option(
     "--paper",
@@ -100,8 +99,6 @@ def command(
     preprocess: str | None,
     cutoff: float | None,
     settings: tuple[str, ...],
-    neighbourhood: str | None,
-    iterations: int | None,
     paper: bool,
     effects: tuple[str, ...],
     without: tuple[str, ...],
@@ -129,7 +126,7 @@ def command(
     import ident
     from recordings.progress import progress_bar
 
-    given = _settings(method, settings, paper, {"neighbourhood": neighbourhood, "iterations": iterations})
+    given = _settings(method, settings, paper)
     with progress_bar("reading") as show:
         model = ident.fit(
             files,
@@ -151,22 +148,15 @@ def command(
     _write(model, out, pictures)
     _show(model, as_json, details)
     say_written(model=out, pictures=pictures)
-    options = [*(["--validate", validate] if validate else []), *repeated("--effect-file", effect_files)]
-    options += repeated("--accept", accept)
-    say_next(*diagnosis(files, *options, model=out))
+    say_next(*diagnosis(files, *again("--validate", "--effect-file", "--accept"), model=out))
 
 
-def _settings(method: str, texts: tuple[str, ...], paper: bool, options: Mapping[str, object]) -> dict[str, object]:
-    """Settings of the `method` by name: from --set, from `options` of their own, and those of the `paper`."""
+def _settings(method: str, texts: tuple[str, ...], paper: bool) -> dict[str, object]:
+    """Settings of the `method` by name: from --set, and those of the `paper`."""
     from ident.estimation import estimators
     from ident.estimation.settings import parse
 
     given: dict[str, object] = dict(parse(texts))
-    for name, value in options.items():
-        if value is not None:
-            if name in given:
-                raise BadInput(f"--{name} cannot be combined with --set {name}={given[name]}; leave one out")
-            given[name] = value
     if paper:
         for name in ("iterations", "tolerance"):
             if name in given:

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
-from ident.command_options import ACCEPT, EFFECT_FILES, FILE, DataCommand, check_outputs, say_written
-from recordings.command_line import check_readable, repeated, say_next
+from ident.command_options import ACCEPT, EFFECT_FILES, FILE, DataCommand, again, check_outputs, say_written
+from recordings.command_line import check_readable, say_next
 from recordings.errors import BadInput, ForeignFile
 from recordings.next_command import diagnosis
 
@@ -61,8 +61,8 @@ def command(
     out = out or recordings[0].with_suffix(".report.html")
     inputs = (*models, *recordings, *held_out, *responses)
     places = [path.resolve() for path in inputs]
-    if again := [path for path, place in zip(inputs, places, strict=True) if places.count(place) > 1]:
-        raise BadInput(f"each file once expected, {again[0]} found twice; leave one out")
+    if twice := [path for path, place in zip(inputs, places, strict=True) if places.count(place) > 1]:
+        raise BadInput(f"each file once expected, {twice[0]} found twice; leave one out")
     check_readable(*held_out, *responses)
     check_outputs(out, force=force, read=inputs)
 
@@ -91,9 +91,7 @@ def command(
     if nothing_more or (within_noise and not missing):
         say_next("ident", "workbench", *recordings[:1], *held_out[:1])
     else:
-        options = [*repeated("--validate", held_out), *repeated("--effect-file", effect_files)]
-        options += repeated("--accept", accept)
-        say_next(*diagnosis(recordings, *options, model=models[0]))
+        say_next(*diagnosis(recordings, *again("--validate", "--effect-file", "--accept"), model=models[0]))
 
 
 def _split_by_suffix(files: tuple[Path, ...]) -> tuple[tuple[Path, ...], tuple[Path, ...]]:

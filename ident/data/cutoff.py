@@ -259,8 +259,7 @@ class Spectra:
 
     @property
     def _omega(self) -> Floats:
-        omega: Floats = 2 * np.pi * self.frequency
-        return omega
+        return 2 * np.pi * self.frequency
 
     def _floor(self, density: Floats) -> float:
         empty = density[self.frequency[1:] > _EMPTY * self.rate]

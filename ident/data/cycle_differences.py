@@ -65,8 +65,7 @@ def cycle_differences(x: Floats) -> CycleDifferences | None:
 def between_cycles(x: Floats) -> Floats:
     """(phases,) variance of `x` (cycles, phases) about the mean cycle; the phases occur twice at least."""
     count = np.isfinite(x).sum(axis=0)
-    variance: Floats = np.nansum((x - np.nansum(x, axis=0) / count) ** 2, axis=0) / (count - 1)
-    return variance
+    return np.nansum((x - np.nansum(x, axis=0) / count) ** 2, axis=0) / (count - 1)
 
 
 def deviation_within_groups(x: Floats, differences: CycleDifferences) -> tuple[Floats, int]:
@@ -107,8 +106,7 @@ def degrees_of_freedom(differences: Floats) -> float:
 def _autocorrelation(x: Floats, lags: int) -> Floats:
     """(lags,) sums of products along the rows of `x` (rows, phases)."""
     spectrum = np.abs(np.fft.rfft(x, 2 * x.shape[1], axis=1)) ** 2
-    products: Floats = np.fft.irfft(spectrum.sum(axis=0))[:lags]
-    return products
+    return np.fft.irfft(spectrum.sum(axis=0))[:lags]
 
 
 def _freedom_of_quietest(differences: Floats) -> float:
@@ -132,8 +130,7 @@ def _block_mean_squares(differences: Floats, edges: np.ndarray) -> Floats:
     count = np.add.reduceat(np.isfinite(differences).astype(float), edges[:-1], axis=1)
     sums = np.add.reduceat(np.nan_to_num(differences**2), edges[:-1], axis=1)
     enough = (count > 0) & (count >= count.max(axis=0) / 2)
-    squares: Floats = np.where(enough, sums / np.maximum(count, 1), np.nan)
-    return squares
+    return np.where(enough, sums / np.maximum(count, 1), np.nan)
 
 
 def _lower_median(squares: Floats) -> Floats:
@@ -154,8 +151,7 @@ def _whole_events(disturbed: Bools, known: Bools) -> Bools:
     before = np.maximum.accumulate(np.where(in_time, place, -disturbed.size))
     after = np.minimum.accumulate(np.where(in_time, place, 2 * disturbed.size)[::-1])[::-1]
     between = (after - before < disturbed.shape[1]).reshape(disturbed.shape)
-    whole: Bools = np.where((between | ~known).all(axis=0), disturbed, between)
-    return whole
+    return np.where((between | ~known).all(axis=0), disturbed, between)
 
 
 def _largest_ratio(freedom: float) -> float:

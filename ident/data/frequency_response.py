@@ -93,8 +93,7 @@ def frequency_response(recording: Recording) -> FrequencyResponse:
 
 def _spectrum(signal: Floats) -> Complex:
     """Amplitudes of the mean repetition; `signal`: (cycles, samples, ...)."""
-    amplitudes: Complex = 2 * np.fft.rfft(signal.mean(axis=0), axis=0) / signal.shape[1]
-    return amplitudes
+    return 2 * np.fft.rfft(signal.mean(axis=0), axis=0) / signal.shape[1]
 
 
 def _others(recording: Recording, position: Floats, joint: int) -> Complex:

@@ -43,8 +43,7 @@ class Noise:
 
     def torque_std(self, sensitivity: Floats) -> Floats:
         """Standard deviation [N m] of torque samples with the `sensitivity` [N m/V]."""
-        std: Floats = np.hypot(self.volts * sensitivity, self.floor)
-        return std
+        return np.hypot(self.volts * sensitivity, self.floor)
 
 
 def estimate(recordings: Sequence[PreparedRecording], residuals: Sequence[Floats]) -> tuple[Noise, ...]:

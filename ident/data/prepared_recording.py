@@ -63,8 +63,7 @@ class PreparedRecording:
     @cached_property
     def instant_time(self) -> Floats:
         """(n,) time of the instants [s]."""
-        seconds: Floats = self.start + self.preprocessed.instants / self.samples.rate
-        return seconds
+        return self.start + self.preprocessed.instants / self.samples.rate
 
     @cached_property
     def temperature(self) -> Floats:

@@ -68,5 +68,4 @@ def _noise(residual: Floats, step: Floats) -> Floats:
     difference = np.abs(np.diff(residual, axis=0))
     # Steps bias the median, jumps of the residual the mean.
     median, mean = (np.nanmedian(difference, axis=0) / _MEDIAN_DIFFERENCE) ** 2, np.nanmean(difference**2, axis=0) / 2
-    std: Floats = np.sqrt(np.maximum(np.minimum(median, mean) - step**2 / 12, 0.0))
-    return std
+    return np.sqrt(np.maximum(np.minimum(median, mean) - step**2 / 12, 0.0))

@@ -21,15 +21,13 @@ _MIN_CREEPING_SHARE = 0.5
 
 def moving_rows(recording: PreparedRecording, standstill: Floats) -> Bools:
     """(m, dof) usable rows in which a joint moves, by its shares of `standstill` (m, dof)."""
-    rows: Bools = recording.usable & (standstill < MAX_STANDSTILL)
-    return rows
+    return recording.usable & (standstill < MAX_STANDSTILL)
 
 
 def moving_or_all(recording: PreparedRecording, standstill: Floats) -> Bools:
     """(m, dof) `moving_rows`; all usable ones of a joint that never moves."""
     moving = moving_rows(recording, standstill)
-    rows: Bools = np.where(moving.any(axis=0), moving, recording.usable)
-    return rows
+    return np.where(moving.any(axis=0), moving, recording.usable)
 
 
 def row_weights(

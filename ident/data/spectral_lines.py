@@ -139,5 +139,4 @@ def _noise_level(power: Floats, frequency: Floats) -> Floats:
     from scipy.ndimage import median_filter
 
     width = max(int(2 * _AROUND / (frequency[1] - frequency[0])), 3)
-    level: Floats = median_filter(power, size=width, mode="nearest") / np.log(2)
-    return level
+    return median_filter(power, size=width, mode="nearest") / np.log(2)

@@ -81,5 +81,4 @@ def _patterns(x: Floats, noise: float) -> Iterator[tuple[str, float]]:
 def _projection(profile: Bools | Ints, x: Floats) -> Floats:
     """(phases,) component of `x` (cycles, phases) along `profile` (cycles,), with zero sum and unit norm."""
     centred = profile - profile.mean()
-    component: Floats = centred @ x / np.linalg.norm(centred)
-    return component
+    return centred @ x / np.linalg.norm(centred)

@@ -33,5 +33,4 @@ def density(a: NDArray[np.complex128], b: NDArray[np.complex128], segment: int, 
 
 def _window(length: int) -> Floats:
     """Hann's window, which is periodic."""
-    window: Floats = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(length) / length)
-    return window
+    return 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(length) / length)

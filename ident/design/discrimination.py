@@ -213,8 +213,7 @@ def _check_effect(name: str, effects: Mapping[str, Effect], rig: Rig, torque_mea
 def products(columns: Floats) -> Floats:
     """(b, k, k) mean products of the `columns` (b, ..., k)."""
     rows = columns.reshape(len(columns), -1, columns.shape[-1])
-    gram: Floats = rows.transpose(0, 2, 1) @ rows / rows.shape[1]
-    return gram
+    return rows.transpose(0, 2, 1) @ rows / rows.shape[1]
 
 
 def _unexplained(gram: Floats, columns: Ints, explaining: Ints) -> Floats:
@@ -226,5 +225,4 @@ def _unexplained(gram: Floats, columns: Ints, explaining: Ints) -> Floats:
     inner = inner / (size[:, :, None] * size[:, None, :]) + _RIDGE * np.eye(len(explaining))
     cross = gram[:, explaining[:, None], columns] / size[:, :, None]
     explained = np.einsum("brw,brw->b", cross, np.linalg.solve(inner, cross))
-    unexplained: Floats = np.maximum(whole - explained, 1e-12 * whole)
-    return unexplained
+    return np.maximum(whole - explained, 1e-12 * whole)

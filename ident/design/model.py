@@ -86,8 +86,7 @@ class DesignModel:
             if share < _MIN_SIZE:
                 raise
             return self._change(dynamics, motion, without, entry, guess, _REDUCTION * share)
-        change: Floats = np.nan_to_num((reported - without) / values[entry])
-        return change
+        return np.nan_to_num((reported - without) / values[entry])
 
     def _inputs(self, dynamics: InverseDynamics, motion: Motion) -> EffectInputs:
         return dynamics.inputs(motion, 1 / self.rate, np.arange(len(motion.position)) / self.rate)

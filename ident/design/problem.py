@@ -83,8 +83,7 @@ class DesignProblem:
 
     def column_sizes(self, coefficients: Floats) -> Floats:
         """(k,) RMS of the regressor's columns at `coefficients` (v,)."""
-        size: Floats = np.sqrt(np.mean(self._rows(coefficients[None])[0] ** 2, axis=0))
-        return size
+        return np.sqrt(np.mean(self._rows(coefficients[None])[0] ** 2, axis=0))
 
     def _rows(self, coefficients: Floats) -> Floats:
         """(b, rows, k) regressor, not scaled."""
@@ -100,8 +99,7 @@ class DesignProblem:
         """(b, l) use of each limit."""
         candidate = trajectory("candidate", self.rig, self._samples / self.period, *self._motions(coefficients))
         used = np.stack(list(checks.usage(candidate, self.rig).values()), axis=1)
-        largest: Floats = used.reshape(len(coefficients), self._samples, -1).max(axis=1)
-        return largest
+        return used.reshape(len(coefficients), self._samples, -1).max(axis=1)
 
     def slopes(self, coefficients: Floats) -> tuple[Floats, Floats]:
         """Derivatives of the objective (v,) and of the use of each limit (l, v) at `coefficients` (v,)."""
@@ -152,5 +150,4 @@ class DesignProblem:
 
 def _soft_minimum(values: Floats) -> Floats:
     """(b,) minus the logarithm of the approximate minimum of `values` (b, q)."""
-    objective: Floats = np.log(np.mean(np.maximum(values, TINY) ** -POWER, axis=1)) / POWER
-    return objective
+    return np.log(np.mean(np.maximum(values, TINY) ** -POWER, axis=1)) / POWER

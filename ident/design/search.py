@@ -137,8 +137,7 @@ def _middle(rig: Rig, offset: Floats | None = None) -> Floats:
         low, high = limits.workspace_z
         reach = np.array([limits.workspace_radius, limits.workspace_radius, (high - low) / 2])
         position = np.array([0.0, 0.0, (low + high) / 2]) + offset * reach
-        middle: Floats = kinematics.inverse(rig.geometry, position[None])[0]
-        return middle
+        return kinematics.inverse(rig.geometry, position[None])[0]
     low, high = limits.joint_min, limits.joint_max
     return (low + high) / 2 + offset * (high - low) / 2
 

@@ -43,7 +43,8 @@ def _backlash_torque(
     return torque
 
 
-def _cost_reductions(
+@compiled
+def cost_reductions(
     load: Floats,
     gradient: Floats,
     inertia: Floats,
@@ -68,7 +69,7 @@ def _cost_reductions(
             arm_load = load[:, j] - motor_shares[s] * motor_torque[:, j]
             arm_inertia = np.maximum(inertia[:, j] - motor_shares[s] * joint_inertias[j], 0.01 * inertia[:, j])
             for h in range(len(half_gaps)):
-                torque = backlash_torque(arm_load, gradient[:, j], arm_inertia, half_gaps[h], dt, substeps)
+                torque = _backlash_torque(arm_load, gradient[:, j], arm_inertia, half_gaps[h], dt, substeps)
                 product = square = 0.0
                 for k in range(1, n - 1):
                     smooth = (torque[k - 1] + 2 * torque[k] + torque[k + 1]) / 4
@@ -77,7 +78,3 @@ def _cost_reductions(
                         square += smooth * smooth
                 reductions[s, h, j] = 2 * product - square
     return reductions
-
-
-backlash_torque = compiled(_backlash_torque)
-cost_reductions = compiled(_cost_reductions)

@@ -13,8 +13,8 @@ import numpy as np
 from ident import filters, slicing
 from ident.dynamics.flexible_joints import FlexibleJoints, flexible_joints, joint_inertia
 from ident.dynamics.motion import Motion
+from ident.dynamics.platform import GRAVITY as GRAVITY
 from ident.dynamics.platform import Platform, platform
-from ident.dynamics.rods import GRAVITY as GRAVITY
 from ident.recent import RecentResults
 from recordings.recording import Floats
 from recordings.rig import Rig
@@ -118,8 +118,7 @@ class EffectInputs:
 
     def arm_torque(self, share: float) -> Floats:
         """Torque (n, dof) [N m] that moves the arms if they follow the motors."""
-        torque: Floats = self._rigid_arm_torque - self.motor_inertia(share) * self.motion.acceleration
-        return torque
+        return self._rigid_arm_torque - self.motor_inertia(share) * self.motion.acceleration
 
     @cached_property
     def _rigid_arm_torque(self) -> Floats:

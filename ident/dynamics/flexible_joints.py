@@ -44,7 +44,7 @@ class FlexibleJoints:
 
     def rigid_torque(self, motion: Motion) -> Floats:
         """Torque (n, dof) [N m] of the arms if they follow the motors."""
-        from ident.dynamics.flexible_joint_kernels import dynamics_along
+        from ident.dynamics.arm_kernels import dynamics_along
 
         torque: Floats = dynamics_along(self.delta, self.constants, *_contiguous(motion))[0]
         return torque + self._load_along(motion)
@@ -54,12 +54,12 @@ class FlexibleJoints:
 
         compliance: (dof,), 0 for a stiff joint; damping_ratio: damping over critical damping.
         """
-        from ident.dynamics.flexible_joint_kernels import elastic_torque
+        from ident.dynamics.elastic_kernel import elastic_torque
 
         phase = self.natural_frequencies(motion, compliance).max(initial=0.0) / self.rate
         substeps = int(np.clip(np.ceil(phase / _PHASE_STEP), 1, _MAX_SUBSTEPS))
         beta = 1 / 12 if phase < _RESOLVED * substeps else 1 / 4
-        torque: Floats = elastic_torque(
+        return elastic_torque(
             self.delta,
             self.constants,
             *_contiguous(motion),
@@ -70,17 +70,16 @@ class FlexibleJoints:
             substeps,
             beta,
         )
-        return torque
 
     def backlash_torque(self, motion: Motion, half_gap: Floats, impact_delay: float = 0.0) -> Floats:
         """Torque (n, dof) [N m] between motors and arms that move by +-`half_gap` (dof,) against them.
 
         impact_delay: time from the contact to the middle of the impact [s].
         """
-        from ident.dynamics.flexible_joint_kernels import backlash_torque
+        from ident.dynamics.backlash_kernel import backlash_torque
 
         substeps = int(np.ceil(1 / (self.rate * _BACKLASH_STEP)))
-        torque: Floats = backlash_torque(
+        return backlash_torque(
             self.delta,
             self.constants,
             *_contiguous(motion),
@@ -91,7 +90,6 @@ class FlexibleJoints:
             1 / self.rate,
             substeps,
         )
-        return torque
 
     def cost_reductions(
         self, motion: Motion, joint_inertias: Floats, residual: Floats, motor_shares: Floats, half_gaps: Floats
@@ -101,8 +99,8 @@ class FlexibleJoints:
         Each joint is treated alone. These arms must have the whole `joint_inertias` (dof,) [kg m^2], with which the
         `motor_shares` (s,) are multiplied; half_gaps: (h,) [rad or m].
         """
+        from ident.dynamics.arm_kernels import dynamics_along
         from ident.dynamics.backlash_screening import cost_reductions
-        from ident.dynamics.flexible_joint_kernels import dynamics_along
 
         position, velocity, acceleration = _contiguous(motion)
         load, inertia = dynamics_along(self.delta, self.constants, position, velocity, acceleration)
@@ -113,7 +111,7 @@ class FlexibleJoints:
         load += self._load_along(motion)
         motor_torque = joint_inertias * motion.acceleration
         substeps = int(np.ceil(1 / (self.rate * _SCREENING_STEP)))
-        reductions: Floats = cost_reductions(
+        return cost_reductions(
             load,
             gradient,
             inertia,
@@ -125,14 +123,13 @@ class FlexibleJoints:
             1 / self.rate,
             substeps,
         )
-        return reductions
 
     def _load_along(self, motion: Motion) -> Floats:
         return np.zeros_like(motion.position) if self.load is None else np.ascontiguousarray(self.load)
 
     def natural_frequencies(self, motion: Motion, compliance: Floats) -> Floats:
         """Approximate natural frequencies (s,) [rad/s] of the joints whose `compliance` (dof,) is positive."""
-        from ident.dynamics.flexible_joint_kernels import dynamics_along
+        from ident.dynamics.arm_kernels import dynamics_along
 
         known, soft = np.isfinite(motion.acceleration).all(axis=1), compliance > 0
         if not known.any():
@@ -141,8 +138,7 @@ class FlexibleJoints:
         inertia = dynamics_along(self.delta, self.constants, *(signal[first] for signal in _contiguous(motion)))[1][
             0, soft
         ]
-        frequencies: Floats = np.sqrt(1 / (compliance[soft] * np.maximum(inertia, 1e-9)))
-        return frequencies
+        return np.sqrt(1 / (compliance[soft] * np.maximum(inertia, 1e-9)))
 
 
 def flexible_joints(

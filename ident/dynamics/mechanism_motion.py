@@ -6,10 +6,10 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.dynamics import rods
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.mechanisms import Mechanism
 from ident.dynamics.motion import Motion
+from ident.dynamics.platform import platform
 from recordings.recording import Floats
 from recordings.rig import Rig
 
@@ -50,7 +50,7 @@ class MechanismMotion:
         def rigid_at(motion: Motion) -> Floats:
             regressor = self.regressor if motion is self.motion else self.mechanism.regressor(motion)
             torque: Floats = np.einsum("njk,k->nj", regressor, rigid_parameters)  # `@` goes instant by instant
-            return torque + m_d * rods.torque(self.rig.geometry, motion) if m_d else torque
+            return torque + m_d * platform(self.rig.geometry, motion).torque_of_rods if m_d else torque
 
         by_name = {parameter.name: float(x) for parameter, x in zip(known, parameters, strict=True)}
         unknown = np.full_like(self.motion.position, np.nan)

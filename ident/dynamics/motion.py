@@ -30,8 +30,7 @@ class Motion:
     @property
     def sweep(self) -> Floats:
         """(n, dof) half the change of the velocity within a sample [rad/s]."""
-        half: Floats = self.acceleration * (self.sample_time / 2)
-        return half
+        return self.acceleration * (self.sample_time / 2)
 
 
 def cached_for_motion(compute: Callable[[Geometry, Motion], _T]) -> Callable[[Geometry, Motion], _T]:

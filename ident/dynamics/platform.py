@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -11,49 +10,36 @@ from recordings.recording import Floats
 from recordings.rig import Geometry
 from trajectories import kinematics
 
+GRAVITY = -float(kinematics.GRAVITY[2])
+"""[m/s^2], downwards."""
+
 
 @dataclass(frozen=True, eq=False)
 class Platform:
     """The moving platform at n instants."""
 
-    position: Floats
-    """(n, 3) [m]."""
     velocity: Floats
     """(n, 3) [m/s]."""
-    acceleration: Floats
-    """(n, 3) [m/s^2]."""
     jacobian: Floats
     """(n, 3, 3) platform velocity per joint velocity, Eq. (16); a force F there needs J' F at the joints."""
+    torque_per_mass: Floats
+    """(n, 3) torque that moves and holds a mass of 1 kg at the platform [N m/kg], Eqs. (16), (23)."""
     torque_of_rods: Floats
     """(n, 3) torque that moves and lifts one uniform rod of 1 kg in each limb [N m]."""
-
-    @property
-    def lift(self) -> Floats:
-        """(n, 3) acceleration minus that of gravity [m/s^2]: the force per mass that moves and holds a body there."""
-        return self.acceleration - kinematics.GRAVITY
-
-    @cached_property
-    def torque_per_mass(self) -> Floats:
-        """(n, 3) torque that moves and holds a mass of 1 kg at the platform [N m/kg], Eqs. (16), (23)."""
-        torque: Floats = np.einsum("nji,nj->ni", self.jacobian, self.lift)
-        return torque
 
 
 @cached_for_motion
 def platform(geometry: Geometry, motion: Motion) -> Platform:
     """Compute the platform's motion, Appendix A, Eqs. (16) and (23); cached as long as `motion` exists.
 
-    As `kinematics.platform_motion`, compiled.
-
     Raises:
         Unreachable: the mechanism does not close at some angles.
     """
-    from ident.dynamics.flexible_joint_kernels import platform_along  # numba takes time to load
+    from ident.dynamics.arm_kernels import platform_along  # numba takes time to load
 
     signals = (motion.position, motion.velocity, motion.acceleration)
-    rods_of_one_kg = kernel_constants(geometry, masses=(0.0, 0.0, 1.0))
-    result = Platform(*platform_along(rods_of_one_kg, *map(np.ascontiguousarray, signals)))
-    if (np.isnan(result.position).any(axis=1) & np.isfinite(motion.position).all(axis=1)).any():
+    result = Platform(*platform_along(kernel_constants(geometry), *map(np.ascontiguousarray, signals)))
+    if (np.isnan(result.jacobian).any(axis=(1, 2)) & np.isfinite(motion.position).all(axis=1)).any():
         kinematics.forward(geometry, motion.position)  # says where it does not close
     return result
 
@@ -65,6 +51,6 @@ def kernel_constants(
 
     masses: m_p [kg], T_g [N m] and m_d [kg]; inertia: (3,) of the arms [kg m^2].
     """
-    phi, gravity = np.array(geometry.phi), -float(kinematics.GRAVITY[2])
+    phi = np.array(geometry.phi)
     lengths = (geometry.L1, geometry.L2, geometry.R - geometry.r)
-    return np.array([*lengths, gravity, *masses, *np.cos(phi), *np.sin(phi), *inertia])
+    return np.array([*lengths, GRAVITY, *masses, *np.cos(phi), *np.sin(phi), *inertia])

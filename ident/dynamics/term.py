@@ -71,8 +71,7 @@ class Term:
     def torque(self, columns: Floats, coefficients: Floats) -> Floats:
         """Torque (n, dof) of an additive effect with its `columns` (n, dof, c) and `coefficients` (instances, c)."""
         if self.effect.whole_robot:
-            torque: Floats = columns @ coefficients[0]
-            return torque
+            return columns @ coefficients[0]
         torque = np.zeros(columns.shape[:2])
         for joint, values in zip(self.joints, coefficients, strict=True):
             torque[:, joint] = columns[:, joint] @ values

@@ -18,15 +18,13 @@ def torque_from_voltage(voltage: Floats, torque_map: Torque) -> Floats:
 def torque_per_volt(voltage: Floats, torque_map: Torque) -> Floats:
     """Compute the derivative (n, dof) [N m/V] of `torque_from_voltage`."""
     gain = np.array(torque_map.gain)
-    slope: Floats = 2 * gain * np.abs(voltage) if torque_map.map == "square" else gain + 0.0 * voltage
-    return slope
+    return 2 * gain * np.abs(voltage) if torque_map.map == "square" else gain + 0.0 * voltage
 
 
 def voltage_from_torque(torque: Floats, torque_map: Torque) -> Floats:
     """Compute the signed operating voltage (n, dof) [V] that gives the torque (n, dof) [N m]."""
     linear = torque / np.array(torque_map.gain)
-    voltage: Floats = np.sign(linear) * np.sqrt(np.abs(linear)) if torque_map.map == "square" else linear
-    return voltage
+    return np.sign(linear) * np.sqrt(np.abs(linear)) if torque_map.map == "square" else linear
 
 
 def amplifier_unobservable(rig: Rig, torque_measured: bool) -> str | None:

@@ -117,21 +117,18 @@ def _elastic(p: Floats, omega: Floats, others: Complex) -> Complex:
 
 
 def _delayed(p: Floats, omega: Floats, torque: Complex) -> Complex:
-    response: Complex = np.exp(-1j * omega * p[3]) / torque
-    return response
+    return np.exp(-1j * omega * p[3]) / torque
 
 
 def _rigid_torque(p: Floats, omega: Floats) -> Complex:
     """Torque over position of a rigid axis, the other motors at rest."""
     inertia, viscous = np.exp(p[:2])
-    torque: Complex = -inertia * omega**2 + 1j * viscous * omega + p[2]
-    return torque
+    return -inertia * omega**2 + 1j * viscous * omega + p[2]
 
 
 def _coupling_torque(p: Floats, omega: Floats, others: Complex) -> Complex:
     """Torque of the coupling over the position of the joint; the last parameters are inertias relative to its own."""
-    torque: Complex = -(omega**2) * (others @ _couplings(p, others)) * np.exp(p[0])
-    return torque
+    return -(omega**2) * (others @ _couplings(p, others)) * np.exp(p[0])
 
 
 def _couplings(p: Floats, others: Complex) -> Floats:
@@ -139,8 +136,7 @@ def _couplings(p: Floats, others: Complex) -> Floats:
 
 
 def _second_order(ratio: Floats, damping: float) -> Complex:
-    factor: Complex = 1 - ratio**2 + 2j * damping * ratio
-    return factor
+    return 1 - ratio**2 + 2j * damping * ratio
 
 
 def _resonances(p: Floats) -> tuple[float, float]:
@@ -181,8 +177,7 @@ def _fit(model: _Model, guesses: list[Floats], data: _Data) -> tuple[Floats, flo
             deviation = np.log(model(p, data.omega, data.others) / data.motion)
         expected = _couplings(p, data.others) / _COUPLING
         weighted = np.concatenate([deviation.real * data.weight, deviation.imag * data.weight, expected])
-        finite: Floats = np.nan_to_num(weighted, nan=1e6, posinf=1e6, neginf=-1e6)
-        return finite
+        return np.nan_to_num(weighted, nan=1e6, posinf=1e6, neginf=-1e6)
 
     uncoupled = np.zeros(data.others.shape[1])
     fits = [least_squares(residuals, np.append(guess, uncoupled), loss="soft_l1", max_nfev=150) for guess in guesses]

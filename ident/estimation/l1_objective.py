@@ -5,7 +5,7 @@ are distributed over the cores. The sum of each particle runs over the rows in o
 results are repeatable bit for bit.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
@@ -55,7 +55,7 @@ def _threads(work: int) -> Iterator[None]:
 
 
 @lru_cache
-def _kernel(k: int) -> Callable[[Floats, Floats, Floats], Floats]:
+def _kernel(k: int) -> Any:
     """Compile the kernel for k parameters: with k constant, the compiler keeps the parameters in registers."""
 
     def sums(regressor: Any, torque: Any, particles: Any) -> Any:
@@ -77,4 +77,4 @@ def _kernel(k: int) -> Callable[[Floats, Floats, Floats], Floats]:
     sums.__qualname__ = f"{sums.__qualname__}_{k}"
     # Only contraction to fused multiply-adds is allowed, since other options would reorder the sums. `parallel` also
     # declares that the arrays do not overlap, without which the registers would not be used.
-    return compiled(sums, parallel=True, fastmath={"contract", "nsz"}, error_model="numpy")
+    return compiled(sums, parallel=True, fastmath={"contract", "nsz"})

@@ -78,5 +78,4 @@ def _certify(regressor: Floats, torque: Floats, bounds: Floats, parameters: Floa
 
 def _corner(slope: Floats, bounds: Floats) -> Floats:
     """Maximum (k,) of slope (k,) times parameter over the bounds (k, 2)."""
-    maximum: Floats = np.maximum(slope * bounds[:, 0], slope * bounds[:, 1])
-    return maximum
+    return np.maximum(slope * bounds[:, 0], slope * bounds[:, 1])

@@ -64,8 +64,8 @@ def fit(
     """
     regressor, torque = _rows(regressions)
     bounds = search_region(parameters, regressor, torque, physical)
-    deviation = _deviation(regressions) if estimators.weighted(method) else None
-    instant = _instants(regressions) if estimators.recursive(method) else None
+    deviation = _deviation(regressions) if estimators.declares(method, "WEIGHTED") else None
+    instant = _instants(regressions) if estimators.declares(method, "RECURSIVE") else None
     problem = Problem(regressor, torque, bounds, deviation, instant)
     estimate = estimators.load(method).estimate(problem, generator, progress, settings)
     if physical:

@@ -71,8 +71,7 @@ class Swarm:
     @property
     def best(self) -> Floats:
         """(k,) best position so far."""
-        best: Floats = self.personal[self.personal_value.argmin()]
-        return best
+        return self.personal[self.personal_value.argmin()]
 
 
 def flight(

@@ -118,8 +118,7 @@ class TorquePredictor:
         true = self._true_torque(structure, x, load_parameters)
         error = np.maximum(error, _RELATIVE_STEP * np.sqrt(np.nanmean(true**2, axis=0)))
         upper, lower = (self._report(structure, x, load_parameters, true + side * error) for side in (1, -1))
-        slope: Floats = np.abs(upper - lower) / (2 * error)
-        return slope
+        return np.abs(upper - lower) / (2 * error)
 
     def conditioned_columns(
         self, structure: ModelStructure, index: int, x: Floats, load_parameters: Floats
@@ -187,14 +186,12 @@ class TorquePredictor:
 
         return self._cache.get(("corrected motion", *key), lambda: self.prepared.corrected_motion(rig, correct_all))
 
-    def _mechanism_columns(self, corrected: MechanismMotion) -> _Columns:
-        return self._cache.get(("mechanism", corrected), lambda: _Columns(corrected.regressor, self.prepared))
-
     def _all_columns(
         self, structure: ModelStructure, x: Floats, load_parameters: Floats, conditioned: bool
     ) -> Floats:
         """(n or m, dof, K_linear) columns of all linear parameters, in the order of the vector."""
-        mechanism = self._mechanism_columns(self.corrected_motion(structure, x))
+        motion = self.corrected_motion(structure, x)
+        mechanism = self._cache.get(("mechanism", motion), lambda: _Columns(motion.regressor, self.prepared))
         columns = [structure.mechanism_columns(mechanism.conditioned if conditioned else mechanism.raw)]
         for index, term, _ in structure.additive:
             of_term = self._term_columns(structure, index, x, load_parameters)

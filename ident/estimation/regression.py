@@ -44,8 +44,7 @@ class Regression:
 
     def residual(self, parameters: Floats) -> Floats:
         """Measured minus predicted torque (m, dof) [N m] with `parameters` (k,)."""
-        residual: Floats = self.torque - self.predicted_torque(parameters)
-        return residual
+        return self.torque - self.predicted_torque(parameters)
 
 
 def linearize(prepared: PreparedRecording, structure: ModelStructure, x: Floats) -> Regression:

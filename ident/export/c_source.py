@@ -9,14 +9,16 @@ from typing import Any, Literal
 import jinja2
 import numpy as np
 
+from ident.dynamics.delta_motion import delta_motion, load_torques
 from ident.dynamics.effects.base import Additive, Effect, Signal
 from ident.dynamics.effects.c_code import CCode
-from ident.dynamics.effects.formula import OF_JOINT, C, Formula, traced
+from ident.dynamics.effects.formula import OF_JOINT, C, Formula, Symbol, c_statements, traced
 from ident.dynamics.effects.reading import ITERATIONS, MIN_SLOPE, derivatives
 from ident.dynamics.inverse_dynamics import InverseDynamics
 from ident.dynamics.structure import Term
 from ident.identification.model import Model
 from recordings.recording import Floats
+from trajectories.closed_chain import dots
 from trajectories.kinematics import GRAVITY
 
 Real = Literal["double", "float"]
@@ -133,11 +135,26 @@ def _context(model: Model, carried: frozenset[int], real: Real) -> dict[str, Any
         "states": states,
         "constants": [(name, ", ".join(_literal(x, real) for x in values.ravel())) for name, values in constants],
         "effects": functions,
+        "platform": _platform_statements(),
         "square_map": model.file.torque.map == "square",
         "needs_temperature": needs_temperature(model),
         "temperature": _literal(TEMPERATURE, real),
         "tolerance": TOLERANCE[real],
     }
+
+
+def _platform_statements() -> list[str]:
+    """Statements that compute what effects and masses need of a delta robot's platform."""
+    q, v, a, cosines, sines = map(_entries, ("m->q", "m->qd", "m->qdd", "cosines", "sines"))
+    velocity, J, tangents, lift, lifts = delta_motion(_entries("lengths", 4), cosines, sines, q, v, a)
+    of_rods = load_torques((0, 0, 0), 1, 1, J, tangents, lift, lifts)
+    vectors = {"velocity": velocity, "torque_per_mass": dots((lift, lift, lift), J), "rods": of_rods}
+    vectors |= {f"J[{limb}]": column for limb, column in enumerate(J)}
+    return c_statements({f"m->{name}[{d}]": x for name, vector in vectors.items() for d, x in enumerate(vector)})
+
+
+def _entries(name: str, count: int = 3) -> tuple[Symbol, ...]:
+    return tuple(Symbol("name", f"{name}[{index}]") for index in range(count))
 
 
 def _mechanism_constants(model: Model, carried: frozenset[int]) -> Iterator[tuple[str, Floats]]:

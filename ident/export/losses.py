@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ident.dynamics.effects.base import Signal
 from ident.export.paths import TorquePath
 from ident.export.torque_table import TorqueSummary, evaluate
 from ident.identification.model import Model
@@ -27,7 +26,11 @@ class Carried:
 def sorted_by(model: Model, reasons: Mapping[str, str]) -> Carried:
     """Sort the effects of `model`; reasons: why some of them cannot be carried."""
     structure = model.dynamics.structure
-    voltage = {structure.term_names[index] for index, _, effect in structure.signals if _only_reported(effect)}
+    voltage = {
+        structure.term_names[index]
+        for index, _, effect in structure.signals
+        if effect.distorts_report and not effect.corrects_motion
+    }
     lost = {name: reasons[name] for name in structure.term_names if name in reasons and name not in voltage}
     kept = tuple(name for name in structure.term_names if name not in voltage and name not in lost)
     return Carried(kept, lost, tuple(name for name in structure.term_names if name in voltage))
@@ -55,7 +58,3 @@ def write(model: Model, carried: Carried, path: TorquePath, out: Path, target: s
         "voltage_only": list(carried.voltage),
     }
     out.write_text(json.dumps(document, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-
-
-def _only_reported(effect: Signal) -> bool:
-    return effect.distorts_report and not effect.corrects_motion

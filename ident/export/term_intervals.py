@@ -46,8 +46,7 @@ def _covariance(model: Model) -> Floats | None:
     intervals = [parameter.shape_ci95 or (np.nan, np.nan) for parameter in parameters]
     widths = np.diff(np.array(intervals), axis=1)[:, 0] / 2
     correlation = np.array([[np.nan if x is None else x for x in row] for row in assessment.correlation])
-    covariance: Floats = correlation * np.outer(widths, widths)
-    return covariance
+    return correlation * np.outer(widths, widths)
 
 
 def _rms(dynamics: InverseDynamics, chunk: PathChunk) -> Mapping[str, Floats]:

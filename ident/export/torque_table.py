@@ -42,8 +42,7 @@ class TorqueSummary:
     @property
     def torque_rms(self) -> Floats:
         """RMS (dof,) of the torque [N m or N]."""
-        rms: Floats = np.sqrt(self.squares["torque"] / np.maximum(self.count, 1))
-        return rms
+        return np.sqrt(self.squares["torque"] / np.maximum(self.count, 1))
 
     @property
     def share(self) -> dict[str, Floats]:

@@ -127,8 +127,7 @@ def _deviations(event: Event, series: Series, nights: Ints) -> Floats:
     residual = series.value[quiet] - explained[: len(quiet)]
     freedom = max(len(quiet) - np.linalg.matrix_rank(columns[: len(quiet)]), 1)
     warmed: Floats = explained[len(quiet) :] - explained[: len(quiet)].mean()
-    deviations: Floats = np.hypot(np.sqrt(float(residual @ residual) / freedom), warmed)
-    return deviations
+    return np.hypot(np.sqrt(float(residual @ residual) / freedom), warmed)
 
 
 def _judged(

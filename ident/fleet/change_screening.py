@@ -121,10 +121,7 @@ class ChangeScreener(Screener):
     def _only_changed(self, columns: Floats) -> Floats:
         """The `columns` (r, c) in the later recordings, 0 in the earlier ones and in the prior's rows."""
         prior_rows = len(self.residual) - len(self._changed)
-        padded: Floats = np.vstack(
-            [np.where(self._changed[:, None], columns, 0.0), np.zeros((prior_rows, columns.shape[1]))]
-        )
-        return padded
+        return np.vstack([np.where(self._changed[:, None], columns, 0.0), np.zeros((prior_rows, columns.shape[1]))])
 
 
 def as_change(effect: Effect) -> Effect:

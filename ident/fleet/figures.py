@@ -116,8 +116,7 @@ def _trace(series: Series, show_legend: bool) -> go.Scatter:
 
 
 def _half(series: Series) -> Floats:
-    half: Floats = np.nan_to_num((series.high - series.low) / 2)
-    return half
+    return np.nan_to_num((series.high - series.low) / 2)
 
 
 def _mark(figure: go.Figure, alarm: Alarm, place: dict[str, int]) -> None:

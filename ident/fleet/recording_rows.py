@@ -129,8 +129,7 @@ def _temperature(recording: Recording) -> Floats:
     temperature = recording.temperature
     known = np.isfinite(temperature)
     count = known.sum(axis=0)
-    mean: Floats = np.where(count > 0, np.where(known, temperature, 0.0).sum(axis=0) / np.maximum(count, 1), np.nan)
-    return mean
+    return np.where(count > 0, np.where(known, temperature, 0.0).sum(axis=0) / np.maximum(count, 1), np.nan)
 
 
 def _mean(values: Floats) -> float | None:

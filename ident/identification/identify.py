@@ -3,11 +3,11 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
-from ident.data.compatibility import check_no_overlap, check_same_rig
+from ident.data.compatibility import check_no_overlap, check_not_repeated, check_same_rig
 from ident.data.prepared_recording import PreparedRecording, prepare_all
 from ident.data.samples import holds_torque
 from ident.data_problems import examined, listed
@@ -68,6 +68,13 @@ class FitOptions:
     accept: tuple[str, ...] = ()
     """Kinds of data problems in spite of which the recordings are used."""
 
+    def __post_init__(self) -> None:
+        if self.intervals not in get_args(IntervalMethod):
+            methods = ", ".join(get_args(IntervalMethod))
+            raise BadInput(f"intervals: one of {methods} expected, {self.intervals!r} found")
+        if self.seed < 0:
+            raise BadInput(f"a seed of 0 or more expected, {self.seed} found")
+
 
 @dataclass(frozen=True, eq=False)
 class Identification:
@@ -109,7 +116,9 @@ def identify(
         ImplausibleData: a recording cannot be what it is said to be.
         BadInput: a recording cannot be used, recordings overlap, or they are not of the same rig.
     """
-    recordings = [read(path) for path in (*files, *([validate] if validate else []))]
+    paths = [*files, *([validate] if validate else [])]
+    check_not_repeated(paths)
+    recordings = [read(path) for path in paths]
     check_same_rig(recordings)
     check_no_overlap(recordings)
     form = estimators.form(options.method)
@@ -121,25 +130,33 @@ def identify(
 
     usable = examined(recordings, prepare, options.accept)
     prepared = [excerpt for each in usable for excerpt in each.excerpts]
-    searched = _search(prepared[: len(files)], options, progress) if estimators.nonlinear(options.method) else None
-    known = (searched.structure, searched.x) if searched else known_structure
-    structure, x = known or _structure(prepared[: len(files)], options)
+    train = prepared[: len(files)]
+    searched = _search(train, options, progress) if estimators.declares(options.method, "NONLINEAR") else None
+    structure, x = (searched.structure, searched.x) if searched else known_structure or _structure(train, options)
     regressions = tuple(linearize(each, structure, x) for each in prepared)
-    train, validation = regressions[: len(files)], regressions[-1] if validate else None
+    train_rows, validation = regressions[: len(files)], regressions[-1] if validate else None
     generator = np.random.default_rng(options.seed)
     result = fit(
-        train, structure.linear_parameters, options.method, options.settings, generator, progress, options.physical
+        train_rows,
+        structure.linear_parameters,
+        options.method,
+        options.settings,
+        generator,
+        progress,
+        options.physical,
     )
     if searched:
         result = _with_search(result, searched)
-    assessment, uncertainties = None, (ParameterUncertainty(),) * len(structure.linear_parameters)
-    if form is None:
-        changes = _parameter_changes(train, structure, options.preprocessing)
-        relative, fitted = is_relative(recordings[0]), _with_linear(structure, x, result)
-        assessment, uncertainties = assess(
-            train, result, structure, options.method, changes, relative, options.intervals, fitted
-        )
-    method = FitMethod(
+    agreements = _agreement(train_rows, result), _agreement([validation], result) if validation else None
+    method, assessed = _fit_method(options, result), _assessed(options, train_rows, structure, x, result)
+    model = model_of(train_rows, structure, x, result, method, options.preprocessing, assessed, agreements)
+    problems = listed(recordings, [each.problems for each in usable])
+    model = model.model_copy(update={"form": form, "data_problems": problems})
+    return Identification(model, structure, x, result, train_rows, validation)
+
+
+def _fit_method(options: FitOptions, result: Fit) -> FitMethod:
+    return FitMethod(
         name=options.method,
         settings=asdict(options.settings),
         seed=options.seed,
@@ -148,17 +165,17 @@ def identify(
         certified=_certified(result),
         diagnostics=dict(result.estimate.diagnostics),
     )
-    model = model_of(
-        train,
-        structure,
-        x,
-        result,
-        method,
-        options.preprocessing,
-        (assessment, uncertainties),
-        (_agreement(train, result), _agreement([validation], result) if validation else None),
-    ).model_copy(update={"form": form, "data_problems": listed(recordings, [each.problems for each in usable])})
-    return Identification(model, structure, x, result, train, validation)
+
+
+def _assessed(
+    options: FitOptions, train: Sequence[Regression], structure: ModelStructure, x: Floats, result: Fit
+) -> tuple[Assessment | None, Sequence[ParameterUncertainty]]:
+    """Assessment of the model and of each linear parameter; none of another form than the mechanism's own."""
+    if estimators.form(options.method):
+        return None, (ParameterUncertainty(),) * len(structure.linear_parameters)
+    changes = _parameter_changes(train, structure, options.preprocessing)
+    relative, fitted = is_relative(train[0].prepared.recording), _with_linear(structure, x, result)
+    return assess(train, result, structure, options.method, changes, relative, options.intervals, fitted)
 
 
 def _with_linear(structure: ModelStructure, x: Floats, result: Fit) -> Floats:

@@ -40,8 +40,7 @@ class Prediction:
     @property
     def residual(self) -> Floats:
         """(m, dof) measured minus computed torque; NaN where a sample is not usable."""
-        residual: Floats = self.prepared.torque - self.computed
-        return residual
+        return self.prepared.torque - self.computed
 
     @property
     def scored_residual(self) -> Floats:

@@ -155,7 +155,7 @@ class _CalibrationProblem:
             return self.jacobian(x[: -self.dof], x[-self.dof :])
 
         start = [self._fit_joint(joint)[0] for joint in range(self.dof)]
-        solution: Floats = least_squares(
+        return least_squares(
             residual,
             np.concatenate([np.zeros(self.columns.shape[1]), start]),
             jacobian,
@@ -163,12 +163,10 @@ class _CalibrationProblem:
             x_scale="jac",
             xtol=_CONVERGED,
         ).x
-        return solution
 
     def model(self, parameters: Floats, scale: Floats) -> Floats:
         """(r,) predicted torque, on the scale of the assumed gains [N m]."""
-        torque: Floats = scale[self.joint] * (self.columns @ parameters + self.payload_torque)
-        return torque
+        return scale[self.joint] * (self.columns @ parameters + self.payload_torque)
 
     def jacobian(self, parameters: Floats, scale: Floats) -> Floats:
         """(r, k + dof) derivatives of the predicted torque with respect to parameters and scales."""
@@ -233,8 +231,7 @@ def _per_length_step(empty: Recording, loaded: Recording, payload: float, method
         problem = _CalibrationProblem.of(prepared, payload)
         scales.append(problem.solve()[-problem.dof :])
     shorter, longer = scales
-    change: Floats = (shorter / longer - longer / shorter) / 4
-    return change
+    return (shorter / longer - longer / shorter) / 4
 
 
 def _check_recordings(empty: Recording, loaded: Recording, payload: float) -> None:

@@ -31,7 +31,7 @@ FAIR_BASELINE = "ls"
 """Least squares, as of the baselines, on the regressor of the swarm."""
 MANUFACTURER = "manufacturer"
 NAMES = sorted(
-    (name for name in plugins.names("ident.estimation.estimators") if not estimators.nonlinear(name)),
+    (name for name in plugins.names("ident.estimation.estimators") if not estimators.declares(name, "NONLINEAR")),
     key=lambda name: ([*PAPER, name].index(name), name),
 )
 """Methods for a model that is linear in its parameters, the paper's first."""

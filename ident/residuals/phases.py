@@ -85,7 +85,7 @@ def phases(prepared: PreparedRecording) -> NDArray[np.str_]:
     slow = SLOW_SHARE * np.sqrt(np.mean(velocity**2, axis=0))
     window = 2 * max(1, round(REVERSAL_PERIODS / prepared.bandwidth * prepared.rate)) + 1
     fastest, slowest = maximum_filter1d(velocity, window, axis=0), minimum_filter1d(velocity, window, axis=0)
-    names: NDArray[np.str_] = np.select(
+    return np.select(
         [
             (fastest > slow) & (slowest < -slow),
             np.abs(velocity) < slow,
@@ -94,7 +94,6 @@ def phases(prepared: PreparedRecording) -> NDArray[np.str_]:
         ["reversal", "standstill", "acceleration"],
         "cruise",
     )
-    return names
 
 
 def _joint(number: int, residual: Floats, whole: Floats, torque: Floats, phase: NDArray[np.str_]) -> JointResidual:

@@ -96,5 +96,4 @@ def _moving_rms(residual: Floats, length: int) -> Floats:
     samples, square = (
         np.convolve(values, np.ones(length), "valid") for values in (known, np.where(known, residual, 0.0) ** 2)
     )
-    rms: Floats = np.sqrt(square / np.where(samples >= MIN_KNOWN_SHARE * length, samples, np.nan))
-    return rms
+    return np.sqrt(square / np.where(samples >= MIN_KNOWN_SHARE * length, samples, np.nan))

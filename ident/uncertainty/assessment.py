@@ -176,12 +176,11 @@ def loss_of(fit: Fit, method: str) -> Loss:
     """Objective that the estimator `method` minimises."""
     if fit.estimate.certificate is not None:
         return "absolute deviations"
-    return "weighted squares" if estimators.weighted(method) else "squares"
+    return "weighted squares" if estimators.declares(method, "WEIGHTED") else "squares"
 
 
 def _gram(regressions: Sequence[Regression]) -> Floats:
-    gram: Floats = np.sum([rows.T @ rows for rows in (regression.rows()[0] for regression in regressions)], axis=0)
-    return gram
+    return np.sum([rows.T @ rows for rows in (regression.rows()[0] for regression in regressions)], axis=0)
 
 
 def uncertainty_of(

@@ -41,8 +41,7 @@ def bandwidth(blocks: Sequence[Floats]) -> float:
 def parzen(width: float) -> Floats:
     """Parzen's weights of the lags 0, 1, ... below `width`."""
     share = np.arange(int(np.ceil(width))) / width
-    weights: Floats = np.where(share <= 0.5, 1 - 6 * share**2 + 6 * share**3, 2 * (1 - share) ** 3)
-    return weights
+    return np.where(share <= 0.5, 1 - 6 * share**2 + 6 * share**3, 2 * (1 - share) ** 3)
 
 
 def variance_of_sum(blocks: Sequence[Floats]) -> tuple[Floats, Floats]:
@@ -124,14 +123,12 @@ def _lagged(x: Floats, lags: int) -> Floats:
     """(lags, dof, dof) sums of x[t, i] x[t + l, j] over all rows of `x` (m, dof)."""
     size = _transform_length(len(x) + lags)
     transform = np.fft.rfft(x, size, axis=0)
-    sums: Floats = np.fft.irfft(transform[:, :, None].conj() * transform[:, None, :], size, axis=0)[:lags]
-    return sums
+    return np.fft.irfft(transform[:, :, None].conj() * transform[:, None, :], size, axis=0)[:lags]
 
 
 def _spectrum(lagged: Floats, size: int) -> Floats:
     """Fourier transform (size // 2 + 1,) of an even sequence, given its lags 0, 1, ..."""
-    spectrum: Floats = 2 * np.fft.rfft(lagged, size).real - lagged[0]
-    return spectrum
+    return 2 * np.fft.rfft(lagged, size).real - lagged[0]
 
 
 def _cross_spectrum(later: Floats, earlier: Floats, size: int) -> Complexes:
@@ -140,21 +137,18 @@ def _cross_spectrum(later: Floats, earlier: Floats, size: int) -> Complexes:
     In the sum over s, t of a[s] c[t - s] b[t] it multiplies the transform of b.
     """
     positive, negative = np.fft.rfft(later, size), np.fft.rfft(earlier, size)
-    spectrum: Complexes = positive.conj() + negative - later[0]
-    return spectrum
+    return positive.conj() + negative - later[0]
 
 
 def _sums_of_products(a: Complexes, b: Complexes, size: int) -> Floats:
     """(k, k) sums over all rows of the products of two real sequences (rows, k), given their Fourier transforms."""
     weight = _two_sided_weights(len(a), size)[:, None]
-    sums: Floats = (a.conj().T @ (weight * b)).real / size
-    return sums
+    return (a.conj().T @ (weight * b)).real / size
 
 
 def _mean(spectrum: Floats, size: int) -> Floats:
     """(k,) mean over all `size` frequencies of a real, even spectrum (size // 2 + 1, k)."""
-    mean: Floats = _two_sided_weights(len(spectrum), size) @ spectrum / size
-    return mean
+    return _two_sided_weights(len(spectrum), size) @ spectrum / size
 
 
 def _two_sided_weights(length: int, size: int) -> Floats:

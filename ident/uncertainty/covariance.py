@@ -55,8 +55,7 @@ class Block:
 
     def weighted(self, weight: Floats) -> Floats:
         """(m, dof, k) regressor times `weight` (m, dof), zero where there is no residual."""
-        product: Floats = np.where(self.valid[:, :, None] > 0, self.regressor * weight[:, :, None], 0.0)
-        return product
+        return np.where(self.valid[:, :, None] > 0, self.regressor * weight[:, :, None], 0.0)
 
     def normal_matrix(self) -> Floats:
         """(k, k) contribution to B of rows fitted by least squares: w^2 is factor times per_residual."""
@@ -65,13 +64,11 @@ class Block:
 
     def influence(self, inverse: Floats) -> Floats:
         """(m, dof, k) influence of each sample's noise on the parameters, given B^-1 (k, k)."""
-        scaled: Floats = self.weighted(self.factor) @ inverse
-        return scaled
+        return self.weighted(self.factor) @ inverse
 
     def scores(self, inverse: Floats) -> Floats:
         """(m, k) contribution of the noise of each row to the error of each parameter, given B^-1 (k, k)."""
-        contributions: Floats = np.einsum("mjk,mj->mk", self.influence(inverse), self.noise)
-        return contributions
+        return np.einsum("mjk,mj->mk", self.influence(inverse), self.noise)
 
     def split(self) -> Iterator["Block"]:
         """Yield the same rows in blocks of limited length."""
@@ -92,8 +89,7 @@ class Uncertainty:
     @property
     def std(self) -> Floats:
         """(k,) standard errors."""
-        error: Floats = np.sqrt(np.diag(self.covariance))
-        return error
+        return np.sqrt(np.diag(self.covariance))
 
     @property
     def correlation(self) -> Floats:

@@ -74,8 +74,7 @@ def inertia_matrix(regressor: Callable[[Motion], Floats], position: Floats, valu
     zero = np.zeros_like(position)
 
     def torque(acceleration: Floats) -> Floats:
-        computed: Floats = regressor(Motion(position, zero, acceleration, zero)) @ values
-        return computed
+        return regressor(Motion(position, zero, acceleration, zero)) @ values
 
     still = torque(zero)
     columns = [torque(zero + unit) - still for unit in np.eye(position.shape[1])]

@@ -90,8 +90,7 @@ class PropagatedErrors:
     def covariance(self) -> Floats:
         """(K, K) the same with the products of the errors of two parameters, which may imitate each other."""
         shifts = np.array([*self.encoder_shifts(), *self.effect_shifts(), self.attenuation_bias()])
-        covariance: Floats = shifts.T @ shifts + np.diag(self.drive_variance())
-        return covariance
+        return shifts.T @ shifts + np.diag(self.drive_variance())
 
     def effect_shifts(self) -> Iterator[Floats]:
         """(K,) changes due to what each effect idealizes (its perturbed report); 0 where not identifiable."""
@@ -143,8 +142,7 @@ class PropagatedErrors:
         for of_recordings in zip(*drawn, strict=True):
             first, second = zip(*of_recordings, strict=True)
             products.append(self._shift(first) * self._shift(second))
-        variance: Floats = np.maximum(np.mean(products, axis=0), 0.0)
-        return variance
+        return np.maximum(np.mean(products, axis=0), 0.0)
 
     def _shift(self, errors: Sequence[Floats]) -> Floats:
         """(K,) change of the parameters due to `errors` (m, dof) of the torque of each training recording [N m]."""
@@ -176,5 +174,4 @@ def identifiable(solution: Solution, regressor: Floats) -> Bools:
 def _independent(columns: Floats) -> Bools:
     """(k,) False for columns (r, k) that are linear combinations of those before them."""
     diagonal = np.abs(np.diag(np.linalg.qr(columns, mode="r")))
-    independent: Bools = diagonal > _MIN_INDEPENDENT_SHARE
-    return independent
+    return diagonal > _MIN_INDEPENDENT_SHARE

@@ -65,8 +65,7 @@ def _with_other_lengths(recordings: Sequence[Recording], refit: _Refit, cutoff: 
         )
     except BadInput:  # with the changed length, the mechanism cannot reach the recorded positions
         return None
-    change: Floats = (longer - shorter) / 2
-    return change
+    return (longer - shorter) / 2
 
 
 def with_longer_rods(recording: Recording, step: float) -> Recording:
@@ -98,8 +97,7 @@ def _refit(recordings: Sequence[Recording], cutoff: float | None, *, method: str
         ),
         strict=True,
     )
-    parameters: Floats = np.linalg.lstsq(np.concatenate(rows), np.concatenate(torques), rcond=None)[0]
-    return parameters
+    return np.linalg.lstsq(np.concatenate(rows), np.concatenate(torques), rcond=None)[0]
 
 
 def _first_minute(recording: Recording) -> Recording:

@@ -64,7 +64,7 @@ def test_two_programs_on_pseudo_terminals(daq: Runner, ident: Runner, tmp_path: 
         done = daq("record", "--traj", "fig5a", "--rig", "lines.toml", "--pace", "lockstep", "--json")
     assert not any(Path(port).is_symlink() for port in ports)
     assert done.figures["answers_lost"] == 0
-    model = ident("fit", "fig5a.mcap", "--iterations", 300, "--without", "rod_inertia", "--json").figures
+    model = ident("fit", "fig5a.mcap", "--set", "iterations=300", "--without", "rod_inertia", "--json").figures
     mass, gravity, *inertias = [parameter["value"] for parameter in model["parameters"][:5]]
     assert (mass, gravity) == pytest.approx((2.75, 6.6), rel=0.03)
     assert inertias == pytest.approx([0.23] * 3, rel=0.03)

@@ -118,7 +118,8 @@ class Plant:
     def _drag_torque(self) -> Floats:
         """(u, 3) torque of air drag with unit coefficient: J' |P'| P'."""
         reference = self.reference
-        J = kinematics.jacobian(self.robot.rig.geometry, reference.theta, reference.platform)
+        motion = (reference.theta, reference.rate, reference.acceleration)
+        J = kinematics.platform_motion(self.robot.rig.geometry, *motion)[3]
         force = np.linalg.norm(reference.platform_rate, axis=1)[:, None] * reference.platform_rate
         torque: Floats = np.einsum("nij,ni->nj", J, force)
         return torque

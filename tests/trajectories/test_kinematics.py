@@ -81,18 +81,19 @@ def smooth_motion(time: Floats) -> Floats:
     return 0.1 + 0.6 * np.sin(phase)
 
 
-def test_jacobian_and_its_derivative_agree_with_finite_differences() -> None:
-    step = 1e-5
+def test_motion_of_the_platform_agrees_with_finite_differences_and_is_undone() -> None:
+    step = 1e-4
     time = np.linspace(0, 10, 500)
     before, now, after = (smooth_motion(time + shift) for shift in (-step, 0.0, step))
-    theta_dot = (after - before) / (2 * step)
-    P_before, P, P_after = (kinematics.forward(GEOMETRY, theta) for theta in (before, now, after))
-    J = kinematics.jacobian(GEOMETRY, now, P)
-    J_dot = kinematics.jacobian_derivative(GEOMETRY, now, P, theta_dot, J)
-    P_dot = np.einsum("nij,nj->ni", J, theta_dot)
-    assert P_dot == pytest.approx((P_after - P_before) / (2 * step), abs=1e-8)
-    difference = kinematics.jacobian(GEOMETRY, after, P_after) - kinematics.jacobian(GEOMETRY, before, P_before)
-    assert J_dot == pytest.approx(difference / (2 * step), abs=1e-8)
+    theta_dot, theta_ddot = (after - before) / (2 * step), (after - 2 * now + before) / step**2
+    P_before, P_after = (kinematics.forward(GEOMETRY, theta) for theta in (before, after))
+    P, P_dot, P_ddot, J = kinematics.platform_motion(GEOMETRY, now, theta_dot, theta_ddot)
+    np.testing.assert_array_equal(P, kinematics.forward(GEOMETRY, now))
+    assert P_dot == pytest.approx((P_after - P_before) / (2 * step), abs=1e-6)
+    assert P_ddot == pytest.approx((P_after - 2 * P + P_before) / step**2, abs=1e-6)
+    assert P_dot == pytest.approx(np.einsum("nij,nj->ni", J, theta_dot), abs=1e-12)
+    joint_motion = kinematics.joint_motion(GEOMETRY, now, P, P_dot, P_ddot)
+    np.testing.assert_allclose(joint_motion, (theta_dot, theta_ddot), atol=1e-9)
 
 
 def test_margin_vanishes_where_arm_and_rod_align() -> None:
@@ -112,13 +113,11 @@ def test_margin_vanishes_where_the_rods_are_coplanar() -> None:
 def test_nan_rows_give_nan_without_warnings() -> None:
     theta = np.zeros((3, 3))
     theta[1, 2] = np.nan
-    P = kinematics.forward(GEOMETRY, theta)
-    J = kinematics.jacobian(GEOMETRY, theta, P)
     rates = np.ones((3, 3))
+    P, *derivatives = kinematics.platform_motion(GEOMETRY, theta, rates, rates)
     results = (
         P,
-        J,
-        kinematics.jacobian_derivative(GEOMETRY, theta, P, rates, J),
+        *derivatives,
         kinematics.singularity_margin(GEOMETRY, theta, P),
         *kinematics.joint_motion(GEOMETRY, theta, P, rates, rates),
     )
@@ -129,9 +128,6 @@ def test_nan_rows_give_nan_without_warnings() -> None:
 
 def test_singular_rows_are_not_finite_and_give_no_warnings() -> None:
     theta, level = np.zeros((1, 3)), np.zeros((1, 3))
-    J = kinematics.jacobian(GEOMETRY, theta, level)
-    assert not np.isfinite(J).any()
-    assert not np.isfinite(kinematics.jacobian_derivative(GEOMETRY, theta, level, theta + 1, J)).any()
     speed, _ = kinematics.joint_motion(GEOMETRY, theta, level, theta + 1, theta)
     assert not np.isfinite(speed).any()
 

@@ -65,5 +65,4 @@ def sensitivity(slope: Floats, taps: Floats, step: int = 1) -> Floats:
     taps.
     """
     power = taps**2
-    mean: Floats = np.sqrt(np.maximum(convolve(slope**2, power / power.sum(), step), 0.0))
-    return mean
+    return np.sqrt(np.maximum(convolve(slope**2, power / power.sum(), step), 0.0))

@@ -32,5 +32,4 @@ def _mean(signal: Floats, cycles: Ints) -> Floats:
     known = np.isfinite(values).sum(axis=0)
     if (known == 0).any():
         raise BadInput("samples at every phase in at least one cycle expected, gaps found; choose parallel")
-    mean: Floats = np.nansum(values, axis=0) / known
-    return mean
+    return np.nansum(values, axis=0) / known

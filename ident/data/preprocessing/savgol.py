@@ -54,5 +54,4 @@ def taps(cutoff: float, rate: float, derivative: int = 0) -> Floats:
     from scipy.signal import savgol_coeffs
 
     length = max(ORDER + 2, 2 * round((_LENGTH_TIMES_CUTOFF * rate / cutoff - 1) / 2) + 1)
-    coefficients: Floats = savgol_coeffs(length, ORDER, deriv=derivative, delta=1 / rate)
-    return coefficients
+    return savgol_coeffs(length, ORDER, deriv=derivative, delta=1 / rate)

@@ -20,6 +20,7 @@ import functools
 import inspect
 import operator
 import re
+from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any
@@ -181,6 +182,37 @@ def _c_name(name: str) -> Printed:
 
 
 C = Notation(_in_c, _c_name, lambda x: str(x) if isinstance(x, int) else f"R({float(x)!r})")
+
+
+def c_statements(results: Mapping[str, Any]) -> list[str]:
+    """C that computes the `results`, expressions by where they go; what several of them share is computed once."""
+    used: Counter[int] = Counter()
+    lines: list[str] = []
+    shared: dict[int, Symbol] = {}
+
+    def count(expression: Any) -> None:
+        used[id(expression)] += 1
+        if isinstance(expression, Symbol) and expression.function != "name" and used[id(expression)] == 1:
+            for operand in expression.operands:
+                count(operand)
+
+    def shortened(expression: Any) -> Any:
+        if not isinstance(expression, Symbol) or expression.function == "name":
+            return expression
+        if id(expression) not in shared:
+            short = Symbol(expression.function, *map(shortened, expression.operands))
+            if used[id(expression)] == 1:
+                return short
+            shared[id(expression)] = Symbol("name", f"x{len(shared)}")
+            lines.append(f"const real x{len(shared) - 1} = {C(short)};")
+        return shared[id(expression)]
+
+    for expression in results.values():
+        count(expression)
+    for place, expression in results.items():
+        text = C(shortened(expression))
+        lines.append(f"{place} = {text};")
+    return lines
 
 
 def _in_text(function: str, operands: tuple[Any, ...], within: Callable[[Any, int], str]) -> Printed:

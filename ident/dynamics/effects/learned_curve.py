@@ -35,30 +35,26 @@ class LearnedCurve:
         if self.variable == "time":
             return inputs.time
         signals = inputs.rigid if self.variable == "load" else getattr(inputs.motion, self.variable)
-        values: Floats = signals[:, self.variable_joint - 1]
-        return values
+        return signals[:, self.variable_joint - 1]
 
     def factor(self, inputs: EffectInputs) -> Floats:
         """Return the factor (n,) of the values."""
         velocity = inputs.motion.velocity[:, self.joint - 1]
         if self.multiplier == "velocity":
             return velocity
-        factor: Floats = (
+        return (
             inputs.motion.direction[:, self.joint - 1] if self.multiplier == "direction" else np.ones_like(velocity)
         )
-        return factor
 
     def columns(self, inputs: EffectInputs) -> Floats:
         """Compute the torque (n, k) per unit of the value at each knot; NaN where the variable is not known."""
         variable = self.variable_values(inputs)
         known = np.where(np.isfinite(variable), self.factor(inputs), np.nan)
-        columns: Floats = hat_functions(variable, self.knots) * known[:, None]
-        return columns
+        return hat_functions(variable, self.knots) * known[:, None]
 
     def torque(self, inputs: EffectInputs) -> Floats:
         """Compute the torque (n,) [N m]."""
-        torque: Floats = self.columns(inputs) @ np.array(self.values)
-        return torque
+        return self.columns(inputs) @ np.array(self.values)
 
 
 def hat_functions(x: Floats, knots: Sequence[float] | Floats) -> Floats:
@@ -68,8 +64,7 @@ def hat_functions(x: Floats, knots: Sequence[float] | Floats) -> Floats:
     """
     numbers = np.arange(len(knots))
     position = np.interp(np.nan_to_num(x), knots, numbers)
-    hats: Floats = np.maximum(1 - np.abs(position[:, None] - numbers), 0.0)
-    return hats
+    return np.maximum(1 - np.abs(position[:, None] - numbers), 0.0)
 
 
 def learned_effect(curves: Sequence[LearnedCurve]) -> Additive:

@@ -36,5 +36,4 @@ def periodogram(coordinate: Floats, signal: Floats, frequencies: Floats) -> Floa
     size = 1 << int(np.ceil(np.log2(4 * len(binned))))
     spectrum = np.fft.rfft(binned, size)
     grid = 2 * np.pi * np.arange(len(spectrum)) / (size * width)
-    reduction: Floats = np.interp(frequencies, grid, np.abs(spectrum) ** 2) * (2 / len(signal))
-    return reduction
+    return np.interp(frequencies, grid, np.abs(spectrum) ** 2) * (2 / len(signal))

@@ -20,8 +20,7 @@ def cardinals(inputs: EffectInputs, shapes: Shapes) -> Floats:
     low, high = np.asarray(shapes["low"]), np.asarray(shapes["high"])
     spline = CubicSpline(np.arange(KNOTS), np.eye(KNOTS))
     step = np.where(high > low, high - low, 1.0) / (KNOTS - 1)  # a joint that stood still has no travel
-    values: Floats = spline(np.clip((inputs.motion.position - low) / step, 0, KNOTS - 1))
-    return values
+    return spline(np.clip((inputs.motion.position - low) / step, 0, KNOTS - 1))
 
 
 def suggest(inputs: EffectInputs, residual: Floats) -> list[Suggestion]:

@@ -77,8 +77,7 @@ class Lagrange14:
 
     def gravity(self, motion: Motion, parameters: Floats) -> Floats:
         """Compute the torque (n, 3) [N m] of all columns but that of the acceleration."""
-        held: Floats = self.regressor(motion)[:, :, 1:] @ parameters[1:]
-        return held
+        return self.regressor(motion)[:, :, 1:] @ parameters[1:]
 
     def nominal_torque(self, motion: Motion) -> Floats:
         """Compute the torque (n, 3) [N m] of Eqs. (1)-(2) with the values of Table 1, without friction."""

@@ -65,14 +65,12 @@ class Axes:
     def inertia(self, motion: Motion, parameters: Floats) -> Floats:
         """Compute the inertia matrix (n, dof, dof) [kg m^2 or kg]: diagonal, and the same everywhere."""
         matrix = np.diag(parameters[: len(self.axes)])
-        constant: Floats = np.where(np.isfinite(motion.position)[:, :, None], matrix, np.nan)
-        return constant
+        return np.where(np.isfinite(motion.position)[:, :, None], matrix, np.nan)
 
     def gravity(self, motion: Motion, parameters: Floats) -> Floats:
         """Compute the weight (n, dof) [N m or N] of the joints under gravity."""
         first = 3 * len(self.axes)
-        weight: Floats = self.regressor(motion)[:, :, first:] @ parameters[first:]
-        return weight
+        return self.regressor(motion)[:, :, first:] @ parameters[first:]
 
     def nominal_torque(self, motion: Motion) -> None:
         """Return None: there is no published model of such axes."""

@@ -16,8 +16,7 @@ import numpy as np
 
 from ident.dynamics.mechanisms import Parameter
 from ident.dynamics.motion import Motion
-from ident.dynamics.platform import Platform, platform
-from ident.dynamics.rods import GRAVITY
+from ident.dynamics.platform import GRAVITY, platform
 from recordings.recording import Floats
 from recordings.rig import Geometry, Nominal, Rig
 
@@ -72,38 +71,16 @@ class Delta:
     def gravity(self, motion: Motion, parameters: Floats) -> Floats:
         """Compute the torque (n, 3) [N m] that holds platform and arms at rest, Eq. (29) without friction."""
         lift = GRAVITY * platform(self.geometry, motion).jacobian[:, 2]
-        held: Floats = parameters[0] * lift + parameters[1] * np.cos(motion.position)
-        return held
+        return parameters[0] * lift + parameters[1] * np.cos(motion.position)
 
     def nominal_torque(self, motion: Motion) -> Floats:
         """Compute the torque (n, 3) [N m] of Eqs. (1)-(2) with the values of Table 1, without friction.
 
         As printed, with g = -9.81: the mass of the rods counts on the platform and again on the arms, and the arms'
-        inertia is about their centres of mass.
+        inertia is about their centres of mass. The multipliers (2) do virtual work on the platform.
         """
         geometry, nominal = self.geometry, self.nominal
-        theta, phi = motion.position, np.array(geometry.phi)
-        platform_motion = platform(geometry, motion)
-        P = platform_motion.position
         inertia = nominal.motor_inertia + nominal.I_L1 + geometry.L1**2 * nominal.m_d
         first_moment = nominal.m_a * nominal.L1c + nominal.m_d * geometry.L1
-        along = P[:, :1] * np.cos(phi) + P[:, 1:2] * np.sin(phi) + geometry.r - geometry.R
-        lever = along * np.sin(theta) - P[:, 2:] * np.cos(theta)
-        torque: Floats = inertia * motion.acceleration + first_moment * GRAVITY * np.cos(theta)
-        torque -= 2 * geometry.L1 * self._multipliers(theta, platform_motion) * lever
-        return torque
-
-    def _multipliers(self, theta: Floats, platform_motion: Platform) -> Floats:
-        """The Lagrangian multipliers lambda (n, 3) [N/m], Eq. (2)."""
-        geometry = self.geometry
-        out = geometry.R - geometry.r + geometry.L1 * np.cos(theta)
-        elbows = np.stack(
-            [out * np.cos(geometry.phi), out * np.sin(geometry.phi), geometry.L1 * np.sin(theta)], axis=1
-        )
-        force = (self.nominal.m_p + 3 * self.nominal.m_d) / 2 * platform_motion.lift
-        # Solve at known instants only.
-        known = np.isfinite(force).all(axis=1)
-        multipliers = np.full_like(theta, np.nan)
-        matrix = platform_motion.position[known, :, None] - elbows[known]
-        multipliers[known] = np.linalg.solve(matrix, force[known, :, None])[:, :, 0]
-        return multipliers
+        torque: Floats = inertia * motion.acceleration + first_moment * GRAVITY * np.cos(motion.position)
+        return torque + (nominal.m_p + 3 * nominal.m_d) * platform(geometry, motion).torque_per_mass

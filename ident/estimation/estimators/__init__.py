@@ -43,23 +43,12 @@ def load(name: str) -> Estimator:
 
 def form(name: str) -> str | None:
     """Form of the mechanism that the estimator `name` identifies; None: the mechanism's own model."""
-    form_name: str | None = getattr(load(name), "FORM", None)
-    return form_name
+    return getattr(load(name), "FORM", None)
 
 
-def weighted(name: str) -> bool:
-    """Whether the estimator `name` uses `Problem.deviation`."""
-    return getattr(load(name), "WEIGHTED", False)
-
-
-def recursive(name: str) -> bool:
-    """Whether the estimator `name` uses `Problem.instant`."""
-    return getattr(load(name), "RECURSIVE", False)
-
-
-def nonlinear(name: str) -> bool:
-    """Whether the estimator `name` searches nonlinear parameters too."""
-    return getattr(load(name), "NONLINEAR", False)
+def declares(name: str, constant: str) -> bool:
+    """Whether the module of the estimator `name` sets this `constant`: WEIGHTED, RECURSIVE or NONLINEAR."""
+    return getattr(load(name), constant, False)
 
 
 def settings_of(name: str) -> tuple[Setting, ...]:

@@ -66,5 +66,4 @@ def _best_neighbour(value: Floats, neighbours: int) -> Ints:
     n, half = len(value), neighbours // 2
     ring = np.arange(-half, n + half) % n
     window = sliding_window_view(value[ring], neighbours + 1)
-    best: Ints = ring[np.arange(n) + window.argmin(axis=1)]
-    return best
+    return ring[np.arange(n) + window.argmin(axis=1)]

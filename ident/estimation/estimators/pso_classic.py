@@ -4,22 +4,15 @@ Every particle is attracted by the best position of the whole swarm. Appendix C 
 cyclic swarm are used, so that the two differ only in the neighbourhood.
 """
 
-import numpy as np
 from numpy.random import Generator
 
 from ident.estimation import particle_swarm
-from ident.estimation.particle_swarm import Settings, Swarm
+from ident.estimation.particle_swarm import Settings
 from ident.estimation.problem import Estimate, Problem, Progress
-from recordings.recording import Floats
 
 __all__ = ["Settings", "estimate"]
 
 
 def estimate(problem: Problem, generator: Generator, progress: Progress, settings: Settings) -> Estimate:
     """Search with the whole swarm as the neighbourhood of each particle."""
-    return particle_swarm.search(problem, generator, progress, settings, _global_best)
-
-
-def _global_best(swarm: Swarm) -> Floats:
-    best: Floats = swarm.personal[np.argmin(swarm.personal_value)]
-    return best
+    return particle_swarm.search(problem, generator, progress, settings, lambda swarm: swarm.best)

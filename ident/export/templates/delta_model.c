@@ -14,7 +14,7 @@ typedef struct {
     real rigid[DOF];                                /* torque without friction and effects */
     real load[DOF];                                 /* the same with that of the effects on the arms */
 {%- if delta %}
-    real J[DOF][3], velocity[3], lift[3]; /* of the platform; lift: acceleration minus that of gravity */
+    real J[DOF][3], velocity[3];          /* of the platform */
     real torque_per_mass[DOF], rods[DOF]; /* for 1 kg at the platform; for rods of 1 kg in each limb */
 {%- endif %}
     real t, dt;
@@ -26,87 +26,13 @@ static const real {{ name }}[] = { {{- values -}} };
 {% endfor %}
 static real sign(real x) { return (real)((x > 0) - (x < 0)); }
 {% if delta %}
-static real dot(const real a[3], const real b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-static void cross(const real a[3], const real b[3], real result[3])
-{
-    result[0] = a[1] * b[2] - a[2] * b[1];
-    result[1] = a[2] * b[0] - a[0] * b[2];
-    result[2] = a[0] * b[1] - a[1] * b[0];
-}
-
 /* Platform and rods: Appendix A, Eqs. (15)-(16), (23) of the paper. Returns 0 where the mechanism does not close. */
 static int move_platform(motion *m)
 {
-    const real L1 = lengths[0], L2 = lengths[1], out = lengths[2], g = lengths[3];
-    real elbow[3][3], tangent[3][3], bend[3][3], rod[3][3], row[3][3], acceleration[3], force[3];
-    real first[3], second[3], normal[3], centre[3], platform[3];
-    for (int i = 0; i < 3; i++) {
-        const real sine = sin(m->q[i]), cosine = cos(m->q[i]);
-        elbow[i][0] = (out + L1 * cosine) * cosines[i];
-        elbow[i][1] = (out + L1 * cosine) * sines[i];
-        elbow[i][2] = L1 * sine;
-        tangent[i][0] = -L1 * sine * cosines[i];
-        tangent[i][1] = -L1 * sine * sines[i];
-        tangent[i][2] = L1 * cosine;
-        bend[i][0] = -L1 * cosine * cosines[i];
-        bend[i][1] = -L1 * cosine * sines[i];
-        bend[i][2] = -L1 * sine;
-    }
-    for (int d = 0; d < 3; d++) {
-        first[d] = elbow[1][d] - elbow[0][d];
-        second[d] = elbow[2][d] - elbow[0][d];
-        centre[d] = first[d] - second[d];
-    }
-    cross(first, second, normal);
-    const real aa = dot(first, first), bb = dot(second, second), nn = dot(normal, normal);
-    const real height = L2 * L2 - aa * bb * dot(centre, centre) / (4 * nn);
-    if (!(height >= 0)) return 0;
-    const real drop = copysign(sqrt(height / nn), normal[2]);
-    for (int d = 0; d < 3; d++) first[d] = aa * second[d] - bb * first[d];
-    cross(first, normal, centre);
-    for (int d = 0; d < 3; d++) platform[d] = elbow[0][d] + centre[d] / (2 * nn) - drop * normal[d];
-    for (int i = 0; i < 3; i++)
-        for (int d = 0; d < 3; d++) rod[i][d] = platform[d] - elbow[i][d];
-    for (int i = 0; i < 3; i++) cross(rod[(i + 1) % 3], rod[(i + 2) % 3], row[i]);
-    const real determinant = dot(rod[0], row[0]);
-    for (int i = 0; i < 3; i++) {
-        const real leverage = dot(rod[i], tangent[i]);
-        for (int d = 0; d < 3; d++) {
-            row[i][d] /= determinant;
-            m->J[i][d] = row[i][d] * leverage;
-        }
-    }
-    for (int d = 0; d < 3; d++) {
-        m->velocity[d] = acceleration[d] = 0;
-        for (int i = 0; i < 3; i++) {
-            m->velocity[d] += m->J[i][d] * m->qd[i];
-            acceleration[d] += m->J[i][d] * m->qdd[i];
-        }
-    }
-    for (int i = 0; i < 3; i++) {
-        real curvature = 0;
-        for (int d = 0; d < 3; d++) {
-            const real rate = m->velocity[d] - tangent[i][d] * m->qd[i];
-            curvature += (rate * tangent[i][d] + rod[i][d] * bend[i][d] * m->qd[i]) * m->qd[i] - rate * m->velocity[d];
-        }
-        for (int d = 0; d < 3; d++) acceleration[d] += row[i][d] * curvature;
-    }
-    acceleration[2] += g;
-    for (int d = 0; d < 3; d++) m->lift[d] = force[d] = acceleration[d];
-    for (int i = 0; i < 3; i++) {
-        m->rods[i] = 0;
-        for (int d = 0; d < 3; d++) {
-            const real at_elbow = tangent[i][d] * m->qdd[i] + bend[i][d] * m->qd[i] * m->qd[i] + (d == 2 ? g : 0);
-            m->rods[i] += tangent[i][d] * (2 * at_elbow + m->lift[d]) / 6;
-            force[d] += at_elbow / 6;
-        }
-    }
-    for (int i = 0; i < 3; i++) {
-        m->torque_per_mass[i] = dot(m->J[i], m->lift);
-        m->rods[i] += dot(m->J[i], force);
-    }
-    return 1;
+{%- for line in platform %}
+    {{ line }}
+{%- endfor %}
+    return isfinite(m->torque_per_mass[0]);
 }
 {% endif %}
 {%- for effect in effects %}

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 from ident import plugins
 from ident.threads import compute_alone
@@ -55,8 +55,7 @@ def names() -> tuple[str, ...]:
 
 def load(name: str) -> Engine:
     """Return the engine `name`."""
-    engine: Any = import_module(f"{__name__}.{name}")
-    return engine  # type: ignore[no-any-return]
+    return import_module(f"{__name__}.{name}")
 
 
 def alone(function: Callable[[T], R], item: T) -> R:

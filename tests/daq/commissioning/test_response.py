@@ -20,7 +20,7 @@ def resonance(compliance: float) -> float:
     rig, links = simulated_rig(), Links()
     pose, _, _ = multisine(rig, 1, 1e-9).sample(np.array([0.0]))
     theta = pose[0]
-    platform = kinematics.jacobian(rig.geometry, pose, kinematics.forward(rig.geometry, pose))[0][:, 0]
+    platform = kinematics.platform_motion(rig.geometry, pose, 0 * pose, 0 * pose)[3][0][:, 0]
     phi, L1 = rig.geometry.phi[0], rig.geometry.L1
     outwards = np.array([math.cos(phi), math.sin(phi), 0.0])
     elbow = L1 * (math.cos(theta[0]) * np.array([0, 0, 1.0]) - math.sin(theta[0]) * outwards)

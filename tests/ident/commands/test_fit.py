@@ -19,7 +19,7 @@ from recordings.reader import read
 from recordings.recording import Floats, Recording
 from tests.running import invoke
 
-BRIEF = ["--iterations", "150"]
+BRIEF = ["--set", "iterations=150"]
 
 
 @pytest.fixture(scope="module")

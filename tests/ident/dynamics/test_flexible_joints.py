@@ -8,7 +8,7 @@ import pytest
 from ident.dynamics import mechanisms
 from ident.dynamics.flexible_joints import FlexibleJoints, flexible_joints
 from ident.dynamics.motion import Motion
-from ident.dynamics.rods import torque as rod_torque
+from ident.dynamics.platform import platform
 from ident.filters import convolve, low_pass
 from recordings.recording import Floats
 from recordings.rig import simulated_rig
@@ -40,7 +40,7 @@ def test_stiff_joints_have_the_torque_of_the_mechanism() -> None:
     rig, motion = simulated_rig(), _swaying()
     mechanism = mechanisms.create(rig)
     known = np.array([PARAMETERS.get(parameter.name, 0.0) for parameter in mechanism.parameters])
-    expected = mechanism.regressor(motion) @ known + PARAMETERS["m_d"] * rod_torque(rig.geometry, motion)
+    expected = mechanism.regressor(motion) @ known + PARAMETERS["m_d"] * platform(rig.geometry, motion).torque_of_rods
     stiff = flexible_joints(rig, PARAMETERS, 0.0, RATE).elastic_torque(motion, np.zeros(3), 0.03)
     tight = flexible_joints(rig, PARAMETERS, 0.0, RATE).backlash_torque(motion, np.zeros(3))
     np.testing.assert_allclose(stiff[1:], expected[1:], atol=1e-7)

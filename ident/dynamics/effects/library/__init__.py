@@ -24,8 +24,7 @@ def load(name: str) -> Effect:
     Raises:
         BadInput: there is no such effect.
     """
-    effect: Effect = plugins.load(__name__, name).effect
-    return effect
+    return plugins.load(__name__, name).effect
 
 
 def library(files: Sequence[Path] = ()) -> dict[str, Effect]:

@@ -34,8 +34,7 @@ def _taps(fraction: float) -> Floats:
     """Taps (2 reach + 1,) that advance by a `fraction` of an instant, the last one first."""
     distance = np.arange(-_REACH, _REACH + 1) - fraction
     taps = np.sinc(distance) * np.i0(6.0 * np.sqrt(np.maximum(1 - (distance / (_REACH + 1)) ** 2, 0)))
-    normalised: Floats = (taps / taps.sum())[::-1]
-    return normalised
+    return (taps / taps.sum())[::-1]
 
 
 effect = Signal(

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ident.dynamics.effects.base import Additive, Quantity
-from ident.dynamics.rods import GRAVITY
+from ident.dynamics.platform import GRAVITY
 
 
 def sideways(q: Any, J: Any, m_p: Any, T_g: Any, m_d: Any, L1: Any, cos_phi: Any, sin_phi: Any) -> Any:

@@ -64,8 +64,7 @@ def _cost_reductions(product: Floats, square: Floats, first: Ints | int, second:
     """Reduction of the sum of squares by a mass from `first` to `second`, beyond that by a constant mass."""
     share = (square[second] - square[first]) / max(square[-1], _TINY)
     excess = product[second] - product[first] - share * product[-1]
-    reductions: Floats = excess**2 / np.maximum(square[-1] * share * (1 - share), _MIN_SHARE * square[-1] + _TINY)
-    return reductions
+    return excess**2 / np.maximum(square[-1] * share * (1 - share), _MIN_SHARE * square[-1] + _TINY)
 
 
 effect = Additive(

@@ -13,8 +13,7 @@ def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
     """Column z / z_s - sgn v (n, dof, 1), with the bristle deflection z."""
     motion = inputs.motion
     deflection = compiled(_deflection)(np.ascontiguousarray(motion.position), shapes["z_s"])
-    difference: Floats = (deflection - motion.direction)[:, :, None]
-    return difference
+    return (deflection - motion.direction)[:, :, None]
 
 
 def _deflection(position: Floats, z_s: float) -> Floats:

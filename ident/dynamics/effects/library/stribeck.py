@@ -23,8 +23,7 @@ def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
     swept = np.abs(half) > _INSTANT
     u, half = u[swept], half[swept]
     bump[swept] = 0.25 * np.sqrt(np.pi) * (erf(np.abs(u + half)) - erf(np.abs(u - half))) / half
-    column: Floats = bump[:, :, None]
-    return column
+    return bump[:, :, None]
 
 
 effect = Additive(

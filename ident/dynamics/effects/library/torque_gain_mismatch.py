@@ -7,8 +7,7 @@ from recordings.recording import Floats
 
 def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
     """Divide the torque (n, dof) by 1 + e: the map of the rig file knows nothing of e."""
-    reported: Floats = torque / (1 + values["e"])
-    return reported
+    return torque / (1 + values["e"])
 
 
 effect = Signal(

@@ -114,10 +114,9 @@ def test_gravity_is_the_slope_of_the_potential_energy(motion: Motion) -> None:
 
 
 def test_what_is_left_of_the_torque_is_eq_28(motion: Motion) -> None:
-    P = kinematics.forward(GEOMETRY, motion.position)
-    J = kinematics.jacobian(GEOMETRY, motion.position, P)
-    J_dot = kinematics.jacobian_derivative(GEOMETRY, motion.position, P, motion.velocity, J)
-    coriolis = VALUES[0] * np.einsum("nki,nkj,nj->ni", J, J_dot, motion.velocity)
+    steady = np.zeros_like(motion.velocity)
+    _, _, J_dot_theta_dot, J = kinematics.platform_motion(GEOMETRY, motion.position, motion.velocity, steady)
+    coriolis = VALUES[0] * np.einsum("nki,nk->ni", J, J_dot_theta_dot)
     rigid = ROBOT.regressor(motion)[:, :, :5] @ VALUES[:5]
     forces = np.einsum("nij,nj->ni", ROBOT.inertia(motion, VALUES), motion.acceleration)
     np.testing.assert_allclose(rigid - forces - ROBOT.gravity(motion, VALUES), coriolis, atol=1e-9)
