@@ -196,6 +196,7 @@ def model_of(
         joints=rig.joint_names,
         effort_units=rig.effort_units,
         geometry=rig.geometry if rig.mechanism == "delta" else None,
+        robot=rig.chain if rig.mechanism == "urdf" else None,
         torque=rig.torque,
         relative=is_relative(prepared.recording),
         parameters=_parameters(structure, result, assessed[1]),

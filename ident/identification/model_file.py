@@ -19,6 +19,7 @@ from recordings.errors import BadInput
 from recordings.files import replacement, sha256
 from recordings.recording import Recording
 from recordings.rig import Geometry, MechanismName, Torque
+from recordings.urdf import Chain
 
 SCHEMA = 2
 
@@ -156,6 +157,8 @@ class ModelFile(JsonDocument):
     """Unit of the effort of each joint."""
     geometry: Geometry | None
     """Geometry of a delta robot; None for other mechanisms."""
+    robot: Chain | None = None
+    """Keys of the mechanism "urdf", with the text of the URDF; None for other mechanisms."""
     torque: Torque
     relative: bool
     """True if the torque gain is assumed: all parameters are then known up to one common factor."""

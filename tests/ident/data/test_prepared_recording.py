@@ -85,7 +85,7 @@ UNUSABLE: list[tuple[str, Callable[[Recording], Recording]]] = [
         lambda recording: replace(recording, time=recording.time[::-1]),
     ),
     (
-        "at least 110 usable samples per joint expected after preprocessing, 16 of 600",
+        "at least 37 usable samples per joint expected after preprocessing, 16 of 600",
         lambda recording: selected(recording, slice(600)),
     ),
 ]
