@@ -154,7 +154,11 @@ class Rig(Chain):
     def _check_consistency(self) -> Self:
         self._check_keys_of_mechanism()
         if len(self.drives) not in (0, self.dof):
-            robot = "a delta robot has three" if self.mechanism == "delta" else f"{self.dof} joints have as many"
+            robot = (
+                "a delta robot has three"
+                if self.mechanism == "delta"
+                else f"a rig with {self.dof} joints has as many"
+            )
             raise ValueError(f"{robot} [[drives]], {len(self.drives)} found")
         ids = [drive.node_id for drive in self.drives]
         for node_id in ids:

@@ -1,5 +1,6 @@
 """The description of any robot: the joints of a URDF, and what of it a recording holds."""
 
+import math
 from collections import Counter
 from dataclasses import dataclass
 from functools import lru_cache
@@ -17,6 +18,10 @@ JointType = Literal["revolute", "prismatic"]
 Vector = tuple[float, float, float]
 
 _MOVABLE: dict[str, JointType] = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
+_NUMBERS = {"xyz": 3, "rpy": 3, "value": 1, **dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), 1)}
+"""Attributes of joints and inertial values that hold so many numbers."""
+_INERTIAL = {"mass": ("value",), "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")}
+"""What inertial values consist of."""
 _REFUSED = {
     "floating": "a robot that stands on the ground expected; make the joint fixed",
     "planar": "joints with one direction of motion expected; make it two prismatic joints and a revolute one",
@@ -157,6 +162,7 @@ def read_joints(text: str) -> tuple[UrdfJoint, ...]:
         raise ValueError("urdf: a URDF expected, xacro found; run `xacro FILE > robot.urdf`")
     joints = tuple(_joint(element) for element in robot.findall("joint"))
     _check_tree(joints, [link.get("name", "") for link in robot.findall("link")])
+    _check_numbers(robot)
     return joints
 
 
@@ -190,3 +196,26 @@ def _check_tree(joints: tuple[UrdfJoint, ...], links: list[str]) -> None:
     roots = [link for link in links if link not in moved]
     if len(roots) != 1:
         raise ValueError(f"urdf: one link that no joint moves expected, {', '.join(roots) or 'none'} found")
+
+
+def _check_numbers(robot: ElementTree.Element) -> None:
+    """Raise ValueError unless places, axes and inertial values are numbers, and complete."""
+    for owner in (*robot.findall("joint"), *robot.findall("link")):
+        name = f"{owner.tag} {owner.get('name', '')}"
+        for part in owner.iter() if owner.tag == "joint" else owner.iterfind("inertial//"):
+            for key, count in _NUMBERS.items():
+                if (text := part.get(key)) is not None and not _holds(text, count):
+                    raise ValueError(f"urdf: {name}: <{part.tag} {key}> of {count} numbers expected, '{text}' found")
+        for inertial in owner.iterfind("inertial"):
+            for tag, keys in _INERTIAL.items():
+                if (part := inertial.find(tag)) is None or not set(keys) <= set(part.keys()):
+                    raise ValueError(f"urdf: {name}: <{tag} {' '.join(keys)}> of <inertial> expected, not all found")
+        if (axis := owner.find("axis")) is not None and not any(map(float, axis.get("xyz", "").split())):
+            raise ValueError(f"urdf: {name}: an <axis> with a direction expected, {axis.get('xyz')} found")
+
+
+def _holds(text: str, count: int) -> bool:
+    try:
+        return len(numbers := [float(word) for word in text.split()]) == count and all(map(math.isfinite, numbers))
+    except ValueError:
+        return False

@@ -77,7 +77,7 @@ def rigid_chain(chain: Chain) -> RigidChain:
     """Return the links and joints of `chain`.
 
     Raises:
-        BadInput: Pinocchio is not installed, or refuses the URDF.
+        BadInput: Pinocchio is not installed.
     """
     if importlib.util.find_spec("pinocchio") is None:
         raise BadInput(
@@ -92,10 +92,7 @@ def _built(described: str) -> RigidChain:
     import pinocchio
 
     chain = Chain.model_validate_json(described)
-    try:
-        model = pinocchio.buildModelFromXML(_plain(chain.urdf))
-    except ValueError as error:
-        raise BadInput(f"URDF of the rig: numbers that describe a robot expected, {error}; check the file") from None
+    model = pinocchio.buildModelFromXML(_plain(chain.urdf))
     position = np.zeros(model.nq)
     for name, value in chain.fixed.items():
         position[model.idx_qs[model.getJointId(name)]] = value

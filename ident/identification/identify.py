@@ -270,6 +270,7 @@ def _parameters(
             upper=float(upper),
             at_bound=at_bound,
             paper_value=float(parameter.paper_sign * value),
+            meaning=parameter.meaning,
             **uncertainty.model_dump(),
         )
         for parameter, value, (lower, upper), at_bound, uncertainty in zip(

@@ -36,6 +36,8 @@ class FittedParameter(ParameterUncertainty):
     at_bound: bool
     paper_value: float
     """Value in the form of Eq. (36), where friction has the opposite sign."""
+    meaning: str = ""
+    """What it is; of a base parameter the sum of physical ones."""
 
 
 class CertifiedMinimum(ConfigSection):

@@ -114,6 +114,7 @@ def searched_parameters(structure: ModelStructure, x: Floats, intervals: Floats)
             at_bound=False,
             status="identifiable" if np.isfinite(limits).all() else None,
             paper_value=float(value),
+            meaning=entry.meaning,
             ci95=interval_or_none(limits),
             shape_ci95=interval_or_none(limits),
         )

@@ -54,7 +54,7 @@ def test_short_rig_file_gets_the_defaults(tmp_path: Path) -> None:
         ('name = "r"\n', "one of .*drives.* for each of 3 joints expected, none found"),
         ('name = "r"\n[[axes]]\n' + DRIVES, 'axes belongs to the mechanism "axes", "delta" found'),
         (AXES, r'mechanism "axes" needs an \[\[axes\]\] section'),
-        (AXES + "[[axes]]\n" + DRIVES, r"1 \[\[axes\]\] have as many \[\[drives\]\], 3 found"),
+        (AXES + "[[axes]]\n" + DRIVES, r"1 joints has as many \[\[drives\]\], 3 found"),
         (AXES + "[[axes]]\n[geometry]\nL2 = 0.9\n", 'geometry belongs to the mechanism "delta", "axes" found'),
         (AXES + '[[axes]]\ntype = "screw"\n', r"'axes\.0\.type'.*screw"),
         (AXES + "[[axes]]\n[torque]\ngain = [1.0, 2.0]\n", "torque.gain needs 1 numbers, 2 found"),

@@ -27,7 +27,7 @@ def create(rig: Rig) -> "Urdf":
     """Create the tree of links described by `rig`.
 
     Raises:
-        BadInput: Pinocchio is not installed, or refuses the URDF.
+        BadInput: Pinocchio is not installed.
     """
     return _created(rig.chain.model_dump_json())
 
