@@ -208,7 +208,7 @@ def _check_numbers(robot: ElementTree.Element) -> None:
                     raise ValueError(f"urdf: {name}: <{part.tag} {key}> of {count} numbers expected, '{text}' found")
         for inertial in owner.iterfind("inertial"):
             for tag, keys in _INERTIAL.items():
-                if (part := inertial.find(tag)) is None or not set(keys) <= set(part.keys()):
+                if (held := inertial.find(tag)) is None or not set(keys) <= set(held.keys()):
                     raise ValueError(f"urdf: {name}: <{tag} {' '.join(keys)}> of <inertial> expected, not all found")
         if (axis := owner.find("axis")) is not None and not any(map(float, axis.get("xyz", "").split())):
             raise ValueError(f"urdf: {name}: an <axis> with a direction expected, {axis.get('xyz')} found")

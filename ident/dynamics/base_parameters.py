@@ -29,7 +29,7 @@ class BaseParameters:
         """Base parameter `index` as a sum of physical parameters, called by their `names` (k,)."""
         shares = self.combination[index]
         first = int(self.columns[index])
-        others = [k for k in np.flatnonzero(shares) if k != first]
+        others = [k for k in np.flatnonzero(shares).tolist() if k != first]
         terms = [f" {'-' if shares[k] < 0 else '+'} {_factor(abs(shares[k]))}{names[k]}" for k in others]
         return names[first] + "".join(terms)
 
@@ -49,7 +49,7 @@ def base_parameters(regressor: Floats) -> BaseParameters:
         if (size := np.linalg.norm(rest)) > _DEPENDENT:
             basis = np.column_stack([basis, rest / size])
             kept.append(int(column))
-    combination = np.linalg.lstsq(regressor[:, kept], regressor, rcond=None)[0]
+    combination: Floats = np.linalg.lstsq(regressor[:, kept], regressor, rcond=None)[0]
     combination[np.abs(combination) < _DEPENDENT] = 0.0
     combination[:, kept] = np.eye(len(kept), k)[:, : len(kept)]
     return BaseParameters(np.array(kept, dtype=np.int64), combination)
