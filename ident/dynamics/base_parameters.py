@@ -49,9 +49,9 @@ def base_parameters(regressor: Floats) -> BaseParameters:
         if (size := np.linalg.norm(rest)) > _DEPENDENT:
             basis = np.column_stack([basis, rest / size])
             kept.append(int(column))
-    combination: Floats = np.linalg.lstsq(regressor[:, kept], regressor, rcond=None)[0]
+    combination: Floats = np.asarray(np.linalg.lstsq(regressor[:, kept], regressor, rcond=None)[0], np.float64)
     combination[np.abs(combination) < _DEPENDENT] = 0.0
-    combination[:, kept] = np.eye(len(kept), k)[:, : len(kept)]
+    combination[:, kept] = np.eye(len(kept))
     return BaseParameters(np.array(kept, dtype=np.int64), combination)
 
 
