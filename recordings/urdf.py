@@ -41,7 +41,7 @@ class UrdfJoint:
     """Name of the joint whose motion it repeats."""
 
 
-class Coupling(ConfigSection):
+class MotorCoupling(ConfigSection):
     """A motor that turns with another joint, as in the wrists of many arms: at q'_of + ratio q'_by."""
 
     of: int
@@ -72,7 +72,7 @@ class Chain(ConfigSection):
     """Positions of other movable joints, by name [rad or m]; 0 where none is given."""
     gravity: Vector = (0.0, 0.0, -9.81)
     """Acceleration of gravity in the frame of the URDF's root [m/s^2]."""
-    couplings: tuple[Coupling, ...] = ()
+    couplings: tuple[MotorCoupling, ...] = ()
     """Motors that turn with another joint."""
     motor_inertia: bool = True
     """Whether the inertia of each motor is a parameter of its own."""

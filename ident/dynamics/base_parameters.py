@@ -39,7 +39,6 @@ def base_parameters(regressor: Floats) -> BaseParameters:
 
     Earlier columns are kept, so that the columns' order says which parameters name the combinations.
     """
-    k = regressor.shape[1]
     length = np.linalg.norm(regressor, axis=0)
     basis, kept = np.empty((len(regressor), 0)), []
     for column in np.flatnonzero(length > _DEPENDENT * length.max()):
