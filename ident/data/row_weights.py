@@ -41,14 +41,27 @@ def row_weights(
     """
     indices = [i for i, rows in enumerate(train) if rows.any()]
     regressor = np.concatenate([recordings[i].regressor[train[i]] for i in indices])
+    # Joints of an arm differ in size by ten and more, and in unit: none may outweigh the others.
+    joint_size = _rms([np.where(train[i], recordings[i].torque, np.nan) for i in indices])
     torque = np.concatenate([recordings[i].torque[train[i]] for i in indices])
-    parameters = np.linalg.lstsq(regressor, torque, rcond=None)[0]
-    residuals = [recording.torque - recording.regressor @ parameters for recording in recordings]
+    size = np.concatenate([np.broadcast_to(joint_size, rows.shape)[rows] for rows in (train[i] for i in indices)])
+    parameters = np.linalg.lstsq(regressor / size[:, None], torque / size, rcond=None)[0]
+    residuals = [
+        np.where(rows if rows.any() else True, recording.torque - recording.regressor @ parameters, np.nan)
+        for recording, rows in zip(recordings, train, strict=True)
+    ]
     noise_models = noise.estimate([recordings[i] for i in indices], [residuals[i] for i in indices])
     return [
         1 / np.hypot(noise.residual_std(recording, residual, noise_models), still)
         for recording, residual, still in zip(recordings, residuals, standstill, strict=True)
     ]
+
+
+def _rms(torques: Sequence[Floats]) -> Floats:
+    """(dof,) RMS of the torque [N m or N]; 1 for a joint without any."""
+    squares = np.nanmean(np.concatenate(torques) ** 2, axis=0)
+    rms: Floats = np.sqrt(np.where(squares > 0, squares, 1.0))
+    return rms
 
 
 def standstill_share(recording: PreparedRecording) -> Floats:
