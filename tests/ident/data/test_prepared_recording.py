@@ -58,7 +58,7 @@ def interrupted_before_motion(recording: Recording) -> Recording:
     return replace(recording, run=run, repeat=np.full_like(recording.repeat, -1))
 
 
-@pytest.mark.parametrize("n", [1, 2, 7, 40])
+@pytest.mark.parametrize("n", [1, 2, 7, 30])
 @pytest.mark.parametrize("method", ["central", "parallel"])
 def test_too_few_samples_are_refused(recording: Recording, n: int, method: str) -> None:
     few = selected(recording, slice(1000, 1000 + n))
