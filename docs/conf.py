@@ -74,6 +74,8 @@ def _keys(module: str, name: str) -> str:
     comments = ModuleAnalyzer.for_module(module).find_attr_docs()
     rows = ["| key | default | meaning |", "|---|---|---|"]
     for key, field in section.model_fields.items():
+        if key not in section.__annotations__:  # of its base, which has a table of its own
+            continue
         choices = get_args(field.annotation) if get_origin(field.annotation) is Literal else ()
         meaning = [", ".join(f"`{json.dumps(choice)}`" for choice in choices), *comments.get((name, key), [])]
         default = "required" if field.is_required() else _default(field.get_default(call_default_factory=True))

@@ -14,16 +14,17 @@ from numpy.typing import NDArray
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from recordings.buses import Bus, CanBus, SerialBus
-from recordings.config import ConfigSection, Positive, read_toml, validated
+from recordings.config import ConfigSection, Positive, toml_content, validated
 from recordings.drives import AssumedUnits as AssumedUnits
 from recordings.drives import Drive as Drive
 from recordings.drives import HomedBit as HomedBit
 from recordings.drives import Homing as Homing
 from recordings.drives import Voltage as Voltage
 from recordings.errors import BadInput
+from recordings.urdf import Chain, with_text
+from recordings.urdf import JointType as JointType
 
-MechanismName = Literal["delta", "axes"]
-JointType = Literal["revolute", "prismatic"]
+MechanismName = Literal["delta", "axes", "urdf"]
 
 
 class Geometry(ConfigSection):
@@ -123,7 +124,7 @@ class Limits(ConfigSection):
         return self
 
 
-class Rig(ConfigSection):
+class Rig(Chain):
     """The whole rig. `geometry`, `nominal` and the platform limits apply to a delta robot only."""
 
     name: str
@@ -145,20 +146,19 @@ class Rig(ConfigSection):
     @field_validator("torque")
     @classmethod
     def _default_gains(cls, torque: Torque, info: ValidationInfo) -> Torque:
-        if "gain" in torque.model_fields_set or info.data.get("mechanism") != "axes":
+        if "gain" in torque.model_fields_set or info.data.get("mechanism") == "delta":
             return torque
-        return torque.model_copy(update={"gain": (1.0,) * len(info.data.get("axes", ()))})
+        return torque.model_copy(update={"gain": (1.0,) * len(info.data.get("axes") or info.data.get("joints", ()))})
 
     @model_validator(mode="after")
     def _check_consistency(self) -> Self:
-        if self.mechanism == "axes":
-            self._check_no_delta_sections()
-        elif self.axes:
-            raise ValueError(
-                '[[axes]] belong to the mechanism "axes", "delta" found; remove them or set the mechanism'
-            )
+        self._check_keys_of_mechanism()
         if len(self.drives) not in (0, self.dof):
-            robot = "a delta robot has three" if self.mechanism == "delta" else f"{self.dof} [[axes]] have as many"
+            robot = (
+                "a delta robot has three"
+                if self.mechanism == "delta"
+                else f"a rig with {self.dof} joints has as many"
+            )
             raise ValueError(f"{robot} [[drives]], {len(self.drives)} found")
         ids = [drive.node_id for drive in self.drives]
         for node_id in ids:
@@ -192,12 +192,18 @@ class Rig(ConfigSection):
         if len(bus.prefixes) not in (0, self.dof):
             raise ValueError(f"bus.prefixes: none or {self.dof} expected, {len(bus.prefixes)} found")
 
-    def _check_no_delta_sections(self) -> None:
-        if not self.axes:
+    def _check_keys_of_mechanism(self) -> None:
+        if self.mechanism == "axes" and not self.axes:
             raise ValueError('the mechanism "axes" needs an [[axes]] section for each joint, none found')
-        for name in ("geometry", "nominal"):
-            if getattr(self, name) != Rig.model_fields[name].default:
-                raise ValueError(f'[{name}] describes a delta robot, mechanism "axes" found; remove it')
+        if self.mechanism == "urdf" and not self.urdf:
+            raise ValueError('the mechanism "urdf" needs the key urdf, none found; give the path of the file')
+        for mechanism, keys in _KEYS_OF_MECHANISM.items():
+            for key in keys if mechanism != self.mechanism else ():
+                if getattr(self, key) != Rig.model_fields[key].get_default(call_default_factory=True):
+                    raise ValueError(
+                        f'{key} belongs to the mechanism "{mechanism}", "{self.mechanism}" found; remove it or set '
+                        "the mechanism"
+                    )
 
     @property
     def can(self) -> CanBus:
@@ -229,6 +235,8 @@ class Rig(ConfigSection):
     @property
     def joint_types(self) -> tuple[JointType, ...]:
         """Type of each joint."""
+        if self.mechanism == "urdf":
+            return self.types
         return tuple(axis.type for axis in self.axes) if self.mechanism == "axes" else ("revolute",) * 3
 
     @property
@@ -290,6 +298,10 @@ class Rig(ConfigSection):
         return validated(self.model_dump(mode="json") | {"rate": rate}, Rig, "--rate")
 
 
+_KEYS_OF_MECHANISM = {"delta": ("geometry", "nominal"), "axes": ("axes",), "urdf": tuple(Chain.model_fields)}
+"""Keys that describe one mechanism alone."""
+
+
 def simulated_rig() -> Rig:
     """The default rig where no rig file is given: the robot of Table 1 with three simulated drives."""
     return Rig(name="simulated delta robot", drives=tuple(Drive(node_id=i) for i in (1, 2, 3)))
@@ -307,7 +319,7 @@ def load_rig(path: Path, *, driven: bool = True) -> Rig:
     Raises:
         BadInput: the file is missing, is not TOML, a key is unknown, missing or of the wrong type, or no drives.
     """
-    rig = read_toml(path, Rig, "rig file")
+    rig = validated(with_text(toml_content(path, "rig file"), path.parent), Rig, f"rig file {path}")
     if driven and not rig.drives:
         raise BadInput(f"rig file {path}: one of [[drives]] for each of {rig.dof} joints expected, none found")
     return rig

@@ -125,6 +125,11 @@ def command(
     if out:
         say(f"torque of {path.name}: {out}, {rows} rows")
     say_written(picture=picture)
+    if model.file.robot is None:  # for a URDF no C is written yet
+        _say_export(model_path)
+
+
+def _say_export(model_path: Path) -> None:
     exported = free_name(model_path.with_name(f"{model_stem(model_path.name)}_c"))
     say_next("ident", "export", model_path, "--to", "c", "-o", exported)
 

@@ -67,4 +67,4 @@ def _physical_properties(recording: Recording) -> dict[str, Any]:
     values = {f"{section}.{key}": value for section, content in sections.items() for key, value in content.items()}
     axes = ", ".join(f"{axis.type}{' with gravity' if axis.gravity else ''}" for axis in rig.axes)
     measured = "effort" if holds_torque(recording) else "voltage"
-    return {"mechanism": rig.mechanism, "axes": axes, "what was measured": measured, **values}
+    return {"mechanism": rig.mechanism, "axes": axes, "what was measured": measured, **values, **rig.properties}

@@ -20,7 +20,7 @@ from ident import filters
 from ident.data import cycle_statistics
 from ident.data.cycle_differences import CycleDifferences, between_cycles, cycle_differences
 from ident.data.prepared_recording import PreparedRecording
-from ident.data.samples import drive_signal
+from ident.data.samples import drive_signal, holds_torque
 from recordings.recording import Floats
 
 _MIN_SHARE = 1e-3
@@ -135,9 +135,10 @@ def _from_band_above(recordings: Sequence[PreparedRecording], joint: int) -> Noi
     levels = [_quietest_level(drive_signal(prepared.recording)[:, joint], prepared) for prepared in recordings]
     shares = [min(2 * prepared.bandwidth / prepared.recording.run.rate, 1.0) for prepared in recordings]
     volts, share = float(np.mean(levels)), float(np.mean(shares))
-    torque = recordings[0].recording.rig.torque
+    recording = recordings[0].recording
+    torque, squared = recording.rig.torque, recording.rig.torque.map == "square" and not holds_torque(recording)
     # At v = 0 the torque of the square map is gain e |e|, of variance 3 gain^2 volts^4.
-    curvature = np.sqrt(3 * share) * torque.gain[joint] * volts**2 if torque.map == "square" else 0.0
+    curvature = np.sqrt(3 * share) * torque.gain[joint] * volts**2 if squared else 0.0
     return Noise(float(np.sqrt(share)) * volts, float(curvature), "band above the signal")
 
 

@@ -25,7 +25,7 @@ from recordings.rig import Rig
 BLOCK = 4096
 """Conditioned samples computed at a time."""
 MIN_ROWS_PER_PARAMETER = 10
-"""Usable samples per parameter below which nothing is fitted."""
+"""Usable samples, of all joints, per parameter below which nothing is fitted."""
 MAX_CYCLE = 4.0
 """Maximum duration of the excerpt shown in figures [s]."""
 
@@ -249,7 +249,8 @@ def _usable_torque(recording: Recording, samples: Samples, preprocessed: Preproc
     """(m, dof) measured torque; NaN in rows that are not usable."""
     selected = samples.selected[preprocessed.instants[:: preprocessed.decimation], None]
     usable = np.isfinite(preprocessed.torque) & np.isfinite(regressor).all(axis=2) & selected
-    expected, count = MIN_ROWS_PER_PARAMETER * regressor.shape[2], int(usable.sum(axis=0).min())
+    dof, parameters = regressor.shape[1:]
+    expected, count = -(-MIN_ROWS_PER_PARAMETER * parameters // dof), int(usable.sum(axis=0).min())
     if count < expected:
         raise BadInput(
             f"at least {expected} usable samples per joint expected after preprocessing, "

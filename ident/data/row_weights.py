@@ -39,14 +39,27 @@ def row_weights(
     """
     indices = [i for i, rows in enumerate(train) if rows.any()]
     regressor = np.concatenate([recordings[i].regressor[train[i]] for i in indices])
+    # Joints of an arm differ in size by ten and more, and in unit: none may outweigh the others.
+    joint_size = _rms([np.where(train[i], recordings[i].torque, np.nan) for i in indices])
     torque = np.concatenate([recordings[i].torque[train[i]] for i in indices])
-    parameters = np.linalg.lstsq(regressor, torque, rcond=None)[0]
+    size = np.concatenate([np.broadcast_to(joint_size, rows.shape)[rows] for rows in (train[i] for i in indices)])
+    parameters = np.linalg.lstsq(regressor / size[:, None], torque / size, rcond=None)[0]
     residuals = [recording.torque - recording.regressor @ parameters for recording in recordings]
     noise_models = noise.estimate([recordings[i] for i in indices], [residuals[i] for i in indices])
+    # Only fitted rows tell how good the model is; of a joint that is not fitted in a recording, all do.
+    fitted = [np.where(rows | ~rows.any(axis=0), x, np.nan) for x, rows in zip(residuals, train, strict=True)]
     return [
         1 / np.hypot(noise.residual_std(recording, residual, noise_models), still)
-        for recording, residual, still in zip(recordings, residuals, standstill, strict=True)
+        for recording, residual, still in zip(recordings, fitted, standstill, strict=True)
     ]
+
+
+def _rms(torques: Sequence[Floats]) -> Floats:
+    """(dof,) RMS of the torque [N m or N]; 1 for a joint without any."""
+    torque = np.concatenate(torques)
+    squares = np.nansum(torque**2, axis=0) / np.maximum(np.isfinite(torque).sum(axis=0), 1)
+    rms: Floats = np.sqrt(np.where(squares > 0, squares, 1.0))
+    return rms
 
 
 def standstill_share(recording: PreparedRecording) -> Floats:

@@ -213,6 +213,7 @@ def model_of(
         joints=rig.joint_names,
         effort_units=rig.effort_units,
         geometry=rig.geometry if rig.mechanism == "delta" else None,
+        robot=rig.chain if rig.mechanism == "urdf" else None,
         torque=rig.torque,
         relative=is_relative(prepared.recording),
         parameters=_parameters(structure, result, assessed[1]),
@@ -286,6 +287,7 @@ def _parameters(
             upper=float(upper),
             at_bound=at_bound,
             paper_value=float(parameter.paper_sign * value),
+            meaning=parameter.meaning,
             **uncertainty.model_dump(),
         )
         for parameter, value, (lower, upper), at_bound, uncertainty in zip(

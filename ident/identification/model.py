@@ -251,10 +251,12 @@ def _optional(x: ArrayLike | None, name: str, shape: tuple[int, ...]) -> Floats 
 
 
 def rig_of(file: ModelFile) -> Rig:
-    """What of the rig a model file holds: mechanism, geometry and torque map."""
+    """What of the rig a model file holds: mechanism, geometry or URDF, and torque map."""
     if file.mechanism == "delta":
         assert file.geometry is not None
         return Rig(name="model", geometry=file.geometry, torque=file.torque)
+    if file.robot is not None:
+        return Rig(name="model", mechanism="urdf", torque=file.torque, **dict(file.robot))
     weights = {parameter.name for parameter in file.parameters if parameter.name.startswith("G_")}
     axes = tuple(
         Axis(

@@ -22,6 +22,7 @@ from recordings.files import replacement, sha256
 from recordings.limits import json_object
 from recordings.recording import Recording
 from recordings.rig import Geometry, MechanismName, Torque
+from recordings.urdf import Chain
 
 SCHEMA = 2
 _DELTA_JOINTS = 3
@@ -39,6 +40,8 @@ class FittedParameter(ParameterUncertainty):
     at_bound: bool
     paper_value: float
     """Value in the form of Eq. (36), where friction has the opposite sign."""
+    meaning: str = ""
+    """What it is; of a base parameter the sum of physical ones."""
 
 
 class CertifiedMinimum(ConfigSection):
@@ -162,6 +165,8 @@ class ModelFile(JsonDocument):
     """Unit of the effort of each joint."""
     geometry: Geometry | None
     """Geometry of a delta robot; None for other mechanisms."""
+    robot: Chain | None = None
+    """Keys of the mechanism "urdf", with the text of the URDF; None for other mechanisms."""
     torque: Torque
     relative: bool
     """True if the torque gain is assumed: all parameters are then known up to one common factor."""

@@ -23,6 +23,7 @@ from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Bools, Floats, Recording
 from recordings.rig import Geometry, Rig, Torque
+from recordings.urdf import Chain
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +135,7 @@ def searched_parameters(structure: ModelStructure, x: Floats, intervals: Floats)
             at_bound=False,
             status="identifiable" if np.isfinite(limits).all() else None,
             paper_value=float(value),
+            meaning=entry.meaning,
             ci95=interval_or_none(limits),
             shape_ci95=interval_or_none(limits),
         )
@@ -209,8 +211,14 @@ def check_same_machine(model: ModelFile, rig: Rig, sentence: str) -> None:
     Raises:
         BadInput: a physical property of the rig differs.
     """
-    expected = _rig_properties(model.mechanism, model.effort_units, model.torque, model.geometry)
-    actual = _rig_properties(rig.mechanism, rig.effort_units, rig.torque, rig.geometry if model.geometry else None)
+    expected = _rig_properties(model.mechanism, model.effort_units, model.torque, model.geometry, model.robot)
+    actual = _rig_properties(
+        rig.mechanism,
+        rig.effort_units,
+        rig.torque,
+        rig.geometry if model.geometry else None,
+        model.robot and rig.chain,
+    )
     for name in expected:
         if expected[name] != actual[name]:
             difference = f"{name} is {expected[name]} in the model, {actual[name]}"
@@ -218,8 +226,9 @@ def check_same_machine(model: ModelFile, rig: Rig, sentence: str) -> None:
 
 
 def _rig_properties(
-    mechanism: str, units: tuple[str, ...], torque: Torque, geometry: Geometry | None
+    mechanism: str, units: tuple[str, ...], torque: Torque, geometry: Geometry | None, robot: Chain | None
 ) -> dict[str, object]:
     sections = {"torque": torque, **({"geometry": geometry} if geometry else {})}
     fields = {f"{name}.{key}": value for name, section in sections.items() for key, value in section}
-    return {"mechanism": mechanism, "the effort's unit": ", ".join(units), **fields}
+    described = {"mechanism": mechanism, "the effort's unit": ", ".join(units)}
+    return {**described, **fields, **(robot.properties if robot else {})}

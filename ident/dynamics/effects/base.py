@@ -113,7 +113,7 @@ class Effect:
     """As text; where it is not given, it follows from the formula and the limits of the parameters."""
     axis: SignatureAxis
     """Variable over which a plot of the residual shows the effect."""
-    mechanisms: tuple[str, ...] = ("delta", "axes")
+    mechanisms: tuple[str, ...] = ("delta", "axes", "urdf")
     impossible: Callable[[Rig, int], str | None] = lambda rig, joint: None
     """Return why a joint (from 0) of this rig cannot have the effect, or None."""
     joints: tuple[int, ...] | None = None

@@ -38,8 +38,13 @@ def carried_by(model: Model) -> Carried:
     """Effects of `model` that C carries.
 
     Raises:
-        BadInput: the model is one of Eqs. (37)-(40), which serve only for comparison.
+        BadInput: the model is one of Eqs. (37)-(40), which serve only for comparison, or one of a URDF.
     """
+    if model.file.robot is not None:
+        raise BadInput(
+            "a model of the mechanism 'delta' or 'axes' expected for C, 'urdf' found, for which no C is written yet; "
+            "export --to csv, or compute the torque by ident torque"
+        )
     if model.file.form:
         raise BadInput(
             f"a model of the mechanism expected, the form '{model.file.form}' found; fit with --method lad"

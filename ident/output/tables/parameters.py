@@ -16,14 +16,20 @@ def fitted(model: ModelFile) -> ResultTable:
     """Return the values with half their intervals, of the paper's model also as in (36)."""
     of_paper = model.mechanism == "delta" and model.form is None
     equation = " of Eq. (26)" if of_paper and not model.effects else " of Eq. (38)" if model.form else ""
-    head = ["", "value", *(["± 95 %"] if model.assessment else []), "unit", *(["as in (36)"] if of_paper else [])]
+    head = [
+        "",
+        "value",
+        *(["± 95 %"] if model.assessment else []),
+        "unit",
+        *(["as in (36)"] if of_paper else ["meaning"]),
+    ]
     rows = [
         (
             parameter.name,
             _value(parameter.value),
             *([_half(parameter)] if model.assessment else []),
             parameter.unit,
-            *([_value(parameter.paper_value)] if of_paper else []),
+            _value(parameter.paper_value) if of_paper else parameter.meaning,
             "yes" if parameter.at_bound else "",
         )
         for parameter in model.all_parameters
@@ -33,7 +39,7 @@ def fitted(model: ModelFile) -> ResultTable:
         (*head, "at bound"),
         rows,
         "" if model.form else f"Friction is positive where it opposes motion{sign}",
-        words=(0, head.index("unit"), len(head)),
+        words=(0, head.index("unit"), *(() if of_paper else (len(head) - 1,)), len(head)),
         title=f"Parameters{equation}{', relative' if model.relative else ''}",
     )
 

@@ -142,4 +142,5 @@ class ModelExport:
 
 def targets_of(mechanism: str) -> tuple[str, ...]:
     """Names of the targets that a `mechanism` can be exported to."""
-    return tuple(name for name in ENDINGS if name != "mjcf" or mechanism == "delta")
+    written = {"delta": ("c", "fmu", "mjcf"), "axes": ("c", "fmu")}.get(mechanism, ())
+    return tuple(name for name in ENDINGS if name == "csv" or name in written)

@@ -64,6 +64,7 @@ effect = Signal(
     remedy="set or replace the gear; avoid changes of load direction where precision matters",
     equation="arm free within +-b of the motor, where the encoder is; teeth hit without bounce",
     axis="load",
+    mechanisms=("delta", "axes"),
     memory=True,
     step=1e-2,
     discontinuous=True,

@@ -46,6 +46,7 @@ effect = Signal(
     remedy="check couplings and clamps; use smoother motion, or a controller that knows the spring",
     equation="arm angle = motor angle - compliance * torque of the arm; the motor's inertia is on the encoder's side",
     axis="acceleration",
+    mechanisms=("delta", "axes"),
     memory=True,
     parameters=(
         Quantity(

@@ -8,6 +8,7 @@ effect = Additive(
     causes="an amplifier's zero, a cable's pull, a spring, or dry friction that differs between the directions",
     remedy="zero the amplifier's current or torque measurement, relieve the cables, record both directions equally",
     axis="velocity",
+    mechanisms=("delta", "axes"),  # the base model of a URDF has it
     formula=lambda: 1.0,
     parameters=(Quantity(name="a", unit="{effort}", meaning="the constant torque"),),
 )

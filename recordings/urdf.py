@@ -1,0 +1,221 @@
+"""The description of any robot: the joints of a URDF, and what of it a recording holds."""
+
+import math
+from collections import Counter
+from dataclasses import dataclass
+from functools import lru_cache
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, Literal, Self
+from xml.etree import ElementTree
+
+from pydantic import Field, model_validator
+
+from recordings.config import ConfigSection, Positive
+from recordings.errors import BadInput
+
+JointType = Literal["revolute", "prismatic"]
+Vector = tuple[float, float, float]
+
+_MOVABLE: dict[str, JointType] = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
+_NUMBERS = {"xyz": 3, "rpy": 3, "value": 1, **dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), 1)}
+"""Attributes of joints and inertial values that hold so many numbers."""
+_INERTIAL = {"mass": ("value",), "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")}
+"""What inertial values consist of."""
+_REFUSED = {
+    "floating": "a robot that stands on the ground expected; make the joint fixed",
+    "planar": "joints with one direction of motion expected; make it two prismatic joints and a revolute one",
+}
+
+
+@dataclass(frozen=True)
+class UrdfJoint:
+    """A joint of a URDF."""
+
+    name: str
+    type: JointType | None
+    """None for a fixed joint."""
+    parent: str
+    child: str
+    mimics: str | None
+    """Name of the joint whose motion it repeats."""
+
+
+class MotorCoupling(ConfigSection):
+    """A motor that turns with another joint, as in the wrists of many arms: at q'_of + ratio q'_by."""
+
+    of: int
+    """Joint that the motor drives, from 1; the motor's inertia and friction act on joint `by`, too."""
+    by: int
+    """Joint with which the motor turns as well, from 1."""
+    ratio: float = 1.0
+    """Turns of the motor, counted at joint `of`, per turn of joint `by`."""
+
+
+class Payload(ConfigSection):
+    """A load on the link that the last of `joints` moves."""
+
+    mass: Positive
+    """[kg]"""
+    com: Vector = (0.0, 0.0, 0.0)
+    """Its centre of mass in the frame of this link [m]."""
+
+
+class Chain(ConfigSection):
+    """Keys of the mechanism "urdf": any tree of links."""
+
+    urdf: str = ""
+    """The URDF: its path, relative to the rig file; a recording holds its text. Meshes are never opened."""
+    joints: tuple[str, ...] = ()
+    """Names of the joints that are driven, in the order of the recording's columns."""
+    fixed: dict[str, float] = Field(default_factory=dict)
+    """Positions of other movable joints, by name [rad or m]; 0 where none is given."""
+    gravity: Vector = (0.0, 0.0, -9.81)
+    """Acceleration of gravity in the frame of the URDF's root [m/s^2]."""
+    couplings: tuple[MotorCoupling, ...] = ()
+    """Motors that turn with another joint."""
+    motor_inertia: bool = True
+    """Whether the inertia of each motor is a parameter of its own."""
+    payload: Payload | None = None
+    """What is mounted. Identified parameters of the last link include it, and so does the reference model."""
+
+    @property
+    def chain(self) -> "Chain":
+        """These keys alone."""
+        return Chain.model_validate({name: getattr(self, name) for name in Chain.model_fields})
+
+    @property
+    def types(self) -> tuple[JointType, ...]:
+        """Type of each of `joints`."""
+        types = {joint.name: joint.type for joint in read_joints(self.urdf)}
+        return tuple(kind for name in self.joints if (kind := types[name]) is not None)
+
+    @property
+    def properties(self) -> dict[str, Any]:
+        """The keys by name, with the digest of the URDF in place of its text."""
+        digest = f"sha256:{sha256(self.urdf.encode()).hexdigest()[:12]}" if self.urdf else "none"
+        return {**{name: getattr(self, name) for name in Chain.model_fields}, "urdf": digest}
+
+    @model_validator(mode="after")
+    def _check_chain(self) -> Self:
+        if self.urdf:
+            self._check_joints({joint.name: joint for joint in read_joints(self.urdf)})
+        return self
+
+    def _check_joints(self, known: dict[str, UrdfJoint]) -> None:
+        movable = ", ".join(name for name, joint in known.items() if joint.type)
+        if not self.joints:
+            raise ValueError(f"joints: names of the driven joints expected, none found; the URDF has {movable}")
+        for name in (*self.joints, *self.fixed):
+            key = "joints" if name in self.joints else "fixed"
+            if name not in known or known[name].type is None:
+                found = "a fixed one" if name in known else "no joint of that name"
+                raise ValueError(f"{key}: movable joints of the URDF expected ({movable}), '{name}' found, {found}")
+            if self.joints.count(name) + (name in self.fixed) > 1:
+                raise ValueError(f"{key}: every joint once in joints or fixed expected, '{name}' twice found")
+        for joint in known.values():
+            if joint.mimics and {joint.name, joint.mimics} & set(self.joints):
+                raise ValueError(
+                    f"urdf: driven joints that move by themselves expected, but {joint.name} mimics {joint.mimics}; "
+                    "remove <mimic>, and fix the joint or declare the motor's turning by couplings"
+                )
+        numbers = range(1, len(self.joints) + 1)
+        for coupling in self.couplings:
+            if coupling.of == coupling.by or not {coupling.of, coupling.by} <= set(numbers):
+                raise ValueError(
+                    f"couplings: two different joints from 1 to {len(self.joints)} expected, of = {coupling.of} and "
+                    f"by = {coupling.by} found"
+                )
+
+
+def with_text(content: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Replace the path of a URDF in the `content` of a rig file in `folder` by the text of that file.
+
+    Raises:
+        BadInput: the file cannot be read.
+    """
+    if not isinstance(name := content.get("urdf"), str):
+        return content
+    path = folder / name
+    try:
+        return content | {"urdf": path.read_text(encoding="utf-8")}
+    except FileNotFoundError:
+        raise BadInput(f"URDF {path} does not exist; correct 'urdf' in the rig file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInput(f"URDF {path} cannot be read: {error}; check the file") from None
+
+
+@lru_cache(maxsize=16)
+def read_joints(text: str) -> tuple[UrdfJoint, ...]:
+    """Return the joints of a URDF, in the order of the file.
+
+    Raises:
+        ValueError: it is no URDF of a tree of links with joints of one direction each.
+    """
+    try:
+        robot = ElementTree.fromstring(text)
+    except ElementTree.ParseError as error:
+        raise ValueError(f"urdf: XML expected, {error} found; check the file") from None
+    if robot.tag != "robot":
+        raise ValueError(f"urdf: a <robot> expected, <{robot.tag}> found; check the file")
+    if any("xacro}" in element.tag for element in robot.iter()):
+        raise ValueError("urdf: a URDF expected, xacro found; run `xacro FILE > robot.urdf`")
+    joints = tuple(_joint(element) for element in robot.findall("joint"))
+    _check_tree(joints, [link.get("name", "") for link in robot.findall("link")])
+    _check_numbers(robot)
+    return joints
+
+
+def _joint(element: ElementTree.Element) -> UrdfJoint:
+    name, kind = element.get("name", ""), element.get("type", "none")
+    if kind in _REFUSED:
+        raise ValueError(f"urdf: joint {name} is {kind}: {_REFUSED[kind]}")
+    if kind not in (*_MOVABLE, "fixed"):
+        raise ValueError(f"urdf: joint {name}: type {', '.join((*_MOVABLE, 'fixed'))} expected, {kind} found")
+    ends = [(tag, "link") for tag in ("parent", "child")]
+    parent, child, mimics = (
+        None if (part := element.find(tag)) is None else part.get(key, "") for tag, key in (*ends, ("mimic", "joint"))
+    )
+    return UrdfJoint(name, _MOVABLE.get(kind), parent or "", child or "", mimics)
+
+
+def _check_tree(joints: tuple[UrdfJoint, ...], links: list[str]) -> None:
+    """Raise ValueError unless `joints` connect all `links` to one root."""
+    names = [*(f"joint {joint.name}" for joint in joints), *(f"link {link}" for link in links)]
+    for name, count in Counter(names).items():
+        if count > 1:
+            raise ValueError(f"urdf: every joint and link once expected, {name} stands {count} times")
+    for joint in joints:
+        if missing := {joint.parent, joint.child} - set(links):
+            raise ValueError(
+                f"urdf: joint {joint.name}: <parent> and <child> among the links expected, '{min(missing)}' found"
+            )
+    moved = Counter(joint.child for joint in joints)
+    if moved and max(moved.values()) > 1:
+        raise ValueError(f"urdf: a tree expected, but link {moved.most_common(1)[0][0]} has two joints above it")
+    roots = [link for link in links if link not in moved]
+    if len(roots) != 1:
+        raise ValueError(f"urdf: one link that no joint moves expected, {', '.join(roots) or 'none'} found")
+
+
+def _check_numbers(robot: ElementTree.Element) -> None:
+    """Raise ValueError unless places, axes and inertial values are numbers, and complete."""
+    for owner in (*robot.findall("joint"), *robot.findall("link")):
+        name = f"{owner.tag} {owner.get('name', '')}"
+        for part in owner.iter() if owner.tag == "joint" else owner.iterfind("inertial//"):
+            for key, count in _NUMBERS.items():
+                if (text := part.get(key)) is not None and not _holds(text, count):
+                    raise ValueError(f"urdf: {name}: <{part.tag} {key}> of {count} numbers expected, '{text}' found")
+        for inertial in owner.iterfind("inertial"):
+            for tag, keys in _INERTIAL.items():
+                if (held := inertial.find(tag)) is None or not set(keys) <= set(held.keys()):
+                    raise ValueError(f"urdf: {name}: <{tag} {' '.join(keys)}> of <inertial> expected, not all found")
+        if (axis := owner.find("axis")) is not None and not any(map(float, axis.get("xyz", "").split())):
+            raise ValueError(f"urdf: {name}: an <axis> with a direction expected, {axis.get('xyz')} found")
+
+
+def _holds(text: str, count: int) -> bool:
+    try:
+        return len(numbers := [float(word) for word in text.split()]) == count and all(map(math.isfinite, numbers))
+    except ValueError:
+        return False
