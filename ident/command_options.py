@@ -128,7 +128,8 @@ def again(*options: str) -> list[str]:
     words, typed = [], _typed(click.get_current_context())
     for option in options:
         value = typed.get(option, ())
-        words += repeated(option, value if isinstance(value, tuple) else [value])
+        values = value if isinstance(value, tuple) else [value]
+        words += repeated(option, (f"{each:g}" if isinstance(each, float) else each for each in values))
     return words
 
 

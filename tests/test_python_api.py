@@ -77,7 +77,7 @@ def test_unknown_method_or_setting_is_refused() -> None:
         (lambda: ident.fit(["a.mcap"], validate=["b.mcap"]), "a list of files expected"),  # type: ignore[arg-type]
         (lambda: ident.compare("a.json", ["a.mcap"]), "a model expected, str found"),  # type: ignore[arg-type]
         (lambda: ident.diagnose(["a.mcap"], model="a.json"), "a model expected"),  # type: ignore[arg-type]
-        (lambda: ident.load_model("."), "a folder found"),
+        (lambda: ident.load_model("."), "Is a directory"),
         (lambda: ident.fit(["a.mcap"], intervals="foo"), "intervals: one of stationary, hac"),  # type: ignore[arg-type]
         (lambda: ident.fit(["a.mcap"], seed=-1), "a seed of 0 or more"),
         (lambda: ident.fit(["a.mcap"], cutoff="30"), "a frequency in Hz"),  # type: ignore[arg-type]

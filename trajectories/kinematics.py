@@ -127,7 +127,13 @@ def singularity_margin(geometry: Geometry, theta: Floats, P: Floats) -> Floats:
 
 def _arms(geometry: Geometry, theta: Floats) -> tuple[Vectors, Vectors, Vectors]:
     phi = np.array(geometry.phi)
-    return closed_chain.arms(geometry.L1, geometry.R - geometry.r, np.cos(phi), np.sin(phi), theta.T)
+    return closed_chain.arms(
+        geometry.L1,
+        geometry.R - geometry.r,
+        np.cos(phi),
+        np.sin(phi),
+        np.broadcast_to(theta, (*theta.shape[:-1], 3)).T,
+    )
 
 
 def _forward(geometry: Geometry, elbows: Vectors) -> Vector:

@@ -130,9 +130,9 @@ def command(
     with progress_bar("reading") as progress:
         start = ident.load_model(model_path, effect_files) if model_path else None
         own = () if start else effect_files
-        choices: dict[str, Any] = {"cutoff": cutoff, "only": only, "without": without, "accept": accept}
-        choices["progress"] = progress
-        result = ident.diagnose(files, validate, model=start, effect_files=own, preprocessing=preprocess, **choices)
+        choices: dict[str, Any] = {"preprocessing": preprocess, "cutoff": cutoff, "accept": accept}
+        choices |= {"only": only, "without": without, "progress": progress}
+        result = ident.diagnose(files, validate, model=start, effect_files=own, **choices)
         if learned_curve:
             progress("learning curves for the unexplained residual")
             result = _with_learned_curve(result, learned_curve)
@@ -146,15 +146,20 @@ def command(
             _write_report(result, report, files, validate, effect_files, model_path)
     document = result.document
     show_result(as_json, result.as_json, partial(show, document))
-    if learned_curve and not document.learned_curve and not as_json:
-        click.echo(f"{learned_curve} not written: no curve explains the residual on rows that were not fitted.")
-    if proposed and not document.remaining.formula and not as_json:
-        click.echo(f"{proposed} not written: no formula is confirmed on rows that were not fitted.")
+    if not as_json:
+        _say_not_written(document, learned_curve, proposed)
     say_written(model=out, report=report, formula=proposed if document.remaining.formula else None)
     if document.next_motion:
         click.echo(f"next: {document.next_motion.command}", err=True)
     else:
         say_next(*_next(document, files, out or model_path, applied=apply, proposed=proposed))
+
+
+def _say_not_written(document: Document, learned_curve: Path | None, proposed: Path | None) -> None:
+    if learned_curve and not document.learned_curve:
+        click.echo(f"{learned_curve} not written: no curve explains the residual on rows that were not fitted.")
+    if proposed and not document.remaining.formula:
+        click.echo(f"{proposed} not written: no formula is confirmed on rows that were not fitted.")
 
 
 def _with_learned_curve(result: DiagnosisResult, path: Path) -> DiagnosisResult:

@@ -101,6 +101,6 @@ def test_what_is_no_diagnosis_is_refused(recording: Path, content: str) -> None:
     wrong.write_bytes(content.encode("latin-1"))
     result = reveal(recording, wrong)
     assert isinstance(result.exception, BadInput)
-    assert "ident diagnose --json" in str(result.exception)
+    assert "wrong.json" in str(result.exception)
     missing = reveal(recording.with_name("none.mcap")), reveal(recording, recording.with_name("none.json"))
     assert all("does not exist" in str(each.exception) for each in missing)

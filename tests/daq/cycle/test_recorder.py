@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from daq.cycle.recorder import Recorder
-from daq.passive.listen import _run
+from daq.passive.listen import listened_run
 from drivers.protocol import Power, Sample
 from recordings.reader import read
 from recordings.rig import simulated_rig
@@ -19,7 +19,7 @@ RIG = simulated_rig()
 
 @pytest.mark.parametrize("late", [True, False])
 def test_delays_of_late_measurements_are_recorded(late: bool, tmp_path: Path) -> None:
-    recorder = Recorder(RecordingWriter(tmp_path / "r.mcap", RIG, _run(RIG)))
+    recorder = Recorder(RecordingWriter(tmp_path / "r.mcap", RIG, listened_run(RIG)))
     for k in range(3):
         stamp = START + k * 2_000_000
         delays = (stamp + 500_000, stamp, stamp + 3_000_000) if late else None

@@ -111,7 +111,7 @@ def test_table_is_taken_as_it_is_and_leaves_the_approach_alone(tmp_path: Path) -
 
 
 def test_file_that_is_neither_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match="cannot be read"):
+    with pytest.raises(BadInput, match="does not exist"):
         open_source(tmp_path / "m.json", RIG, None, TRAJECTORY)
     (tmp_path / "m.json").write_text("no JSON")
     with pytest.raises(BadInput, match="a model file"):

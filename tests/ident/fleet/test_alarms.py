@@ -91,7 +91,7 @@ def test_unknown_alarm_and_missing_or_damaged_result_are_refused(store: Store, d
     with pytest.raises(BadInput, match=r"\(r07-20260117\), 'r8' found"):
         alarms.acknowledge(store, ["r8"], "")
     (store.folder / "fleet.json").write_text("{")
-    with pytest.raises(BadInput, match="is damaged"):
+    with pytest.raises(BadInput, match="is not valid JSON"):
         alarms.load(store)
 
 
