@@ -34,6 +34,7 @@ def main(folder: Path, count: int, seed: int) -> None:
             if reason:
                 different += 1
                 click.echo(f"{case.name}: {effect}: {reason}")
+        click.echo(f"{case.name}: {different} of {tried} differ so far", err=True)
     click.echo(f"seed {seed}: {tried - different} of {tried} rejected effects have the evidence that --only gives")
 
 
