@@ -6,16 +6,28 @@ from collections.abc import Mapping
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.document.document import FormulaEntry, joint_numbers
+from ident.diagnosis.document.document import Document, FormulaEntry, joint_numbers
 from ident.diagnosis.document.verdict import step_entry
 from ident.diagnosis.split.training_range import training_range
-from ident.diagnosis.unknown.proposal import NAME, Proposal
+from ident.diagnosis.unknown.proposal import NAME, Proposal, propose
 from ident.dynamics.effects.base import Quantity
 from ident.dynamics.effects.written_formula import FUNCTIONS
 from ident.identification.model_file import recording_source
 
 _OWN = re.compile(r"\b(q|qd|qdd|direction|load)\b")
 """Quantities of the joint on which the torque acts."""
+
+
+def with_formula(diagnosis: Diagnosis, document: Document) -> tuple[Document, str | None]:
+    """The `document` with a formula for what is left, or in place of a curve with knots, and its effect file.
+
+    Without one, neither changes: held-out rows confirm none.
+    """
+    if (proposal := propose(diagnosis.model, diagnosis.unexplained)) is None:
+        return document, None
+    entry = describe(diagnosis, proposal)
+    remaining = document.remaining.model_copy(update={"formula": entry})
+    return document.model_copy(update={"remaining": remaining}), effect_file(diagnosis, proposal, entry)
 
 
 def describe(diagnosis: Diagnosis, proposal: Proposal) -> FormulaEntry:

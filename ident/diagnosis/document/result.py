@@ -9,10 +9,9 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, DiagnosisOptions, StatusCallback, diagnose
 from ident.diagnosis.document.document import Document, FindingEntry, FormulaEntry, StepEntry, Verdict
-from ident.diagnosis.document.formula import describe, effect_file
+from ident.diagnosis.document.formula import with_formula
 from ident.diagnosis.document.verdict import parameter_intervals, to_document
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.unknown.proposal import propose
 from ident.diagnosis.unknown.residual_test import residual_test
 from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual
 from ident.dynamics.effects.base import Effect
@@ -61,17 +60,14 @@ class DiagnosisResult:
 
         path: the effect file to write; none is written where nothing is confirmed.
         """
-        if (proposal := propose(self.diagnosis.model, self.diagnosis.unexplained)) is None:
-            return None
-        entry = describe(self.diagnosis, proposal)
-        if path:
-            Path(path).write_text(effect_file(self.diagnosis, proposal, entry), encoding="utf-8")
-        return entry
+        return self.with_formula(path).document.remaining.formula
 
-    def with_formula(self, path: Path) -> "DiagnosisResult":
-        """The result with the formula of `propose`, written to `path`, in its document."""
-        remaining = self.document.remaining.model_copy(update={"formula": self.propose(path)})
-        return replace(self, document=self.document.model_copy(update={"remaining": remaining}))
+    def with_formula(self, path: Path | str | None = None) -> "DiagnosisResult":
+        """The result with the formula of `propose` in its document."""
+        document, law = with_formula(self.diagnosis, self.document)
+        if path and law:
+            Path(path).write_text(law, encoding="utf-8")
+        return replace(self, document=document)
 
     def apply(self) -> Model:
         """The last model of the document, with all effects found: the same values, intervals and errors."""

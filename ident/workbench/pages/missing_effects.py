@@ -6,7 +6,7 @@ from typing import Any
 from nicegui import ui
 
 from ident.workbench.pages import candidates, plots
-from ident.workbench.pages.page import Cell, Page, draw_table, heading, quiet, set_test_id
+from ident.workbench.pages.page import Cell, Page, draw_table, heading, notify, quiet, set_test_id
 from ident.workbench.state.branches import Branches
 from ident.workbench.worker.views import StepsView, StepView
 
@@ -141,11 +141,42 @@ def _draw_diagnosis(page: Page) -> None:
         share = 100 * remaining["structured_share"]
         structured = f"{share:.0f} % of it is structured; " if document["verdict"] == "unknown-structure" else ""
         quiet(f"Unexplained residual: {structured}{remaining['why']}")
+    if remaining["formula"]:
+        _draw_formula(page, remaining["formula"])
     if motion:
         quiet(f"Record next: {motion['why']} {motion['command']}")
     with ui.expansion("Rejected effects").classes("w-full"):
         for candidate in document["rejected"]:
             ui.label(f"{candidate['effect']}: {candidate['why']}").classes("text-sm")
+
+
+def _draw_formula(page: Page, formula: dict[str, Any]) -> None:
+    """Draw a formula for what is left, and the button that writes it as an effect file."""
+    joints = ", ".join(map(str, formula["joints"]))
+    with ui.row().classes("items-center gap-3"):
+        set_test_id(ui.label(f"A formula for it, on joint {joints}: {formula['text']}"), "formula")
+        page.button("write it as an effect file", "write-formula", _write_formula, page, props="flat dense no-wrap")
+    values = ", ".join(
+        f"{name} = {parameter['value']:.4g} {parameter['unit']}" for name, parameter in formula["parameters"].items()
+    )
+    others = "; ".join(formula["alternatives"])
+    quiet(
+        f"{values}. It takes {100 * formula['explains']:.0f} % of the held-out mean square above the noise floor. "
+        f"Known for {formula['known_for']}.{f' These data cannot tell it from: {others}.' if others else ''}"
+    )
+
+
+def _write_formula(page: Page) -> None:
+    """Write the formula of the diagnosis to a new effect file."""
+    session, diagnosis = page.session, page.session.selection.diagnosis
+    assert diagnosis is not None
+    assert diagnosis.law is not None
+    path = session.folder.new_file(session.folder.free_name("law", ".py"), ".py")
+    path.write_text(diagnosis.law, encoding="utf-8")
+    notify(
+        f"{path.name} written. To use it: ident effects --adopt {path.name}, and start the workbench again",
+        "positive",
+    )
 
 
 def _draw_finding(finding: dict[str, Any], number: int) -> None:

@@ -16,6 +16,7 @@ from ident.data.samples import holds_torque
 from ident.diagnosis.diagnosis import DiagnosisInputs, DiagnosisOptions, diagnose, prepare_inputs
 from ident.diagnosis.document import verdict
 from ident.diagnosis.document.document import labels
+from ident.diagnosis.document.formula import with_formula
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.judge import judge
 from ident.diagnosis.search.fits import added_term
@@ -101,10 +102,12 @@ class SelectionEngine:
         selection = self._selection_at(base)
         held_out = [base.validate] if base.validate else []
         diagnosis = diagnose([base.train], held_out, self._library, DiagnosisOptions(), self._progress)
+        self._progress("searching a formula for what is left")
+        document, law = with_formula(diagnosis, verdict.to_document(diagnosis))
         self._progress("writing the diagnosis")
         findings = {finding.term.name: finding for finding in reversed(diagnosis.selection.findings)}
         figures = {name: to_dict(before_after(diagnosis, finding)) for name, finding in findings.items()}
-        yield views.DiagnosisView(verdict.to_document(diagnosis).as_json(), figures)
+        yield views.DiagnosisView(document.as_json(), figures, law)
         changed = {name: getattr(diagnosis, name) for name in ("split", "effects", "excerpt_share")}
         selection = self._selection = self._state(selection.files, replace(selection.inputs, **changed))
         selection.set_steps(*_labelled_steps(diagnosis.selection.steps))

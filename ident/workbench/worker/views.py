@@ -231,6 +231,8 @@ class DiagnosisView:
     """Document of `ident diagnose --json`."""
     figures: dict[str, dict[str, Any]]
     """By effect: Plotly figure of the residual before and after."""
+    law: str | None
+    """Effect file with the formula in the document, if there is one."""
 
 
 View = (
