@@ -43,14 +43,14 @@ def drawn_cases(part: Part, digest: str = "") -> list[HiddenCase]:
     drawn = []
     for i in rng.permutation(len(hidden)).tolist():
         kind, effects, sizes = hidden[i]
-        drawn.append(_with_conditions(HiddenCase("foreign", kind, effects, sizes, "any", i + 1, part, digest)))
+        drawn.append(with_conditions(HiddenCase("foreign", kind, effects, sizes, "any", i + 1, part, digest)))
     return drawn
 
 
 def _hidden(rng: np.random.Generator) -> Iterator[tuple[Kind, tuple[str, ...], tuple[float, ...]]]:
     """Kind, effects and sizes of each case."""
     for size in _SIZES:
-        for effect in _evenly(rng, library(), _SINGLES):
+        for effect in evenly(rng, library(), _SINGLES):
             yield "single", (effect,), (size,)
     for _ in range(_OTHERS):
         yield "nothing", (), ()
@@ -59,17 +59,18 @@ def _hidden(rng: np.random.Generator) -> Iterator[tuple[Kind, tuple[str, ...], t
         first, second = possible[index]
         pair = (first, second) if rng.random() < 0.5 else (second, first)
         yield "pair", pair, PAIR_SIZES[number % len(PAIR_SIZES)]
-    for effect in _evenly(rng, tuple(KINDS), _OTHERS):
+    for effect in evenly(rng, tuple(KINDS), _OTHERS):
         yield "outside", (effect,), (0.03,)
 
 
-def _evenly(rng: np.random.Generator, effects: Sequence[str], count: int) -> list[str]:
+def evenly(rng: np.random.Generator, effects: Sequence[str], count: int) -> list[str]:
     """As many `effects` as `count`, each about equally often."""
     order = rng.permutation(len(effects))
     return [effects[order[number % len(effects)]] for number in range(count)]
 
 
-def _with_conditions(case: HiddenCase) -> HiddenCase:
+def with_conditions(case: HiddenCase) -> HiddenCase:
+    """The `case` with sensors and signals that are drawn from its seed."""
     rng = np.random.default_rng([6, case.seed])
     effort = bool(rng.random() < 0.5) and not set(case.effects) & set(VOLTAGE_ONLY)
     return replace(

@@ -7,8 +7,8 @@ import click
 
 from drivers.simulated.effect import library
 from drivers.simulated.seal import seal, sealed_path
-from tests.foreign.out_of_library import KINDS
 from tests.foreign.pairs import TRAIN, Setting, make
+from tests.foreign.plant import KINDS
 from tests.foreign.robots import Kind
 
 

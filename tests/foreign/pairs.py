@@ -14,8 +14,8 @@ from recordings.errors import BadInput
 from recordings.importing import Description, import_data
 from recordings.recording import Floats
 from recordings.rig import load_rig
-from tests.foreign import out_of_library, reference_motion, robots
-from tests.foreign.plant import Plant, Reported, name
+from tests.foreign import reference_motion, robots
+from tests.foreign.plant import KINDS, Plant, Reported, name
 from tests.foreign.sizing import EffectSizer
 
 _MAX_DRAWS = 4
@@ -101,8 +101,8 @@ def _draw_of_size(
 
 
 def _draw_effect(rng: np.random.Generator, wanted: str) -> HiddenEffect:
-    if wanted in out_of_library.KINDS:
-        kind = out_of_library.KINDS[wanted]
+    if wanted in KINDS:
+        kind = KINDS[wanted]
         return kind(joints=kind.draw_joints(rng), **kind.draw_shape(rng))
     return draw_effect(rng, [wanted])
 

@@ -11,11 +11,13 @@ from drivers.simulated.effect import HiddenEffect
 from recordings.recording import Floats
 from recordings.rig import Geometry
 from tests.drivers.simulated.exact_delta import exact_torque
-from tests.foreign import couplings, laws, out_of_library
+from tests.foreign import beyond_library, couplings, laws, out_of_library
 from tests.foreign.reference_motion import ReferenceMotion
 from tests.foreign.robots import Robot
 from trajectories import kinematics
 
+KINDS = out_of_library.KINDS | beyond_library.KINDS
+"""Effects of this plant alone, by name."""
 _G = 9.81
 _PICK_UP_TIME = 0.05
 """Duration of picking up a load [s]."""
@@ -42,7 +44,7 @@ class Reported:
 
 def name(effect: HiddenEffect) -> str:
     """Name of an effect of the list or of this plant."""
-    return next((name for name, kind in out_of_library.KINDS.items() if isinstance(effect, kind)), effect.name())
+    return next((name for name, kind in KINDS.items() if isinstance(effect, kind)), effect.name())
 
 
 class Plant:
@@ -188,6 +190,8 @@ class Plant:
         for effect in hidden.effects:
             if name(effect) == "tangled_cables":
                 motor_torque = motor_torque + laws.cable_torque(state, _parameters(effect), effect.joints)
+            if (law := name(effect)) in beyond_library.LAWS:
+                motor_torque = motor_torque + _mask(effect) * beyond_library.torque(law, effect, state)
         return motor_torque + hidden.sum(laws.MOTOR, state)
 
     def _advanced(self, torque: Floats, hidden: "_Hidden") -> Floats:

@@ -9,16 +9,15 @@ from drivers.simulated.config import EffectSpec
 from drivers.simulated.effect import HiddenEffect, build, library
 from recordings.recording import Floats
 from tests.drivers.simulated.exact_delta import exact_torque
-from tests.foreign import out_of_library
-from tests.foreign.plant import Plant, Reported, name
+from tests.foreign.plant import KINDS, Plant, Reported, name
 
 SLIDING = 0.3
 """Above this speed no sample is averaged over a reversal [rad/s]."""
 
 
 def hidden(effect: str, joints: tuple[int, ...] = (1, 2, 3), **parameters: float) -> HiddenEffect:
-    if effect in out_of_library.KINDS:
-        return out_of_library.KINDS[effect].model_validate({"joints": joints, **parameters})
+    if effect in KINDS:
+        return KINDS[effect].model_validate({"joints": joints, **parameters})
     return build(EffectSpec(name=effect, joints=joints, parameters=parameters))
 
 
@@ -67,8 +66,29 @@ FORMULAS: dict[str, tuple[dict[str, float], Callable[[Reported], Floats | float]
     "bearing_load": ({"a": 0.05}, lambda r: 0.05 * np.abs(r.acceleration) * np.sign(r.velocity)),
     "fan": ({"a": 0.5, "f": 7.0, "phase": 0.2}, lambda r: 0.5 * np.sin(2 * np.pi * 7 * time(r) + 0.2)),
     "creeping_zero": ({"a": 0.5, "T": 4.0}, lambda r: 0.5 * (1 - np.exp(-time(r) / 4))),
+    "eddy_brake": ({"b": 0.4, "v": 0.8}, lambda r: 0.4 * r.velocity / (1 + (r.velocity / 0.8) ** 2)),
+    "sigmoid": ({"a": 0.5, "v": 0.7}, lambda r: 0.5 * np.tanh(r.velocity / 0.7)),
+    "far_damper": ({"c": 2.0, "q_0": -0.2}, lambda r: 2 * np.maximum(r.position + 0.2, 0) * r.velocity),
+    "mutual_inertia": ({"J": 0.1}, lambda r: 0.1 * r.acceleration[:, [2, 1, 0]]),
+    "friction_of_other": (
+        {"a": 0.5, "phase": 0.4, "ahead": 2.7},
+        lambda r: 0.5 * np.sin(2 * r.position[:, [2, 0, 1]] + 0.4) * np.sign(r.velocity),
+    ),
+    "shaking_by_other": (
+        {"a": 0.5, "N": 9.0, "phase": 0.4, "ahead": 1.2},
+        lambda r: 0.5 * np.sin(9 * r.position[:, [1, 2, 0]] + 0.4),
+    ),
+    "spring_and_damper": (
+        {"k": 2.0, "T": 0.2},
+        lambda r: 2 * relative(r.position) + 0.4 * relative(r.velocity),
+    ),
 }
 """Those of this plant alone, and one more: tests/drivers/simulated compares the laws of both plants."""
+
+
+def relative(values: Floats) -> Floats:
+    """To the other one of joints 1 and 3."""
+    return values - values[:, [2, 1, 0]]
 
 
 def time(reported: Reported) -> Floats:
@@ -155,9 +175,9 @@ def test_backlash_is_visible_only_where_the_load_changes_sign(plant: Plant, ligh
     assert np.abs(change_with_reversals).max() > 0.05 * scale[1]
 
 
-@pytest.mark.parametrize("effect", [*library(), *out_of_library.KINDS])
+@pytest.mark.parametrize("effect", [*library(), *KINDS])
 def test_every_effect_has_its_name_and_is_visible_on_its_joints(light: Plant, effect: str) -> None:
-    kind = type(build(EffectSpec(name=effect))) if effect in library() else out_of_library.KINDS[effect]
+    kind = type(build(EffectSpec(name=effect))) if effect in library() else KINDS[effect]
     built = kind(joints=(1, 2)) if kind.between_joints else kind()
     assert name(built) == effect
     unaffected, changed = light.report(), light.report([built])

@@ -1,0 +1,78 @@
+"""`python -m benchmarks.formulas --folder FOLDER [--part chosen] [--cases N] [--rivals] ...`."""
+
+import signal
+from collections.abc import Iterable
+from functools import partial
+from pathlib import Path
+
+import click
+
+from benchmarks.formulas import diagnosing, tables
+from benchmarks.formulas.cases import cases
+from benchmarks.formulas.rivals import RIVALS
+from benchmarks.formulas.scoring import score
+from benchmarks.hidden_effects import recording, sources, work
+from benchmarks.hidden_effects.cases import HiddenCase, Kind, Part
+from benchmarks.hidden_effects.diagnosing import Answers, engine
+from benchmarks.hidden_effects.parts import PARTS
+from drivers.simulated.seal import sealed_path, unseal
+from tests.foreign.pairs import TRAIN
+
+
+@click.command()
+@click.option("--part", type=click.Choice(PARTS), default="tuned", show_default=True, help="Part to run.")
+@click.option("--lock", metavar="DIGEST", help="What the locked part is drawn from.  [default: the commit]")
+@click.option(
+    "--kind",
+    "kinds",
+    multiple=True,
+    type=click.Choice(["outside", "nothing", "single"]),
+    default=["outside"],
+    show_default=True,
+    help="Laws that no effect of the library contains, nothing hidden, or effects of the library. May be repeated.",
+)
+@click.option(
+    "--cases", "count", type=click.IntRange(1, 120), default=60, show_default=True, help="Number of each kind."
+)
+@click.option("--rivals", is_flag=True, help=f"With {', '.join(RIVALS)} on the same rows.")
+@click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Number of parallel processes.")
+@click.option("--folder", type=click.Path(path_type=Path), required=True, help="Folder of the recordings.")
+def main(
+    part: Part, lock: str | None, kinds: tuple[Kind, ...], count: int, rivals: bool, jobs: int, folder: Path
+) -> None:
+    """Hide laws, record, diagnose blind, propose formulas, score. Finished cases are not repeated; Ctrl-C stops."""
+    folder.mkdir(parents=True, exist_ok=True)
+    digest = lock or sources.commit()
+    selected = [case for kind in kinds for case in cases(kind, part, digest)[:count]]
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
+    version = f"{engine()}{' with rivals' * rivals}"
+    try:
+        _run(selected, folder, jobs, version, tuple(RIVALS) if rivals else ())
+    except KeyboardInterrupt:
+        click.echo("stopped; the same command continues", err=True)
+        raise SystemExit(1) from None
+    answers = Answers(folder).of(version)
+    truths = {name: unseal(sealed_path(folder / name / TRAIN)) for name in answers}
+    click.echo(f"ident {version}; part {part} {digest if part == 'locked' else ''}")
+    for line in tables.lines([score(case, truths[case.name], answers[case.name]) for case in _of(selected, answers)]):
+        click.echo(line)
+
+
+def _run(selected: list[HiddenCase], folder: Path, jobs: int, version: str, rivals: tuple[str, ...]) -> None:
+    todo = [case for case in selected if not recording.is_recorded(case, folder)]
+    for _ in work.run_all(partial(recording.record, root=folder), todo, jobs, "record"):
+        pass
+    answers = Answers(folder)
+    done = answers.of(version)
+    todo = [case for case in selected if case.name not in done and recording.is_possible(case, folder)]
+    task = partial(diagnosing.run, root=folder, engine=version, names=rivals)
+    for line in work.run_all(task, todo, jobs, "diagnose", diagnosing.summary):
+        answers.append(line)
+
+
+def _of(selected: list[HiddenCase], names: Iterable[str]) -> list[HiddenCase]:
+    return [case for case in selected if case.name in set(names)]
+
+
+main()

@@ -1,0 +1,70 @@
+"""Diagnose a case, propose a formula, and measure what the right model and the rivals reach on the same rows."""
+
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from benchmarks.formulas import rivals
+from benchmarks.hidden_effects.cases import HiddenCase
+from benchmarks.hidden_effects.foreign import setting_of
+from drivers.simulated.seal import sealed_path, unseal
+from ident.diagnosis.diagnosis import Diagnosis, DiagnosisOptions, diagnose
+from ident.diagnosis.split.split_data import rms
+from ident.diagnosis.unknown.proposal import propose
+from ident.dynamics.effects.library import library
+from tests.foreign.pairs import TRAIN, VALIDATE, make
+
+
+def run(case: HiddenCase, root: Path, engine: str, names: tuple[str, ...]) -> dict[str, Any]:
+    """Diagnose a recorded case; return the line to store: formula, errors per joint [N m] and times [s].
+
+    names: those of the rivals.
+    """
+    start, line = time.monotonic(), {"case": case.name, "engine": engine}
+    try:
+        diagnosis = _diagnose(root / case.name, DiagnosisOptions())
+        diagnosed = time.monotonic()
+        line |= _proposed(diagnosis) | {"propose_seconds": time.monotonic() - diagnosed}
+        line |= {"diagnose_seconds": diagnosed - start, "floor": _floor(case, root, diagnosis)}
+        line |= {"rivals": {name: rivals.compete(name, diagnosis) for name in names}}
+    except Exception as error:  # any error is a failed case; the other cases continue
+        line["error"] = f"{type(error).__name__}: {error}"
+    return line
+
+
+def _diagnose(folder: Path, options: DiagnosisOptions) -> Diagnosis:
+    return diagnose([folder / TRAIN], [folder / VALIDATE], library(), options)
+
+
+def _proposed(diagnosis: Diagnosis) -> dict[str, Any]:
+    model = diagnosis.model
+    proposal = propose(model, diagnosis.unexplained)
+    after = proposal.after if proposal else model
+    line = {
+        "effects": [term.name for term in model.terms],
+        "unexplained": [joint + 1 for joint in diagnosis.unexplained.joints],
+        "before": rms(model.residuals, model.split.test).tolist(),
+        "after": rms(after.residuals, model.split.test).tolist(),
+    }
+    if proposal is None:
+        return line
+    formula = {"columns": proposal.columns, "joints": [joint + 1 for joint in proposal.term.joints]}
+    return line | {"formula": formula | {"terms": len(proposal.laws), "alternatives": proposal.alternatives}}
+
+
+def _floor(case: HiddenCase, root: Path, diagnosis: Diagnosis) -> list[float]:
+    """(dof,) held-out error of the right model, where the same robot does the same motions with nothing hidden."""
+    seed = unseal(sealed_path(root / case.name / TRAIN))["seed"]
+    cutoff = diagnosis.split.recordings[0].cutoff
+    with TemporaryDirectory() as folder:
+        make(Path(folder), (), (), seed, setting_of(case))
+        options = DiagnosisOptions(only=("rod_inertia",), cutoff=cutoff.hz if cutoff else None)
+        twin = _diagnose(Path(folder), options).model
+    return rms(twin.residuals, twin.split.test).tolist()
+
+
+def summary(line: dict[str, Any]) -> str:
+    """Short text of a stored line."""
+    formula = line.get("formula", {"columns": ["no formula"]})
+    return str(line.get("error") or f"{', '.join(line['effects'])}: {' + '.join(formula['columns'])}")

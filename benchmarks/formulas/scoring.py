@@ -1,0 +1,75 @@
+"""Compare proposed formulas with the hidden laws."""
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from benchmarks.hidden_effects.cases import HiddenCase
+from tests.foreign.beyond_library import quantities
+from tests.foreign.plant import KINDS
+
+_QUANTITY = re.compile(r"\b(direction|load|qdd|qd|q|t)(\d*)\b")
+"""In the columns of a formula."""
+
+
+@dataclass(frozen=True)
+class ScoredFormula:
+    """Score of one case."""
+
+    case: HiddenCase
+    text: str
+    """The columns of the formula; the error if the diagnosis failed; empty if there is none."""
+    terms: int
+    """0: no formula."""
+    right: bool
+    """Whether on each of its joints it uses what the hidden law uses there, and nothing else."""
+    before: float
+    """Held-out error of the model without the formula over that of the right model."""
+    after: float
+    """With the formula."""
+    seconds: float
+    """Of the search for a formula."""
+    rivals: Mapping[str, tuple[float, float]]
+    """Held-out error over that of the right model, and time [s]."""
+
+    @property
+    def law(self) -> str:
+        """What is hidden."""
+        return self.case.effects[0] if self.case.kind == "outside" else self.case.kind
+
+
+def score(case: HiddenCase, truth: Mapping[str, Any], line: Mapping[str, Any]) -> ScoredFormula:
+    """Compare a stored `line` of `diagnosing` with the sealed truth."""
+    if "error" in line:
+        return ScoredFormula(case, line["error"], 0, False, math.inf, math.inf, math.nan, {})
+    formula, floor = line.get("formula", {"columns": (), "terms": 0, "joints": ()}), math.hypot(*line["floor"])
+    return ScoredFormula(
+        case,
+        " + ".join(formula["columns"]),
+        formula["terms"],
+        is_right(formula["columns"], formula["joints"], truth["effects"]) if formula["terms"] else False,
+        math.hypot(*line["before"]) / floor,
+        math.hypot(*line["after"]) / floor,
+        line["propose_seconds"],
+        {name: (math.hypot(*each["after"]) / floor, each["seconds"]) for name, each in line["rivals"].items()},
+    )
+
+
+def is_right(columns: list[str], joints: list[int], effects: list[Mapping[str, Any]]) -> bool:
+    """Whether the `columns` use on each of `joints` (from 1) what the one of `effects` that is no library's uses."""
+    laws = [effect for effect in effects if not effect["in_library"]]
+    true = {}
+    for law in laws:
+        hidden = KINDS[law["name"]].model_validate({"joints": law["joints"], **law["parameters"]})
+        true |= quantities(law["name"], hidden)
+    return all(used(columns, joint) == set(true.get(joint, ())) for joint in joints)
+
+
+def used(columns: list[str], joint: int) -> set[str]:
+    """Quantities that the `columns` use on a `joint` (from 1); those of another joint with its number."""
+    found = [match for column in columns for match in _QUANTITY.findall(column)]
+    return {
+        ("qd" if name == "direction" else name) + (number if number != str(joint) else "") for name, number in found
+    }

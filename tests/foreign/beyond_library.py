@@ -1,0 +1,124 @@
+"""Laws that no effect of the list contains, and the quantities that each uses: what a formula is searched for.
+
+Beside those in `out_of_library`, which the locked cases of `benchmarks.hidden_effects` are drawn from.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from pydantic import create_model
+
+from drivers.simulated.effect import HiddenEffect, parameter
+from recordings.recording import Floats
+from tests.foreign.laws import Parameters, State
+
+Law = Callable[[State, State, Parameters], Floats]
+"""Additional motor torque (n, 3) of each joint by its own state, the state of the other joint, and parameters."""
+
+
+class OfPair(HiddenEffect):
+    """An effect between two joints, on both."""
+
+    between_joints = True
+
+
+class OfOther(HiddenEffect):
+    """An effect of another joint's motion on one joint."""
+
+    single_joint = True
+
+
+_AHEAD = parameter(1.0, "1", "whole part: how many joints further the other one is", ge=1, le=3, drawn=(1.0, 3.0))
+_PHASE = parameter(0.0, "rad", "at angle zero", ge=-math.pi, le=math.pi, drawn=(-math.pi, math.pi))
+_ORDER = parameter(20.0, "1/turn", "periods per turn of the joint", ge=1, le=100, drawn=(6.0, 25.0))
+_SPEED = parameter(1.0, "rad/s", "characteristic speed", ge=0.01, le=50, drawn=(0.4, 1.5))
+_FIELDS: dict[str, tuple[type[HiddenEffect], dict[str, Any]]] = {
+    "spring_and_damper": (
+        OfPair,
+        {
+            "k": parameter(1.0, "N m/rad", "stiffness", ge=0, le=50),
+            "T": parameter(0.2, "s", "damping over stiffness", ge=0, le=5, drawn=(0.1, 0.4)),
+        },
+    ),
+    "mutual_inertia": (OfPair, {"J": parameter(0.01, "kg m^2", "mutual inertia", ge=0, le=2)}),
+    "friction_of_other": (
+        OfOther,
+        {"a": parameter(0.3, "N m", "largest change", ge=0, le=20), "phase": _PHASE, "ahead": _AHEAD},
+    ),
+    "far_damper": (
+        HiddenEffect,
+        {
+            "c": parameter(1.0, "N m s/rad^2", "damping per angle", ge=0, le=100),
+            "q_0": parameter(-0.2, "rad", "where it engages", ge=-1.5, le=1.5, drawn=(-0.3, 0.0)),
+        },
+    ),
+    "eddy_brake": (HiddenEffect, {"b": parameter(0.3, "N m s/rad", "at low speed", ge=0, le=50), "v": _SPEED}),
+    "sigmoid": (HiddenEffect, {"a": parameter(0.3, "N m", "at high speed", ge=0, le=50), "v": _SPEED}),
+    "shaking_by_other": (
+        OfOther,
+        {"a": parameter(0.3, "N m", "amplitude", ge=0, le=20), "N": _ORDER, "phase": _PHASE, "ahead": _AHEAD},
+    ),
+    "loaded_ripple": (
+        HiddenEffect,
+        {"a": parameter(0.05, "1", "amplitude over load", ge=0, le=1), "N": _ORDER, "phase": _PHASE},
+    ),
+}
+KINDS: dict[str, type[HiddenEffect]] = {
+    name: create_model(name, __base__=base, **{key: (float, field) for key, field in fields.items()})
+    for name, (base, fields) in _FIELDS.items()
+}
+"""The effects of this module."""
+LAWS: dict[str, Law] = {
+    "spring_and_damper": lambda s, other, p: p["k"] * (s.q - other.q + p["T"] * (s.v - other.v)),
+    "mutual_inertia": lambda s, other, p: p["J"] * other.a,
+    "friction_of_other": lambda s, other, p: p["a"] * np.sin(2 * other.q + p["phase"]) * s.direction,
+    "far_damper": lambda s, other, p: p["c"] * np.maximum(s.q - p["q_0"], 0.0) * s.v,
+    "eddy_brake": lambda s, other, p: p["b"] * s.v / (1 + (s.v / p["v"]) ** 2),
+    "sigmoid": lambda s, other, p: p["a"] * np.tanh(s.v / p["v"]),
+    "shaking_by_other": lambda s, other, p: p["a"] * np.sin(p["N"] * other.q + p["phase"]),
+    "loaded_ripple": lambda s, other, p: p["a"] * s.load * np.sin(p["N"] * s.q + p["phase"]),
+}
+QUANTITIES = {
+    "uneven_grease": "q qd",
+    "bearing_load": "qd qdd",
+    "creeping_zero": "t",
+    "tangled_cables": "q q'",
+    "spring_and_damper": "q qd q' qd'",
+    "mutual_inertia": "qdd'",
+    "friction_of_other": "qd q'",
+    "far_damper": "q qd",
+    "eddy_brake": "qd",
+    "sigmoid": "qd",
+    "shaking_by_other": "q'",
+    "loaded_ripple": "q load",
+}
+"""Of each law, those of another joint with a mark; a sign of the velocity is the velocity."""
+
+
+def others(effect: HiddenEffect) -> list[int]:
+    """The joint (from 0), for each of the three, whose motion acts on it."""
+    if "ahead" in type(effect).model_fields:
+        return [(joint + int(effect.model_dump()["ahead"])) % 3 for joint in range(3)]
+    order = list(range(3))
+    if effect.between_joints:
+        first, second = (joint - 1 for joint in effect.joints[:2])
+        order[first], order[second] = second, first
+    return order
+
+
+def torque(name: str, effect: HiddenEffect, s: State) -> Floats:
+    """(n, 3) torque by the law `name` with the parameters of `effect`, on all joints alike."""
+    order = others(effect)
+    other = replace(s, q=s.q[:, order], v=s.v[:, order], a=s.a[:, order])
+    return LAWS[name](s, other, effect.model_dump())
+
+
+def quantities(name: str, effect: HiddenEffect) -> dict[int, list[str]]:
+    """What the law `name` uses on each joint (from 1) of `effect`; what is of another joint has its number."""
+    return {
+        joint: sorted(each.replace("'", f"{others(effect)[joint - 1] + 1}") for each in QUANTITIES[name].split())
+        for joint in effect.joints
+    }
