@@ -1,7 +1,5 @@
 """`python -m benchmarks.formulas --folder FOLDER [--part chosen] [--cases N] [--rivals] ...`."""
 
-import signal
-from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 
@@ -12,7 +10,7 @@ from benchmarks.formulas.cases import cases
 from benchmarks.formulas.rivals import RIVALS
 from benchmarks.formulas.scoring import score
 from benchmarks.hidden_effects import recording, sources, work
-from benchmarks.hidden_effects.cases import HiddenCase, Kind, Part
+from benchmarks.hidden_effects.cases import Kind, Part
 from benchmarks.hidden_effects.diagnosing import Answers, engine
 from benchmarks.hidden_effects.parts import PARTS
 from drivers.simulated.seal import sealed_path, unseal
@@ -44,35 +42,22 @@ def main(
     folder.mkdir(parents=True, exist_ok=True)
     digest = lock or sources.commit()
     selected = [case for kind in kinds for case in cases(kind, part, digest)[:count]]
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.default_int_handler)
-    version = f"{engine()}{' with rivals' * rivals}"
-    try:
-        _run(selected, folder, jobs, version, tuple(RIVALS) if rivals else ())
-    except KeyboardInterrupt:
-        click.echo("stopped; the same command continues", err=True)
-        raise SystemExit(1) from None
-    answers = Answers(folder).of(version)
-    truths = {name: unseal(sealed_path(folder / name / TRAIN)) for name in answers}
-    click.echo(f"ident {version}; part {part} {digest if part == 'locked' else ''}")
-    for line in tables.lines([score(case, truths[case.name], answers[case.name]) for case in _of(selected, answers)]):
-        click.echo(line)
-
-
-def _run(selected: list[HiddenCase], folder: Path, jobs: int, version: str, rivals: tuple[str, ...]) -> None:
     todo = [case for case in selected if not recording.is_recorded(case, folder)]
     for _ in work.run_all(partial(recording.record, root=folder), todo, jobs, "record"):
         pass
-    answers = Answers(folder)
-    done = answers.of(version)
-    todo = [case for case in selected if case.name not in done and recording.is_possible(case, folder)]
-    task = partial(diagnosing.run, root=folder, engine=version, names=rivals)
-    for line in work.run_all(task, todo, jobs, "diagnose", diagnosing.summary):
+    answers, version = Answers(folder), f"{engine()}{' with rivals' * rivals}"
+    possible = [case for case in selected if recording.is_possible(case, folder)]
+    todo = [case for case in possible if case.name not in answers.of(version)]
+    task = partial(diagnosing.run, root=folder, engine=version, names=RIVALS * rivals)
+    for line in work.run_all(task, todo, jobs, "diagnose", lambda line: str(line.get("formula", line))):
         answers.append(line)
-
-
-def _of(selected: list[HiddenCase], names: Iterable[str]) -> list[HiddenCase]:
-    return [case for case in selected if case.name in set(names)]
+    diagnosed = answers.of(version)
+    truths = [unseal(sealed_path(folder / case.name / TRAIN)) for case in possible]
+    scored = [score(case, truth, diagnosed[case.name]) for case, truth in zip(possible, truths, strict=True)]
+    click.echo(
+        f"ident {version}; part {part} {digest * (part == 'locked')}; {len(selected) - len(scored)} impossible"
+    )
+    click.echo("\n".join(tables.lines(scored)))
 
 
 main()

@@ -38,19 +38,20 @@ def _diagnose(folder: Path, options: DiagnosisOptions) -> Diagnosis:
 
 
 def _proposed(diagnosis: Diagnosis) -> dict[str, Any]:
-    model = diagnosis.model
-    proposal = propose(model, diagnosis.unexplained)
-    after = proposal.after if proposal else model
-    line = {
+    """The formula, and held-out errors per joint [N m] without and with it."""
+    model, proposal = diagnosis.model, propose(diagnosis.model, diagnosis.unexplained)
+    models = {"before": model, "after": proposal.after if proposal else model}
+    errors = {key: rms(each.residuals, model.split.test).tolist() for key, each in models.items()}
+    return errors | {
         "effects": [term.name for term in model.terms],
         "unexplained": [joint + 1 for joint in diagnosis.unexplained.joints],
-        "before": rms(model.residuals, model.split.test).tolist(),
-        "after": rms(after.residuals, model.split.test).tolist(),
+        "formula": {
+            "columns": proposal.columns if proposal else (),
+            "joints": [joint + 1 for joint in proposal.term.joints] if proposal else [],
+            "terms": len(proposal.laws) if proposal else 0,
+            "alternatives": proposal.alternatives if proposal else (),
+        },
     }
-    if proposal is None:
-        return line
-    formula = {"columns": proposal.columns, "joints": [joint + 1 for joint in proposal.term.joints]}
-    return line | {"formula": formula | {"terms": len(proposal.laws), "alternatives": proposal.alternatives}}
 
 
 def _floor(case: HiddenCase, root: Path, diagnosis: Diagnosis) -> list[float]:
@@ -62,9 +63,3 @@ def _floor(case: HiddenCase, root: Path, diagnosis: Diagnosis) -> list[float]:
         options = DiagnosisOptions(only=("rod_inertia",), cutoff=cutoff.hz if cutoff else None)
         twin = _diagnose(Path(folder), options).model
     return rms(twin.residuals, twin.split.test).tolist()
-
-
-def summary(line: dict[str, Any]) -> str:
-    """Short text of a stored line."""
-    formula = line.get("formula", {"columns": ["no formula"]})
-    return str(line.get("error") or f"{', '.join(line['effects'])}: {' + '.join(formula['columns'])}")

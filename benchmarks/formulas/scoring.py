@@ -2,13 +2,11 @@
 
 import math
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.hidden_effects.cases import HiddenCase
 from tests.foreign.beyond_library import quantities
-from tests.foreign.plant import KINDS
 
 _QUANTITY = re.compile(r"\b(direction|load|qdd|qd|q|t)(\d*)\b")
 """In the columns of a formula."""
@@ -31,7 +29,7 @@ class ScoredFormula:
     """With the formula."""
     seconds: float
     """Of the search for a formula."""
-    rivals: Mapping[str, tuple[float, float]]
+    rivals: dict[str, tuple[float, float]]
     """Held-out error over that of the right model, and time [s]."""
 
     @property
@@ -40,16 +38,16 @@ class ScoredFormula:
         return self.case.effects[0] if self.case.kind == "outside" else self.case.kind
 
 
-def score(case: HiddenCase, truth: Mapping[str, Any], line: Mapping[str, Any]) -> ScoredFormula:
+def score(case: HiddenCase, truth: dict[str, Any], line: dict[str, Any]) -> ScoredFormula:
     """Compare a stored `line` of `diagnosing` with the sealed truth."""
     if "error" in line:
-        return ScoredFormula(case, line["error"], 0, False, math.inf, math.inf, math.nan, {})
-    formula, floor = line.get("formula", {"columns": (), "terms": 0, "joints": ()}), math.hypot(*line["floor"])
+        return ScoredFormula(case, line["error"], 0, False, math.inf, math.inf, math.inf, {})
+    formula, floor = line["formula"], math.hypot(*line["floor"])
     return ScoredFormula(
         case,
         " + ".join(formula["columns"]),
         formula["terms"],
-        is_right(formula["columns"], formula["joints"], truth["effects"]) if formula["terms"] else False,
+        is_right(formula["columns"], formula["joints"], truth["effects"]),
         math.hypot(*line["before"]) / floor,
         math.hypot(*line["after"]) / floor,
         line["propose_seconds"],
@@ -57,19 +55,18 @@ def score(case: HiddenCase, truth: Mapping[str, Any], line: Mapping[str, Any]) -
     )
 
 
-def is_right(columns: list[str], joints: list[int], effects: list[Mapping[str, Any]]) -> bool:
-    """Whether the `columns` use on each of `joints` (from 1) what the one of `effects` that is no library's uses."""
-    laws = [effect for effect in effects if not effect["in_library"]]
-    true = {}
-    for law in laws:
-        hidden = KINDS[law["name"]].model_validate({"joints": law["joints"], **law["parameters"]})
-        true |= quantities(law["name"], hidden)
-    return all(used(columns, joint) == set(true.get(joint, ())) for joint in joints)
+def is_right(columns: list[str], joints: list[int], effects: list[dict[str, Any]]) -> bool:
+    """Whether the `columns` use on each of `joints` (from 1) what that of `effects` uses which is in no library."""
+    true = {
+        joint: set(names)
+        for law in effects
+        if not law["in_library"]
+        for joint, names in quantities(law["name"], law["joints"], law["parameters"]).items()
+    }
+    return bool(joints) and all(used(columns, joint) == true.get(joint) for joint in joints)
 
 
 def used(columns: list[str], joint: int) -> set[str]:
     """Quantities that the `columns` use on a `joint` (from 1); those of another joint with its number."""
-    found = [match for column in columns for match in _QUANTITY.findall(column)]
-    return {
-        ("qd" if name == "direction" else name) + (number if number != str(joint) else "") for name, number in found
-    }
+    found = {match for column in columns for match in _QUANTITY.findall(column)}
+    return {name.replace("direction", "qd") + (number if number != str(joint) else "") for name, number in found}

@@ -3,8 +3,7 @@
 Beside those in `out_of_library`, which the locked cases of `benchmarks.hidden_effects` are drawn from.
 """
 
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +12,7 @@ from pydantic import create_model
 
 from drivers.simulated.effect import HiddenEffect, parameter
 from recordings.recording import Floats
+from tests.foreign import out_of_library
 from tests.foreign.laws import Parameters, State
 
 Law = Callable[[State, State, Parameters], Floats]
@@ -32,7 +32,7 @@ class OfOther(HiddenEffect):
 
 
 _AHEAD = parameter(1.0, "1", "whole part: how many joints further the other one is", ge=1, le=3, drawn=(1.0, 3.0))
-_PHASE = parameter(0.0, "rad", "at angle zero", ge=-math.pi, le=math.pi, drawn=(-math.pi, math.pi))
+_PHASE = parameter(0.0, "rad", "at angle zero", ge=-np.pi, le=np.pi, drawn=(-np.pi, np.pi))
 _ORDER = parameter(20.0, "1/turn", "periods per turn of the joint", ge=1, le=100, drawn=(6.0, 25.0))
 _SPEED = parameter(1.0, "rad/s", "characteristic speed", ge=0.01, le=50, drawn=(0.4, 1.5))
 _FIELDS: dict[str, tuple[type[HiddenEffect], dict[str, Any]]] = {
@@ -102,11 +102,8 @@ def others(effect: HiddenEffect) -> list[int]:
     """The joint (from 0), for each of the three, whose motion acts on it."""
     if "ahead" in type(effect).model_fields:
         return [(joint + int(effect.model_dump()["ahead"])) % 3 for joint in range(3)]
-    order = list(range(3))
-    if effect.between_joints:
-        first, second = (joint - 1 for joint in effect.joints[:2])
-        order[first], order[second] = second, first
-    return order
+    pair = [joint - 1 for joint in effect.joints] if effect.between_joints else []
+    return [sum(pair[:2]) - joint if joint in pair[:2] else joint for joint in range(3)]
 
 
 def torque(name: str, effect: HiddenEffect, s: State) -> Floats:
@@ -116,9 +113,9 @@ def torque(name: str, effect: HiddenEffect, s: State) -> Floats:
     return LAWS[name](s, other, effect.model_dump())
 
 
-def quantities(name: str, effect: HiddenEffect) -> dict[int, list[str]]:
-    """What the law `name` uses on each joint (from 1) of `effect`; what is of another joint has its number."""
+def quantities(name: str, joints: Sequence[int], parameters: Parameters) -> dict[int, list[str]]:
+    """What the law `name` uses on each of its `joints` (from 1); what is of another joint has its number."""
+    other = others((out_of_library.KINDS | KINDS)[name].model_validate({"joints": joints, **parameters}))
     return {
-        joint: sorted(each.replace("'", f"{others(effect)[joint - 1] + 1}") for each in QUANTITIES[name].split())
-        for joint in effect.joints
+        joint: [each.replace("'", f"{other[joint - 1] + 1}") for each in QUANTITIES[name].split()] for joint in joints
     }
