@@ -115,7 +115,7 @@ def torque(name: str, effect: HiddenEffect, s: State) -> Floats:
 
 def quantities(name: str, joints: Sequence[int], parameters: Parameters) -> dict[int, list[str]]:
     """What the law `name` uses on each of its `joints` (from 1); what is of another joint has its number."""
-    other = others((out_of_library.KINDS | KINDS)[name].model_validate({"joints": joints, **parameters}))
+    other = others((out_of_library.KINDS | KINDS)[name].model_validate({"joints": tuple(joints), **parameters}))
     return {
         joint: [each.replace("'", f"{other[joint - 1] + 1}") for each in QUANTITIES[name].split()] for joint in joints
     }
