@@ -1,7 +1,7 @@
 """What learns the residual without mechanics: the rivals of a formula, with the settings that they compete with.
 
 All get the motion and load of all joints and the time, at the training rows of the joints on which the last model of
-a diagnosis leaves something, and are scored on the held-out rows. They need the packages gplearn, pysindy and scikit-learn.
+a diagnosis leaves something, and are scored on the held-out rows. They need gplearn, pysindy and scikit-learn.
 """
 
 import time
