@@ -72,13 +72,13 @@ _RECORDING = tuple(
 _MODEL = tuple(
     _command(ident, words)
     for words in (
-        "compare FILE RECORDING",
+        "compare FILE RECORDING --json",
         "torque FILE RECORDING",
         "torque FILE --traj fig5a --cycles 1 -o OUT.csv",
         "export FILE --to c -o OUT --on RECORDING",
         "export FILE --to mjcf -o OUT.xml --on RECORDING",
         "report FILE RECORDING -o OUT.html",
-        "diagnose RECORDING --model FILE --only stribeck",
+        "diagnose RECORDING --model FILE --only stribeck --json",
     )
 )
 
