@@ -8,6 +8,7 @@ compact array, and answers every sub-index of a variable and of an array.
 import io
 import logging
 import struct
+import warnings
 from collections.abc import Iterator, Mapping
 from configparser import Error, RawConfigParser
 from dataclasses import dataclass, replace
@@ -130,7 +131,9 @@ def _parse(text: str, node_id: int) -> Dictionary:
         text += "\n[DeviceInfo]\n"
     # canopen logs data types that it does not know and serves their bytes as they are, which is what a drive does.
     logging.getLogger("canopen").setLevel(logging.CRITICAL)
-    parsed: Any = import_eds(io.StringIO(text), node_id)
+    with warnings.catch_warnings():  # it logs by a method that Python has deprecated
+        warnings.simplefilter("ignore", DeprecationWarning)
+        parsed: Any = import_eds(io.StringIO(text), node_id)
     entries = dict(_entries(parsed, _compact_arrays(text)))
     return Dictionary(
         entries,

@@ -1,7 +1,7 @@
 """Identify the dynamic model of a recorded robot, and find the physical effect that it lacks: the Python API.
 
-    model = ident.fit(["a.mcap"], validate="b.mcap")
-    diagnosis = ident.diagnose(["a.mcap"], validate="b.mcap")
+    model = ident.fit("a.mcap", validate="b.mcap")
+    diagnosis = ident.diagnose("a.mcap", validate="b.mcap")
 
 The commands of `ident` call these functions. Importing this package is fast: the modules behind it are loaded when
 they are needed. Arrays are (n, dof), in SI units. docs/reference/python.md shows a session.
@@ -51,10 +51,10 @@ def read(path: File) -> Recording:
 
 
 def fit(
-    files: Sequence[File],
-    validate: File | None = None,
+    files: File | Sequence[File],
+    validate: File | Sequence[File] | None = None,
     method: str = "pso",
-    effects: Sequence[str] = (),
+    effects: str | Sequence[str] = (),
     *,
     without: Sequence[str] = (),
     bare: bool = False,
@@ -87,23 +87,29 @@ def fit(
     from ident.diagnosis.unknown.residual_test import check_residual
     from ident.dynamics.effects.library import library
     from ident.estimation import estimators
+    from ident.identification.chosen_effects import check_effect_name
     from ident.identification.identify import FitOptions, identify
     from ident.identification.model import Model
 
-    paths, held_out = _paths(files), _paths([] if validate is None else [validate], least=0)
+    paths, held_out = _paths(files, "files", least=1), _paths(validate, "validate")
+    if len(held_out) > 1:
+        raise BadInput(f"validate: one recording expected, {len(held_out)} found; leave the others out")
+    known = library(_paths(effect_files, "effect_files"))
+    for name in _names(effects, "effects"):
+        check_effect_name(name.partition(":")[0], known)
     options = FitOptions(
         method=method,
         settings=estimators.settings(method, settings or {}),
         seed=seed,
         preprocessing=preprocessing,
         cutoff=_cutoff(cutoff),
-        effects=_names(effects),
+        effects=_names(effects, "effects"),
         base_effects=not bare,
-        without=_names(without),
-        library=library(_paths(effect_files, least=0)),
+        without=_names(without, "without"),
+        library=known,
         physical=physical,
         intervals=intervals,
-        accept=_names(accept),
+        accept=_names(accept, "accept"),
     )
     result = identify(paths, held_out[0] if held_out else None, options, progress)
     test = None if result.model.form else check_residual(result.predictions, result.structure, result.parameters)
@@ -120,10 +126,10 @@ def load_model(path: File, effect_files: Sequence[File] = ()) -> Model:
     from ident.identification import model_file
     from ident.identification.model import Model
 
-    return Model(model_file.load(Path(path)), library(_paths(effect_files, least=0)))
+    return Model(model_file.load(Path(path)), library(_paths(effect_files, "effect_files")))
 
 
-def compare(model: Model, files: Sequence[File], *, accept: Sequence[str] = ()) -> ResidualAnalysis:
+def compare(model: Model, files: File | Sequence[File], *, accept: Sequence[str] = ()) -> ResidualAnalysis:
     """Compare `model` with the recordings `files`: the residual by joint, phase, window, quantity and frequency.
 
     accept: as in `fit`, beside what the model was fitted with.
@@ -137,12 +143,12 @@ def compare(model: Model, files: Sequence[File], *, accept: Sequence[str] = ()) 
     from ident.residuals.analysis import analyse
 
     _check_model(model)
-    predictions = predict(model.file, _paths(files), model.library, _names(accept))
+    predictions = predict(model.file, _paths(files, "files", least=1), model.library, _names(accept, "accept"))
     return analyse(model.file, *scored_predictions(model.file, predictions, model.library))
 
 
 def diagnose(
-    files: Sequence[File],
+    files: File | Sequence[File],
     validate: File | Sequence[File] | None = None,
     *,
     model: Model | None = None,
@@ -174,37 +180,40 @@ def diagnose(
 
     if model is not None:
         _check_model(model)
-    held_out = _paths([validate] if isinstance(validate, (str, Path)) else validate or (), least=0)
-    options = DiagnosisOptions(preprocessing, _cutoff(cutoff), _names(only), _names(without), _names(accept))
+    paths, held_out = _paths(files, "files", least=1), _paths(validate, "validate")
+    chosen = _names(only, "only"), _names(without, "without"), _names(accept, "accept")
+    options = DiagnosisOptions(preprocessing, _cutoff(cutoff), *chosen)
     # A file of the user is executed once: what the model was loaded with is there already.
-    effects = model.library if model and not effect_files else library(_paths(effect_files, least=0))
-    return diagnosed(_paths(files), held_out, effects, options, progress, model.file if model else None)
+    effects = model.library if model and not effect_files else library(_paths(effect_files, "effect_files"))
+    return diagnosed(paths, held_out, effects, options, progress, model.file if model else None)
 
 
-def _paths(files: Sequence[File], least: int = 1) -> tuple[Path, ...]:
-    if isinstance(files, (str, Path)):
-        raise BadInput(f"a list of files expected, '{files}' found; write [{str(files)!r}]")
-    if not isinstance(files, Sequence) or not all(isinstance(file, (str, Path)) for file in files):
-        raise BadInput(f"a list of files expected, {files!r} found; give their paths")
-    if len(files) < least:
+def _paths(files: object, name: str, least: int = 0) -> tuple[Path, ...]:
+    """The paths that the argument `name` gives: one, or a list of them; None: none."""
+    several = (files,) if isinstance(files, (str, Path)) else files or ()
+    if not isinstance(several, Sequence) or not all(isinstance(file, (str, Path)) for file in several):
+        raise TypeError(f"{name}: a path or a list of paths expected, {files!r} found")
+    if len(several) < least:
         raise BadInput("at least one recording expected, none found; check the pattern or the folder")
-    return tuple(Path(file) for file in files)
+    return tuple(map(Path, several))
 
 
-def _names(effects: Sequence[str]) -> tuple[str, ...]:
-    if isinstance(effects, str):
-        raise BadInput(f"a list of effects expected, '{effects}' found; write ['{effects}']")
-    return tuple(effects)
+def _names(names: object, name: str) -> tuple[str, ...]:
+    """The names that the argument `name` gives: one, or a list of them."""
+    several = (names,) if isinstance(names, str) else names
+    if not isinstance(several, Sequence) or not all(isinstance(each, str) for each in several):
+        raise TypeError(f"{name}: a name or a list of names expected, {names!r} found")
+    return tuple(several)
 
 
 def _cutoff(cutoff: object) -> float | None:
     if cutoff is None or isinstance(cutoff, Real):
         return None if cutoff is None else float(cutoff)
-    raise BadInput(f"cutoff: a frequency in Hz expected, {cutoff!r} found; give a number")
+    raise TypeError(f"cutoff: a frequency in Hz expected, {cutoff!r} found")
 
 
 def _check_model(model: object) -> None:
     from ident.identification.model import Model
 
     if not isinstance(model, Model):
-        raise BadInput(f"a model expected, {type(model).__name__} found; use ident.fit or ident.load_model")
+        raise TypeError(f"model: a model of ident.fit or ident.load_model expected, {type(model).__name__} found")

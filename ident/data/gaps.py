@@ -26,6 +26,8 @@ def _conditioned(x: Floats, *, filled: Bools, condition: Filter) -> Floats:
     """`condition` of `x` (n, ...), whose rows that are `filled` (n,) lie on lines between those that are not."""
     rows, known = np.flatnonzero(filled), np.flatnonzero(~filled)
     after = np.searchsorted(known, rows)
+    between = (after > 0) & (after < len(known))  # at the ends there is no line
+    rows, after = rows[between], after[between]
     left, right = known[after - 1], known[after]
     weight = ((rows - left) / (right - left)).reshape(-1, *[1] * (x.ndim - 1))
     lines = x.copy()

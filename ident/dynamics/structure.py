@@ -247,8 +247,8 @@ class ModelStructure:
         return np.concatenate([part.reshape(term.instances, -1) for part in parts[: 1 + term.effect.local_shapes]], 1)
 
     def mechanism_of(self, rig: Rig) -> RigidMechanism:
-        """Return the mechanism for a corrected `rig`."""
-        return self.mechanism if rig is self.rig else mechanisms.create(rig)
+        """Return the mechanism for a corrected `rig`; without effects, nothing corrects it."""
+        return self.mechanism if rig is self.rig or not self.terms else mechanisms.create(rig)
 
     def corrections(self, x: Floats) -> tuple[Rig, tuple[PositionCorrection, ...]]:
         """Return the true rig, and what makes true positions of measured ones, one correction after the other."""

@@ -63,10 +63,13 @@ def attack(count: int, start: int, processes: int, kind: str = "") -> Iterator[O
 def _warm_up(kinds: dict[str, originals.Kind], folder: Path) -> None:
     """Read the originals in all ways: they are whole, and what is imported or compiled takes its time now."""
     for name, kind in kinds.items():
+        refusals = []
         for number, call in enumerate(kind.calls):
             with tempfile.TemporaryDirectory(dir=folder) as scratch:
-                problem = "".join(_read(call, Path(shutil.copy(kind.original, scratch))))
-            assert not problem, f"{name}, call {number}: {problem}"
+                refusal, failure = _read(call, Path(shutil.copy(kind.original, scratch)))
+            assert not failure, f"{name}, call {number}: {failure}"
+            refusals.append(refusal)
+        assert not all(refusals), f"{name}: {refusals}"  # a model of another form has no C
 
 
 _kinds: dict[str, originals.Kind] = {}

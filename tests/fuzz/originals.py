@@ -17,6 +17,7 @@ from daq.program import program as daq
 from drivers.eds import load_dictionary
 from drivers.simulated.config import ROBOTS, SimConfig, load_sim
 from drivers.simulated.seal import seal, sealed_path, unseal
+from ident import load_model
 from ident.cli import program as ident
 from ident.dynamics.effects.user_files import from_file
 from ident.fleet.store import SCHEMA, Store
@@ -69,17 +70,20 @@ _RECORDING = tuple(
         (ident, "fit FILE --method ls -o OUT.model.json"),
     )
 )
-_MODEL = tuple(
-    _command(ident, words)
-    for words in (
-        "compare FILE RECORDING",
-        "torque FILE RECORDING",
-        "torque FILE --traj fig5a --cycles 1 -o OUT.csv",
-        "export FILE --to c -o OUT --on RECORDING",
-        "export FILE --to mjcf -o OUT.xml --on RECORDING",
-        "report FILE RECORDING -o OUT.html",
-        "diagnose RECORDING --model FILE --only stribeck",
-    )
+_MODEL: tuple[Call, ...] = (
+    load_model,
+    *(
+        _command(ident, words)
+        for words in (
+            "compare FILE RECORDING --json",
+            "torque FILE RECORDING",
+            "torque FILE --traj fig5a --cycles 1 -o OUT.csv",
+            "export FILE --to c -o OUT --on RECORDING",
+            "export FILE --to mjcf -o OUT.xml --on RECORDING",
+            "report FILE RECORDING -o OUT.html",
+            "diagnose RECORDING --model FILE --only stribeck --json",
+        )
+    ),
 )
 
 
