@@ -21,7 +21,8 @@ def run(case: HiddenCase, root: Path, engine: str, names: tuple[str, ...]) -> di
 
     names: those of the rivals.
     """
-    start, line = time.monotonic(), {"case": case.name, "engine": engine}
+    start = time.monotonic()
+    line: dict[str, Any] = {"case": case.name, "engine": engine}
     try:
         diagnosis = _diagnose(root / case.name, DiagnosisOptions())
         diagnosed = time.monotonic()

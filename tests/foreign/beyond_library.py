@@ -67,7 +67,7 @@ _FIELDS: dict[str, tuple[type[HiddenEffect], dict[str, Any]]] = {
     ),
 }
 KINDS: dict[str, type[HiddenEffect]] = {
-    name: create_model(name, __base__=base, **{key: (float, field) for key, field in fields.items()})
+    name: create_model(name, __base__=base, **{key: (float, field) for key, field in fields.items()})  # type: ignore[call-overload]
     for name, (base, fields) in _FIELDS.items()
 }
 """The effects of this module."""
