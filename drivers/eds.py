@@ -20,6 +20,7 @@ from canopen.objectdictionary import ODVariable, datatypes
 from canopen.objectdictionary.eds import import_eds
 
 from recordings.errors import BadInput
+from recordings.limits import bounded_content
 
 Address = tuple[int, int]
 """Index and sub-index of an object."""
@@ -144,15 +145,7 @@ def _parse(text: str, node_id: int) -> Dictionary:
 
 
 def _text(path: Path) -> str:
-    try:
-        with path.open("rb") as stream:
-            content = stream.read(_LARGEST_FILE + 1)
-    except FileNotFoundError:
-        raise BadInput(f"EDS or DCF {path} does not exist; check the path") from None
-    except OSError as error:
-        raise BadInput(f"EDS or DCF {path} cannot be read: {error.strerror}") from None
-    if len(content) > _LARGEST_FILE:
-        raise BadInput(f"{path}: an EDS or DCF of at most {_LARGEST_FILE // 10**6} MB expected; check that it is one")
+    content = bounded_content(path, "EDS or DCF", _LARGEST_FILE)
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:

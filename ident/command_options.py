@@ -88,8 +88,9 @@ class RuledCommand(click.Command):
 
     def invoke(self, ctx: click.Context) -> Any:
         """See click: the rules of the options are checked first."""
+        typed = _typed(ctx)
         for rule in self._rules:
-            if problem := rule(_typed(ctx)):
+            if problem := rule(typed):
                 raise BadInput(problem)
         return super().invoke(ctx)
 

@@ -55,17 +55,27 @@ def bounded_text(path: Path, what: str, most: int = LARGEST_TEXT) -> str:
         BadInput: it is missing, too large, no text in UTF-8, or cannot be read.
     """
     try:
-        with path.open("rb") as stream:
-            content = stream.read(most + 1)
-        if len(content) > most:
-            raise BadInput(f"{what} {path}: at most {most // 1000} kB expected, more found; check that it is one")
-        return content.decode("utf-8")
-    except FileNotFoundError:
-        raise BadInput(f"{what} {path} does not exist; check the path") from None
+        return bounded_content(path, what, most).decode("utf-8")
     except UnicodeDecodeError:
         raise BadInput(f"{what} {path} cannot be read: it is no text; check that it is one") from None
+
+
+def bounded_content(path: Path, what: str, most: int) -> bytes:
+    """Read a file of at most `most` bytes; `what` names its kind in errors.
+
+    Raises:
+        BadInput: it is missing, too large, or cannot be read.
+    """
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(most + 1)
+    except FileNotFoundError:
+        raise BadInput(f"{what} {path} does not exist; check the path") from None
     except OSError as error:
         raise BadInput(f"{what} {path} cannot be read: {error.strerror}; check the path") from None
+    if len(content) > most:
+        raise BadInput(f"{what} {path}: at most {most // 1000} kB expected, more found; check that it is one")
+    return content
 
 
 def json_object(path: Path, what: str) -> dict[str, Any]:

@@ -7,7 +7,7 @@ effect can reduce the error by scaling it down.
 """
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
 from typing import cast
 
@@ -167,6 +167,11 @@ class TorquePredictor:
 
         on_arms = tuple((structure.terms[index].name, structure.terms[index].joints) for index in structure.arm_terms)
         return self._cache.get(("effect inputs", corrected, load.tobytes(), on_arms), inputs)
+
+    def recorded_inputs(self, structure: ModelStructure, x: Floats) -> EffectInputs:
+        """The same at the rows (m,) of the recording, along the motion as it was recorded."""
+        inputs = self.effect_inputs(structure, x)
+        return replace(inputs, motion=self.prepared.motion, time=self.prepared.time)
 
     def corrected_motion(self, structure: ModelStructure, x: Floats) -> MechanismMotion:
         """Motion and mechanism after the corrections of encoders and geometry given by `x` (K,)."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity
-from ident.dynamics.effects.periodogram import MAX_PHASE, highest_in_band, periodogram
+from ident.dynamics.effects.periodogram import MAX_PHASE, highest_in_band, highest_peaks
 from ident.dynamics.effects.quantities import quantity
 from ident.dynamics.effects.written_formula import WrittenFormula
 from recordings.recording import Floats
@@ -211,10 +211,4 @@ def _suggest(wave: Law, inputs: EffectInputs, residual: Floats) -> list[dict[str
     travel = float(np.nanmax(np.nanmax(x, axis=0) - np.nanmin(x, axis=0)))
     highest = min(MAX_PHASE / travel, highest_in_band(np.abs(inputs.motion.velocity), inputs.bandwidth))
     orders = np.arange(2 * np.pi / travel, highest, 1.0 / travel)
-    power = np.zeros(len(orders))
-    for position, values in zip(x.T, signal.T, strict=True):
-        known = np.isfinite(position) & np.isfinite(values)
-        if known.any() and len(orders):
-            power += periodogram(position[known], values[known] - values[known].mean(), orders)
-    peaks = np.flatnonzero((power >= np.roll(power, 1)) & (power >= np.roll(power, -1)))
-    return [{name: float(orders[i])} for i in peaks[np.argsort(-power[peaks])][:_PEAKS]]
+    return [{name: order} for order in highest_peaks(x, signal, orders, _PEAKS)]

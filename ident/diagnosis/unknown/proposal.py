@@ -5,7 +5,7 @@ held-out rows confirm each term. A formula has at most two terms.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -89,7 +89,7 @@ class Proposal:
 def propose(model: FittedModel, unexplained: UnexplainedResidual) -> Proposal | None:
     """A formula for the `unexplained` residual of `model`; None if none is confirmed.
 
-    A curve with knots is a formula that waits: one in its place is proposed where all rows together get no worse.
+    In place of a curve with knots, a formula is proposed where all rows together get no worse.
     """
     fits, others = Fits(model.split), _others(unexplained, len(model.split.torque_rms))
     joints, proposals = unexplained.joints, []
@@ -118,14 +118,8 @@ class _Pursuit:
     def __init__(self, fits: Fits, model: FittedModel, joints: Sequence[int], others: Sequence[int]) -> None:
         self._fits, self._model = fits, model
         split, solution = model.split, model.solution
-        inputs = [
-            replace(
-                split.predictors[i].effect_inputs(solution.structure, solution.x),
-                motion=split.predictors[i].prepared.motion,
-                time=split.predictors[i].prepared.time,
-            )
-            for i in split.train_indices
-        ]
+        trained = (split.predictors[index] for index in split.train_indices)
+        inputs = [each.recorded_inputs(solution.structure, solution.x) for each in trained]
         self._laws = laws(inputs, joints, others)
         effects = {text: effect_of([law], joints) for text, law in self._laws.items()}
         self._candidates = Candidates(fits, effects)

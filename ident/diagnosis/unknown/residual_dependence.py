@@ -55,10 +55,7 @@ def find_dependences(
 ) -> list[ResidualDependence]:
     """Dependences of the residuals (m, dof) of the given `joints`; joints that no curve explains are left out."""
     structure, x = solution.structure, solution.x
-    inputs = [
-        replace(each.effect_inputs(structure, x), motion=each.prepared.motion, time=each.prepared.time)
-        for each in split.predictors
-    ]
+    inputs = [each.recorded_inputs(structure, x) for each in split.predictors]
     derivatives = [predictor.linearized(structure, x)[1] for predictor in split.predictors] if joints else []
     found = [
         _dependence(split, inputs, [d[:, joint] for d in derivatives], [r[:, joint] for r in residuals], joint)

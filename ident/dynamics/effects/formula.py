@@ -22,7 +22,7 @@ import operator
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from functools import cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -59,7 +59,7 @@ def symbol(name: str) -> Any:
     return tuple(Symbol("name", f"{name}[{k}]") for k in range(3)) if name in VECTORS else Symbol("name", name)
 
 
-@cache
+@lru_cache(maxsize=1024)
 def arguments(formula: Formula) -> tuple[str, ...]:
     """Names of the quantities on which `formula` depends."""
     return tuple(inspect.signature(formula).parameters)
@@ -72,7 +72,7 @@ def unknown_arguments(name: str, formula: Formula, known: Collection[str]) -> It
             yield f"{name}: arguments out of {', '.join(known)} expected, {argument!r} found"
 
 
-@cache
+@lru_cache(maxsize=1024)
 def traced(formula: Formula) -> tuple[Any, ...]:
     """The expressions of `formula`: what it returns for symbols."""
     result = formula(*map(symbol, arguments(formula)))

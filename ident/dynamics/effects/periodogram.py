@@ -23,6 +23,21 @@ def highest_in_band(speed: Floats, bandwidth: float) -> float:
     return 2 * np.pi * bandwidth / float(np.quantile(moving, _IN_BAND_SHARE))
 
 
+def highest_peaks(coordinate: Floats, signal: Floats, frequencies: Floats, count: int) -> list[float]:
+    """Return the frequencies of the `count` highest peaks in the sum of the joints' periodograms, the highest first.
+
+    coordinate, signal: (n, dof), NaN where unknown; frequencies: (f,) as in `periodogram`; none where there are none.
+    """
+    power = np.zeros(len(frequencies))
+    for position, values in zip(coordinate.T, signal.T, strict=True):
+        known = np.isfinite(position) & np.isfinite(values)
+        if known.any() and len(frequencies):
+            power += periodogram(position[known], values[known] - values[known].mean(), frequencies)
+    peaks = np.flatnonzero((power >= np.roll(power, 1)) & (power >= np.roll(power, -1)))
+    best: list[float] = frequencies[peaks[np.argsort(-power[peaks])][:count]].tolist()
+    return best
+
+
 def periodogram(coordinate: Floats, signal: Floats, frequencies: Floats) -> Floats:
     """Compute by how much a wave of each frequency reduces the sum of squares of a signal: (f,).
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity
-from ident.dynamics.effects.periodogram import MAX_PHASE, highest_in_band, periodogram
+from ident.dynamics.effects.periodogram import MAX_PHASE, highest_in_band, highest_peaks
 from recordings.recording import Floats
 
 LOWEST, HIGHEST = 6.0, 3000.0
@@ -20,14 +20,7 @@ def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, float]]:
     lowest = max(LOWEST, 2 * np.pi / travel)  # a longer period is a curve over the angle, no ripple
     highest = highest_in_band(np.abs(inputs.motion.velocity), inputs.bandwidth)
     lines = np.arange(lowest, min(HIGHEST, MAX_PHASE / travel, highest), 1.0 / travel)
-    power = np.zeros(len(lines))
-    for angle, signal in zip(position.T, residual.T, strict=True):
-        known = np.isfinite(angle) & np.isfinite(signal)
-        if known.any() and len(lines):
-            power += periodogram(angle[known], signal[known] - signal[known].mean(), lines)
-    peaks = np.flatnonzero((power >= np.roll(power, 1)) & (power >= np.roll(power, -1)))
-    best = peaks[np.argsort(-power[peaks])][:_BEST]
-    return [{"N": float(lines[i])} for i in best]
+    return [{"N": line} for line in highest_peaks(position, residual, lines, _BEST)]
 
 
 effect = Additive(
