@@ -16,8 +16,10 @@ from web import local
 from web.security import Guard
 
 _PATIENCE = 18.0
-"""Time without an answer after which a browser is given up and its page loaded again [s]. A frozen browser counts as
-absent after 1.2 times as long, and moving drives are stopped 20 s later."""
+"""A frozen browser counts as absent after 1.2 times as long [s], and moving drives are stopped 20 s later."""
+_KEPT = 900.0
+"""Time for which the page of an absent browser is kept [s]: one that comes back goes on where it was, and what was
+pressed meanwhile counts."""
 _SANDBOX = {"content-security-policy": "sandbox allow-scripts allow-downloads"}
 """A report runs its scripts apart from the page, which can set drives in motion."""
 
@@ -26,7 +28,7 @@ def guarded_app(session: WorkbenchSession, token: str) -> Guard:
     """Return the page of `session` as an ASGI application behind the token guard."""
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
 
-    @ui.page("/", title="delta-workbench")
+    @ui.page("/", title="delta-workbench", reconnect_timeout=_KEPT)
     def page() -> None:
         build(session)
 

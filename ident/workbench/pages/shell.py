@@ -70,9 +70,9 @@ def build(session: WorkbenchSession) -> None:
     client = ui.context.client
 
     def poll() -> None:
-        if client.has_socket_connection:
+        if client.has_socket_connection:  # nothing is drawn for a browser that is away
             session.recorder.mark_seen()
-        page.poll()
+            page.poll()
 
     ui.timer(0.2, poll)
 

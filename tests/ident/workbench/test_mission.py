@@ -11,6 +11,8 @@ from tests.conftest import Runner
 from tests.ident.workbench.conftest import Browser, NewFolder, RunningWorkbench, Serve
 
 pytestmark = pytest.mark.slow
+AWAY = 20.0
+"""Longer than a browser may be silent [s]."""
 
 
 @pytest.fixture
@@ -134,6 +136,16 @@ def test_mission_with_the_keyboard(workbench: RunningWorkbench, browser: Browser
     for tab in ("data", "model", "residuals", "missing", "export", "use", "record"):
         browser.press(f"tab-{tab}")
         browser.check(f"narrow-{tab}")
+
+
+def test_a_browser_that_was_away_goes_on_where_it_was(workbench: RunningWorkbench, browser: Browser) -> None:
+    browser.open(workbench.address)
+    browser.page.evaluate("window.kept = true; window.socket.disconnect()")
+    browser.page.wait_for_timeout(1e3 * AWAY)
+    browser.click("tab-model")
+    browser.page.evaluate("window.socket.connect()")
+    browser.page.get_by_text("Press Fit").first.wait_for()
+    assert browser.page.evaluate("window.kept"), "the page was loaded again"
 
 
 def test_diagnosis_and_the_way_back(workbench: RunningWorkbench, browser: Browser) -> None:
