@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from ident import plugins
+from ident.basics import plugins
 from recordings.command_line import FiniteRange, NameChoice, refuse_existing, repeated, say_next
 from recordings.errors import BadInput
 

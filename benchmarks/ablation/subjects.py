@@ -130,7 +130,7 @@ def watch(pair: Pair) -> Trial:
 
 def try_(pair: Pair) -> Trial:
     """Diagnose a case by a variant."""
-    from ident.threads import compute_alone
+    from ident.basics.threads import compute_alone
 
     compute_alone()
     with nullcontext() if pair.variant == TODAY else variants.applied(pair.variant):

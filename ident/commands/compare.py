@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ident.basics.model_name import model_stem
 from ident.command_options import ACCEPT, EFFECT_FILES, FILE, JSON, DataCommand, again, say_written, show_result
-from ident.model_name import model_stem
 from recordings.command_line import check_readable, refuse_existing, repeated, say_next
 from recordings.next_command import diagnosis, free_output
 

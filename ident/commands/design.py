@@ -7,7 +7,7 @@ from typing import Literal
 
 import click
 
-from ident import plugins
+from ident.basics import plugins
 from ident.command_options import (
     EFFECT_FILES,
     FILE,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal, cast
 
 import click
 
-from ident import plugins
+from ident.basics import plugins
 from ident.command_options import EFFECT_FILES, FILE, RuledCommand, belongs, chosen_path, one_of
 from recordings.command_line import FiniteRange, NameChoice, check_readable, refuse_existing, repeated, say, say_next
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ident import plugins
+from ident.basics import plugins
 from ident.command_options import (
     ACCEPT,
     CUTOFF,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ident import plugins
+from ident.basics import plugins
 from ident.command_options import CUTOFF, FILE, JSON, PREPROCESS, print_result, say_written
 from ident.fleet import check_installed
 from recordings.command_line import NameChoice, refuse_existing, say, say_next

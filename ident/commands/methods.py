@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from ident import plugins
+from ident.basics import plugins
 from ident.command_options import JSON, print_result
 from recordings.command_line import NameChoice, say_next
 

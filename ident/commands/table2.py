@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ident import plugins
+from ident.basics import plugins
 from ident.command_options import FILE, JSON, show_result
 from recordings.command_line import NameChoice, refuse_existing, say_next
 from recordings.errors import BadInput, did_you_mean

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ident import plugins
+from ident.basics import plugins
+from ident.basics.model_name import model_stem
 from ident.command_options import (
     EFFECT_FILES,
     FILE,
@@ -19,7 +20,6 @@ from ident.command_options import (
     say_written,
     show_result,
 )
-from ident.model_name import model_stem
 from recordings.command_line import FiniteRange, NameChoice, check_readable, refuse_existing, say, say_next
 from recordings.next_command import free_name
 

@@ -22,13 +22,13 @@ from typing import Literal
 
 import numpy as np
 
-from ident import filters
+from ident.basics import filters
+from ident.basics.filters import contiguous_slices
+from ident.basics.statistics import TINY
+from ident.basics.threads import in_threads
 from ident.data import welch
 from ident.data.excerpts import excerpts
 from ident.data.samples import Samples, sample
-from ident.filters import contiguous_slices
-from ident.statistics import TINY
-from ident.threads import in_threads
 from recordings.errors import BadInput
 from recordings.recording import Bools, Floats, Recording
 

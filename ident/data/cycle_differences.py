@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.statistics import TINY
+from ident.basics.statistics import TINY
 from recordings.recording import Bools, Floats
 
 _BLOCK_FREEDOM = 20.0

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.basics.filters import convolve
 from ident.data.cycle_differences import cycle_differences
 from ident.data.prepared_recording import PreparedRecording
 from ident.data.samples import Samples
 from ident.data.trends import Trend, clearest_trend
-from ident.filters import convolve
 from recordings.recording import Floats
 
 _HALF_WIDTH = 12

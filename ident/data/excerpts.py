@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident import slicing
+from ident.basics import slicing
 from recordings.recording import Recording
 
 MAX_DURATION = 150.0

@@ -16,7 +16,7 @@ from typing import Literal
 
 import numpy as np
 
-from ident import filters
+from ident.basics import filters
 from ident.data import cycle_statistics
 from ident.data.cycle_differences import CycleDifferences, between_cycles, cycle_differences
 from ident.data.prepared_recording import PreparedRecording

@@ -6,7 +6,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from ident import slicing
+from ident.basics import slicing
 from ident.data import preprocessing
 from ident.data.cutoff import Cutoff, choose_common, given_or_chosen
 from ident.data.gaps import across_gaps

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from ident import filters
+from ident.basics import filters
 from ident.dynamics.torque_map import torque_from_voltage, torque_per_volt
 from recordings.data_problems import signals
 from recordings.data_problems.signals import MIN_TRAVEL

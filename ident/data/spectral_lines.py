@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.basics.threads import in_threads
 from ident.data.cycle_differences import cycle_differences, deviation_within_groups
 from ident.data.prepared_recording import PreparedRecording
-from ident.threads import in_threads
 from recordings.recording import Floats
 
 MIN_FREQUENCY = 1.0

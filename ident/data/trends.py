@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.statistics import TINY
+from ident.basics.statistics import TINY
 from recordings.recording import Bools, Floats, Ints
 
 SIGNIFICANT = 0.001

@@ -7,7 +7,7 @@ those that need no model.
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 
-from ident import plugins
+from ident.basics import plugins
 from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.data_problems import angle_unit
 from ident.data_problems.facts import Facts

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ident.basics.filters import mean_sign
 from ident.dynamics.motion import Motion
-from ident.filters import mean_sign
 from recordings.recording import Floats
 from recordings.rig import Rig
 from trajectories import Trajectory, kinematics

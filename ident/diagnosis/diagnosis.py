@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ident.basics.threads import in_threads
 from ident.data.compatibility import check_no_overlap, check_not_repeated, check_same_rig
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import PreparedRecording, common_cutoff, prepare
@@ -28,7 +29,6 @@ from ident.dynamics.structure import ModelStructure
 from ident.identification.chosen_effects import check_effect_name
 from ident.identification.model_file import ModelFile
 from ident.identification.prediction import check_model_rig, structure_of
-from ident.threads import in_threads
 from recordings.data_problems import DataProblem
 from recordings.errors import BadInput
 from recordings.reader import read

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from ident.basics.numba_cache import compiled
 from ident.dynamics.delta_motion import delta_motion, load_torques
-from ident.numba_cache import compiled
 from recordings.recording import Floats
 from trajectories.closed_chain import dot
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ident.numba_cache import compiled
+from ident.basics.numba_cache import compiled
 from recordings.recording import Floats
 
 

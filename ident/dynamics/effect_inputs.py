@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from ident import filters, slicing
+from ident.basics import filters, slicing
+from ident.basics.recent import RecentResults
 from ident.dynamics.flexible_joints import FlexibleJoints, flexible_joints, joint_inertia
 from ident.dynamics.motion import Motion
 from ident.dynamics.platform import GRAVITY as GRAVITY
 from ident.dynamics.platform import Platform, platform
-from ident.recent import RecentResults
 from recordings.recording import Floats
 from recordings.rig import Rig
 

@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
+from ident.basics.numba_cache import compiled
 from ident.dynamics.arm_kernels import arm_dynamics, known, solve
-from ident.numba_cache import compiled
 from recordings.recording import Floats
 
 _SETTLING_STEPS = 50

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident import slicing
+from ident.basics import slicing
 from ident.data.prepared_recording import PreparedRecording
 from ident.dynamics.structure import ModelStructure
 from ident.estimation.predicted_torque import TorquePredictor

@@ -13,7 +13,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from ident.numba_cache import compiled
+from ident.basics.numba_cache import compiled
 from recordings.recording import Floats
 
 _LANES = 16

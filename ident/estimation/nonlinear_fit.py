@@ -9,9 +9,9 @@ from itertools import combinations, product
 
 import numpy as np
 
+from ident.basics.threads import in_threads
 from ident.dynamics.structure import ModelStructure
 from ident.estimation.predicted_torque import TorquePredictor
-from ident.threads import in_threads
 from recordings.recording import Bools, Floats
 
 _MAX_STEPS = 15

@@ -10,6 +10,7 @@ from itertools import product
 import numpy as np
 from numpy.random import Generator
 
+from ident.basics.threads import in_threads
 from ident.data.prepared_recording import PreparedRecording
 from ident.dynamics.effects.base import is_infinite
 from ident.dynamics.structure import ModelStructure, ParameterEntry, Term
@@ -18,7 +19,6 @@ from ident.estimation.estimators import lad, pso
 from ident.estimation.linear_fit import Fit, fit
 from ident.estimation.problem import Progress
 from ident.estimation.regression import linearize
-from ident.threads import in_threads
 from recordings.errors import BadInput
 from recordings.recording import Bools, Floats, Ints
 

@@ -13,13 +13,13 @@ from typing import cast
 
 import numpy as np
 
+from ident.basics.recent import RecentResults
+from ident.basics.threads import in_threads
 from ident.data.prepared_recording import PreparedRecording
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Signal
 from ident.dynamics.mechanism_motion import MechanismMotion
 from ident.dynamics.structure import ModelStructure
-from ident.recent import RecentResults
-from ident.threads import in_threads
 from recordings.recording import Floats
 
 _RELATIVE_STEP = 1e-4

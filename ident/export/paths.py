@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ident import slicing
+from ident.basics import slicing
 from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.inverse_dynamics import InverseDynamics

@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from ident.basics.statistics import TINY
 from ident.diagnosis.diagnosis import DiagnosisOptions, prepare_inputs
 from ident.diagnosis.judge.equivalence import EQUIVALENT_SHARE
 from ident.diagnosis.judge.fitted_model import FittedModel
@@ -21,7 +22,6 @@ from ident.fleet.change_screening import ChangeScreener, as_change
 from ident.fleet.discoveries import Event, nuisance
 from ident.fleet.series import Series
 from ident.fleet.settings import FleetSettings
-from ident.statistics import TINY
 from recordings.config import ConfigSection
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.statistics import LEVEL
+from ident.basics.statistics import LEVEL
 from recordings.recording import Floats
 
 MIN_BEFORE = 5

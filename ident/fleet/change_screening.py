@@ -12,12 +12,12 @@ from functools import cached_property
 
 import numpy as np
 
+from ident.basics.statistics import TINY
 from ident.diagnosis.search.screening import Candidate, Screener, column_basis
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Additive, Effect, Quantity
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
-from ident.statistics import TINY
 from recordings.recording import Bools, Floats
 
 PARAMETER_NAMES = {

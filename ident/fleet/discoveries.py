@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ident.basics.statistics import NORMAL
 from ident.fleet.change_point import MIN_BEFORE, MIN_GROWING, MIN_SUDDEN, Change, change
 from ident.fleet.common_course import with_common_course
 from ident.fleet.series import Nights, Series
-from ident.statistics import NORMAL
 from recordings.recording import Floats, Ints
 
 FALSE_DISCOVERY_RATE = 0.01

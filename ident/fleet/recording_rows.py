@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ident.basics.statistics import NORMAL
 from ident.diagnosis.diagnosis import DiagnosisOptions, prepare_inputs
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.search.search import Search
@@ -20,7 +21,6 @@ from ident.diagnosis.split.split_data import rms
 from ident.dynamics.effects.library import library
 from ident.fleet.settings import FleetSettings
 from ident.fleet.walk import RecordingFile
-from ident.statistics import NORMAL
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording, Run

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable, Iterator
 
+from ident.basics.statistics import NORMAL
 from ident.identification.model_file import FittedParameter, ModelFile, RecordingSource
-from ident.statistics import NORMAL
 from ident.uncertainty.assessment import Assessment
 from recordings.recording import Recording
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ident import plugins
+from ident.basics import plugins
 from ident.data.compatibility import check_same_rig
 from ident.data.prepared_recording import PreparedRecording, prepare_all
 from ident.estimation import estimators

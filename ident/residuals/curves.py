@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from ident import statistics
+from ident.basics import statistics
 from ident.dynamics.effects.base import SignatureAxis
 from ident.identification.prediction import Prediction
 from recordings.recording import Floats, Ints

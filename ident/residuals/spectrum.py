@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.basics.filters import contiguous_slices
 from ident.data import cycle_statistics, welch
-from ident.filters import contiguous_slices
 from ident.identification.prediction import Prediction
 from recordings.recording import Floats
 

@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from ident.basics.statistics import LEVEL
 from ident.data import cycle_statistics, noise
 from ident.data.samples import holds_torque
 from ident.data.trends import Trend
@@ -15,7 +16,6 @@ from ident.dynamics.structure import ModelStructure
 from ident.estimation import estimators
 from ident.estimation.linear_fit import Fit
 from ident.estimation.regression import Regression
-from ident.statistics import LEVEL
 from ident.uncertainty import covariance, physical_consistency, sensitivity
 from ident.uncertainty.covariance import IntervalMethod, Uncertainty
 from ident.uncertainty.identifiability import Combination, Identifiability, Status, identifiability

@@ -23,8 +23,8 @@ from typing import Literal
 
 import numpy as np
 
-from ident import slicing, statistics
-from ident.statistics import LEVEL as LEVEL
+from ident.basics import slicing, statistics
+from ident.basics.statistics import LEVEL as LEVEL
 from ident.uncertainty import autocovariance
 from recordings.errors import BadInput
 from recordings.recording import Bools, Floats, Ints

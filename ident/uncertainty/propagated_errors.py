@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ident.basics.statistics import TINY
 from ident.data.cycle_statistics import repeating_share
 from ident.data.prepared_recording import PreparedRecording
 from ident.data.quantization import DRIVE_DRAWS, drive_errors, with_encoder_errors
@@ -12,7 +13,6 @@ from ident.dynamics.structure import ModelStructure
 from ident.estimation.chunks import overlapping_chunks
 from ident.estimation.nonlinear_fit import Solution, linearized_solution
 from ident.estimation.predicted_torque import TorquePredictor
-from ident.statistics import TINY
 from recordings.recording import Bools, Floats
 
 DRAWS = 4

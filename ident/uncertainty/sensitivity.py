@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ident import slicing
+from ident.basics import slicing
 from ident.data.prepared_recording import prepare
 from ident.data.samples import grid
 from ident.dynamics.structure import Term

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.basics.filters import first_derivative
 from ident.estimation.regression import Regression
-from ident.filters import first_derivative
 from ident.uncertainty import covariance
 from recordings.recording import Floats
 

@@ -16,7 +16,7 @@ from numpy.random import Generator
 from rich.console import Console
 
 import ident
-from ident import plugins
+from ident.basics import plugins
 from ident.dynamics.effects.library import library
 from ident.estimation import estimators
 from ident.output import pictures

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ident.basics.filters import mean_sign
 from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.search.search import Search
@@ -22,7 +23,6 @@ from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import ModelStructure, Term
 from ident.estimation.regression import Regression
-from ident.filters import mean_sign
 from recordings.recording import Floats, Recording, Run
 from recordings.rig import Axis, Rig
 

@@ -8,9 +8,9 @@ import pytest
 from scipy.optimize import linprog
 from scipy.sparse import hstack, identity
 
+from ident.basics.filters import mean_sign
 from ident.dynamics import mechanisms
 from ident.dynamics.motion import Motion
-from ident.filters import mean_sign
 from recordings.recording import Floats, Recording, Run
 from recordings.rig import Rig, simulated_rig
 from recordings.writer import RecordingWriter

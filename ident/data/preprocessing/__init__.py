@@ -9,11 +9,11 @@ from typing import cast
 
 import numpy as np
 
-from ident import plugins
+from ident.basics import plugins
+from ident.basics.filters import convolve
 from ident.data.cutoff import Cutoff
 from ident.data.samples import Samples
 from ident.dynamics.motion import Motion
-from ident.filters import convolve
 from recordings.recording import Floats, Ints
 
 Preprocess = Callable[[Samples, float | Cutoff | None], "Preprocessed"]

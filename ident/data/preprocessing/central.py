@@ -5,11 +5,11 @@ This amplifies encoder noise by 1/dt^2. The method exists to reproduce the paper
 
 import numpy as np
 
+from ident.basics.filters import convolve
 from ident.data.cutoff import Cutoff
 from ident.data.preprocessing import Preprocessed
 from ident.data.samples import Samples
 from ident.dynamics.motion import Motion
-from ident.filters import convolve
 from recordings.errors import BadInput
 
 

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from ident import filters
+from ident.basics import filters
 from ident.data import cutoff as choice
 from ident.data.cutoff import Cutoff
 from ident.data.preprocessing import Preprocessed, sensitivity

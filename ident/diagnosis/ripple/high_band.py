@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident import filters
+from ident.basics import filters
+from ident.basics.threads import in_threads
 from ident.diagnosis.split.split_data import SplitData
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.predicted_torque import TorquePredictor
-from ident.threads import in_threads
 from recordings.recording import Bools, Floats
 
 HIGHEST_SHARE = 0.4

@@ -11,6 +11,7 @@ from itertools import chain
 
 import numpy as np
 
+from ident.basics.threads import in_threads
 from ident.data import cycle_statistics
 from ident.data.prepared_recording import PreparedRecording
 from ident.diagnosis.judge.fitted_model import FittedModel
@@ -22,7 +23,6 @@ from ident.diagnosis.split.split_data import rms
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.periodogram import highest_in_band, periodogram
 from ident.dynamics.structure import ModelStructure, Term
-from ident.threads import in_threads
 from recordings.recording import Floats
 
 EFFECT = "cogging"

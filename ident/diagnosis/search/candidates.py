@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ident.basics.threads import in_threads
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.price import is_significant
 from ident.diagnosis.judge.rules.limits import plausible_instances
@@ -14,7 +15,6 @@ from ident.diagnosis.search.screening import Candidate, ColumnsKey, Screener
 from ident.diagnosis.search.selection import Exclusion
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import Term
-from ident.threads import in_threads
 from recordings.recording import Floats
 
 WIDTH = 3

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
+from ident.basics.threads import in_threads
 from ident.diagnosis.judge.equivalence import is_preferred, slack
 from ident.diagnosis.judge.evidence import Evidence, Rejection
 from ident.diagnosis.judge.fitted_model import FittedModel
@@ -13,7 +14,6 @@ from ident.diagnosis.search.candidates import WIDTH, Candidates
 from ident.diagnosis.search.fits import added_term
 from ident.diagnosis.search.largest_gain import LargestGain
 from ident.diagnosis.search.selection import Finding, Selection, SelectionStep
-from ident.threads import in_threads
 
 
 def review(

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ident.basics.threads import in_threads
 from ident.diagnosis.search.initial_guesses import initial_guesses
 from ident.diagnosis.search.joint_subsets import Products, choose_joints
 from ident.diagnosis.search.selection import Exclusion
@@ -20,7 +21,6 @@ from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.predicted_torque import TorquePredictor
 from ident.estimation.shape_parameters import suggestions
-from ident.threads import in_threads
 from recordings.recording import Floats
 
 MIN_EXCITATION = 1e-3

@@ -15,7 +15,8 @@ from typing import Literal
 
 import numpy as np
 
-from ident import filters
+from ident.basics import filters
+from ident.basics.threads import in_threads
 from ident.data import cycle_statistics, noise
 from ident.data.quantization import drive_errors
 from ident.data.spectral_lines import SpectralLine, strongest_lines
@@ -23,7 +24,6 @@ from ident.data.trends import Trend
 from ident.diagnosis.split.split_data import TINY, SplitData, rms
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.predicted_torque import TorquePredictor
-from ident.threads import in_threads
 from recordings.recording import Bools, Floats
 
 _MIN_NOISE_SHARE = 0.3

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ident.basics.threads import in_threads
 from ident.data.cycle_statistics import repeating_share
 from ident.data.prepared_recording import PreparedRecording
 from ident.data.quantization import with_encoder_errors
@@ -20,7 +21,6 @@ from ident.estimation.nonlinear_fit import (
     linearized_solution,
 )
 from ident.estimation.predicted_torque import TorquePredictor
-from ident.threads import in_threads
 from ident.uncertainty.propagated_errors import perturbed_draws
 from recordings.recording import Bools, Floats, Ints
 

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ident.basics.threads import in_threads
 from ident.data.prepared_recording import PreparedRecording
 from ident.data.row_weights import moving_rows, row_weights, standstill_share
 from ident.diagnosis.split.split_data import SplitData, row_count
 from ident.estimation.predicted_torque import TorquePredictor, cache_size
-from ident.threads import in_threads
 from recordings.errors import BadInput
 from recordings.recording import Bools
 

@@ -6,7 +6,7 @@ A mechanism's module holds `create(rig) -> Mechanism`. The number of joints is n
 from dataclasses import dataclass
 from typing import Protocol, cast
 
-from ident import plugins
+from ident.basics import plugins
 from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
 from recordings.recording import Floats

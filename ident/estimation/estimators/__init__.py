@@ -16,7 +16,7 @@ from typing import Any, Protocol, cast
 
 from numpy.random import Generator
 
-from ident import plugins
+from ident.basics import plugins
 from ident.estimation import settings as method_settings
 from ident.estimation.problem import Estimate, Problem, Progress
 from ident.estimation.settings import Setting

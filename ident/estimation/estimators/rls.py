@@ -19,9 +19,9 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.random import Generator
 
+from ident.basics.numba_cache import compiled
 from ident.estimation.problem import Estimate, Problem, Progress
 from ident.estimation.settings import Meaning
-from ident.numba_cache import compiled
 from recordings.errors import BadInput
 
 FORM = "lagrange14"

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import cast
 
-from ident import plugins
+from ident.basics import plugins
 from recordings.errors import BadInput
 from recordings.recording import Floats
 

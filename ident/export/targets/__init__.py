@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol, cast
 
-from ident import plugins
+from ident.basics import plugins
 from ident.export.losses import Carried
 from ident.export.paths import TorquePath
 from ident.identification.model import Model

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ident import slicing
+from ident.basics import slicing
+from ident.basics.filters import contiguous_slices
 from ident.export import c_source, tables, torque_table
 from ident.export.losses import Carried, sorted_by
 from ident.export.paths import GivenPath, TorquePath
 from ident.export.targets import ExportRequest
-from ident.filters import contiguous_slices
 from ident.identification.model import Model
 from recordings.errors import BadInput
 from recordings.recording import Bools, Floats

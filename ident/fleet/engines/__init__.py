@@ -11,8 +11,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Protocol, TypeVar
 
-from ident import plugins
-from ident.threads import compute_alone
+from ident.basics import plugins
+from ident.basics.threads import compute_alone
 
 T = TypeVar("T")
 R = TypeVar("R")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ident.statistics import TINY
+from ident.basics.statistics import TINY
 from ident.workbench.worker.views import RecordingView, TorqueSeries
 from recordings.recording import Floats
 from recordings.rig import Geometry

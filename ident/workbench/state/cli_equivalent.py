@@ -2,7 +2,7 @@
 
 import shlex
 
-from ident.model_name import model_stem
+from ident.basics.model_name import model_stem
 from ident.workbench.worker.views import StepsView, SwarmRequest
 from recordings.command_line import repeated
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ident.basics.model_name import model_stem
 from ident.export import targets
 from ident.identification import model_file
 from ident.identification.model_file import ModelFile
-from ident.model_name import model_stem
 from ident.workbench.folder import Folder
 from ident.workbench.programs.running import run_ident
 from ident.workbench.state.cli_equivalent import report_command

@@ -3,7 +3,7 @@ import json
 import pytest
 from click.testing import CliRunner, Result
 
-from ident import plugins
+from ident.basics import plugins
 from ident.cli import program
 from ident.estimation import estimators
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident import slicing
+from ident.basics import slicing
 from ident.data.cutoff import (
     MAX_NOISE_SHARE,
     MAX_TORQUE_LOSS,

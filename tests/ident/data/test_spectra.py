@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from ident import filters
+from ident.basics import filters
 from ident.data import welch
 from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.data.spectral_lines import strongest_lines

@@ -5,11 +5,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from ident.basics.filters import convolve, low_pass
 from ident.dynamics import mechanisms
 from ident.dynamics.flexible_joints import FlexibleJoints, flexible_joints
 from ident.dynamics.motion import Motion
 from ident.dynamics.platform import platform
-from ident.filters import convolve, low_pass
 from recordings.recording import Floats
 from recordings.rig import simulated_rig
 

@@ -3,7 +3,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ident import plugins
+from ident.basics import plugins
 from ident.data.prepared_recording import prepare
 from ident.dynamics.mechanisms import Parameter
 from ident.estimation import estimators

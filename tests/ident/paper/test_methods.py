@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident import plugins
+from ident.basics import plugins
 from ident.identification.goodness_of_fit import GoodnessOfFit
 from ident.paper import methods
 from ident.paper.methods import MethodComparison

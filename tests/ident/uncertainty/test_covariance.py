@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.signal import fftconvolve, lfilter
 from scipy.stats import t as student
 
-from ident import filters
+from ident.basics import filters
 from ident.estimation.lad_certificate import certify
 from ident.uncertainty import covariance
 from ident.uncertainty.covariance import IntervalMethod, Uncertainty, estimate, least_absolute, least_squares

@@ -6,7 +6,7 @@ Its module holds the description `effect`. An effect of the user is a file of th
 from collections.abc import Sequence
 from pathlib import Path
 
-from ident import plugins
+from ident.basics import plugins
 from ident.dynamics.effects import adopted
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.user_files import from_file

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from ident.basics.numba_cache import compiled
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from ident.dynamics.effects.c_code import CCode
-from ident.numba_cache import compiled
 from recordings.recording import Floats
 
 

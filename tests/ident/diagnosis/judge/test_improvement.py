@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import fftconvolve
 
-from ident import filters
+from ident.basics import filters
 from ident.diagnosis.judge.improvement import BLOCK_SECONDS, MIN_SHARE, MIN_T, Blocks, Improvement
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident import plugins
+from ident.basics import plugins
 from ident.estimation import estimators
 from ident.estimation.problem import Problem
 from recordings.errors import BadInput

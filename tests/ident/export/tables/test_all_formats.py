@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident import plugins
+from ident.basics import plugins
 from ident.export import tables
 from recordings.errors import BadInput
 from recordings.recording import Floats

@@ -1,4 +1,4 @@
-from ident.model_name import model_stem
+from ident.basics.model_name import model_stem
 
 
 def test_stem_is_without_the_endings_of_a_model() -> None:

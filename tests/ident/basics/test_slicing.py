@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ident.slicing import along_time
+from ident.basics.slicing import along_time
 
 
 @dataclass(frozen=True, eq=False)

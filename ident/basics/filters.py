@@ -24,7 +24,7 @@ def convolve(x: Floats, taps: Floats, step: int = 1) -> Floats:
 
     The number of `taps` is odd. NaN where the taps reach a gap or an end.
     """
-    from ident.numba_cache import compiled  # numba takes time to load
+    from ident.basics.numba_cache import compiled  # numba takes time to load
 
     signals = np.array(x.reshape(len(x), -1).T, float, order="C")  # sums run over adjacent values
     sums = compiled(_sums, fastmath={"reassoc", "contract"})(signals, taps[::-1].copy(), step)

@@ -1,5 +1,5 @@
-from ident.recent import RecentResults
-from ident.threads import in_threads
+from ident.basics.recent import RecentResults
+from ident.basics.threads import in_threads
 
 
 def test_a_result_is_computed_once() -> None:

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from ident.threads import in_threads
+from ident.basics.threads import in_threads
 
 
 def test_results_are_in_the_order_of_the_items() -> None:
@@ -26,7 +26,7 @@ def test_an_error_reaches_the_caller() -> None:
 
 def test_a_forked_process_has_threads_of_its_own() -> None:
     program = (
-        "import os; from ident.threads import in_threads; in_threads(str, range(9)); "
+        "import os; from ident.basics.threads import in_threads; in_threads(str, range(9)); "
         "child = os.fork(); result = in_threads(str, range(2)); child and os.waitpid(child, 0); print(result)"
     )
     command = [sys.executable, "-W", "ignore", "-c", program]

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ident import filters
+from ident.basics import filters
 
 RATES = st.floats(100, 2000)
 

@@ -1,0 +1,1 @@
+"""What all of `ident` stands on, and what knows nothing of robots: filters, statistics, threads, plugins, caches."""
