@@ -242,7 +242,7 @@ class ModelFile(JsonDocument):
 
 def recording_source(recording: Recording) -> RecordingSource:
     """Return name and digest of the file of `recording`."""
-    return RecordingSource(name=recording.path.name, sha256=sha256(recording.path), simulated=recording.run.simulated)
+    return RecordingSource(name=recording.path.name, sha256=recording.digest, simulated=recording.run.simulated)
 
 
 def find_recording(source: RecordingSource, model_path: Path) -> Path | None:
