@@ -4,11 +4,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain, islice
-from pathlib import Path
+from numbers import Real
 
 import numpy as np
 
-from ident.data.compatibility import check_no_overlap, check_not_repeated, check_same_rig
+from ident.arguments import expect
+from ident.data.compatibility import check_no_overlap, check_same_rig
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import PreparedRecording, common_cutoff, prepare
 from ident.data_problems import examined, listed
@@ -31,7 +32,7 @@ from ident.identification.prediction import check_model_rig, structure_of
 from ident.threads import in_threads
 from recordings.data_problems import DataProblem
 from recordings.errors import BadInput
-from recordings.reader import read
+from recordings.reader import Source, opened
 from recordings.recording import Floats, Recording
 
 StatusCallback = Callable[[str], None]
@@ -50,6 +51,10 @@ class DiagnosisOptions:
     """Effects of the library that are left out."""
     accept: tuple[str, ...] = ()
     """Kinds of data problems in spite of which the recordings are used."""
+
+    def __post_init__(self) -> None:
+        expect(Real | None, "a number", cutoff=self.cutoff)
+        expect(str, "a name", preprocessing=self.preprocessing)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,8 +115,8 @@ class Diagnosis:
 
 
 def diagnose(
-    files: Sequence[Path],
-    validate: Sequence[Path],
+    files: Sequence[Source],
+    validate: Sequence[Source],
     library: Mapping[str, Effect],
     options: DiagnosisOptions,
     progress: StatusCallback = lambda text: None,
@@ -168,15 +173,14 @@ def _select(search: Search, start: tuple[ModelStructure, Floats], options: Diagn
 
 
 def prepare_inputs(
-    files: Sequence[Path], validate: Sequence[Path], library: Mapping[str, Effect], options: DiagnosisOptions
+    files: Sequence[Source], validate: Sequence[Source], library: Mapping[str, Effect], options: DiagnosisOptions
 ) -> DiagnosisInputs:
     """Read and prepare recordings as `diagnose` uses them.
 
     Raises:
         BadInput: a recording cannot be used, or the recordings are not of the same rig.
     """
-    check_not_repeated((*files, *validate))
-    recordings = tuple(in_threads(read, (*files, *validate)))
+    recordings = tuple(in_threads(opened, (*files, *validate)))
     check_same_rig(recordings)
     check_no_overlap(recordings)
     usable = examined(recordings, partial(_prepare_recordings, options), options.accept)

@@ -1,9 +1,10 @@
 """The result of a diagnosis as a user receives it: the document, and the model with all effects found."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,13 +26,18 @@ from ident.identification.model_file import Agreement, FitMethod, FittedParamete
 from ident.identification.prediction import effect_terms, searched_parameters
 from ident.uncertainty.assessment import assess, interval_or_none, number_or_none
 from ident.uncertainty.sensitivity import Sensitivity
+from recordings.notebook import html_table
+from recordings.reader import Source
 from recordings.recording import Bools
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
 
 METHOD = "wls"
 """The estimator that a diagnosis uses: least squares, weighted by the noise."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class DiagnosisResult:
     """A diagnosis of recordings."""
 
@@ -40,6 +46,26 @@ class DiagnosisResult:
     diagnosis: Diagnosis
     """Models, residuals and data behind the document."""
     options: DiagnosisOptions
+
+    def __repr__(self) -> str:
+        """One line: the verdict, and the effects found."""
+        found = ", ".join(f"{each.effect} on joints {', '.join(map(str, each.joints))}" for each in self.findings)
+        return f"<DiagnosisResult {self.verdict}: {found or 'no effect'}>"
+
+    def _repr_html_(self) -> str:
+        """The held-out error of each model as a table below the verdict's sentence, for a notebook."""
+        labels, steps = self.document.labels, self.document.steps
+        errors = {label: step.held_out_rms for label, step in zip(labels, steps, strict=True)}
+        errors["noise floor"] = self.document.noise_rms
+        rows = [(label, *(f"{rms:.3g}" for rms in each)) for label, each in errors.items()]
+        head = (f"held-out RMS [{self.document.effort_units[0]}]", *self.document.joints)
+        return html_table(self.document.sentence, head, rows)
+
+    def plot(self) -> "go.Figure":
+        """A figure of the error after each step."""
+        from ident.output.figures.steps import error_steps
+
+        return error_steps(self.document)
 
     @property
     def verdict(self) -> Verdict:
@@ -69,14 +95,15 @@ class DiagnosisResult:
             Path(path).write_text(law, encoding="utf-8")
         return replace(self, document=document)
 
-    def apply(self) -> Model:
+    @cached_property
+    def model(self) -> Model:
         """The last model of the document, with all effects found: the same values, intervals and errors."""
         return Model(_diagnosed_model(self.diagnosis, self.document.steps[-1]), self.diagnosis.library)
 
 
 def diagnosed(
-    files: tuple[Path, ...],
-    validate: tuple[Path, ...],
+    files: Sequence[Source],
+    validate: Sequence[Source],
     effects: Mapping[str, Effect],
     options: DiagnosisOptions,
     progress: StatusCallback,
