@@ -104,6 +104,7 @@ def fit(
     from ident.identification.identify import FitOptions
 
     expect(str, "a name", method=method)
+    expect(bool, "True or False", bare=bare)
     expect(Mapping | None, "a mapping of settings by name", settings=settings)
     options = FitOptions(
         method=method,

@@ -37,5 +37,5 @@ def motion(model: Model, recording: Source | None, temperature: float | None = N
         return paths.from_recording(recording, model.file)
     if model.file.mechanism != "delta":
         name = model.file.train.recordings[0].name
-        raise BadInput(f"{name}, the recording of the fit, is not at hand; say along which motion: on, or --csv")
+        raise BadInput(f"{name}, the recording of the fit, is not at hand; give another one (--on), or --csv")
     return paths.from_trajectory("fig5a", rig_of(model.file)).at_temperature(temperature)

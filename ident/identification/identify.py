@@ -73,7 +73,7 @@ class FitOptions:
         expect(Integral, "a whole number", seed=self.seed)
         expect(Real | None, "a number", cutoff=self.cutoff)
         expect(str, "a name", preprocessing=self.preprocessing)
-        expect(bool, "True or False", physical=self.physical, bare=self.base_effects)
+        expect(bool, "True or False", physical=self.physical)
         for name in self.effects:
             check_effect_name(name.partition(":")[0], self.library)
         if self.intervals not in get_args(IntervalMethod):

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ident.arguments import expect
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.inverse_dynamics import InverseDynamics
@@ -134,6 +135,7 @@ class Model:
         """
         from ident.export import exporting
 
+        expect(str | Path, "a path", out=out)
         fitted = self.identification.train[0].prepared.recording if self.identification else None
         motion = exporting.motion(self, Path(on) if isinstance(on, str) else on or fitted)
         return exporting.export(self, target, Path(out), motion, precision)
