@@ -152,5 +152,7 @@ def test_the_example_names_the_effect_and_its_diagnosis_can_be_pickled(
     assert again.as_json() == session["diagnosis"].as_json()
     assert "quadratic_friction on joints 1" in repr(again)
     assert "quadratic_friction" in again._repr_html_()
+    assert again.propose("law.py") is None
+    assert not Path("law.py").exists()
     assert again.model.parameters == session["model"].parameters
     assert {path.name for path in tmp_path.iterdir()} >= {"steps.html", "bench.model.json", "controller"}
