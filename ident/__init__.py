@@ -10,12 +10,13 @@ they are needed. Arrays are (n, dof), in SI units. docs/reference/python.md show
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ident.arguments import expect, names, paths, sources
-from recordings.errors import BadInput, RunFailed
+from ident.arguments import names, paths, sources
+from recordings.errors import BadInput, RunFailed, expect
 
 if TYPE_CHECKING:
     from ident.diagnosis.diagnosis import StatusCallback
@@ -31,19 +32,14 @@ if TYPE_CHECKING:
 __all__ = ["BadInput", "Model", "Recording", "RunFailed", "check", "compare", "diagnose", "fit", "load_model", "read"]
 
 File = str | Path
+_CLASSES = {"Model": "ident.identification.model", "Recording": "recordings.recording"}
 
 
 def __getattr__(name: str) -> Any:
     """Load `Model` and `Recording` when they are asked for."""
-    if name == "Model":
-        from ident.identification.model import Model
-
-        return Model
-    if name == "Recording":
-        from recordings.recording import Recording
-
-        return Recording
-    raise AttributeError(f"module 'ident' has no attribute '{name}'")
+    if name not in _CLASSES:
+        raise AttributeError(f"module 'ident' has no attribute '{name}'")
+    return getattr(import_module(_CLASSES[name]), name)
 
 
 def read(path: File, *, map: Mapping[str, str] | None = None, rig: File | Rig | None = None) -> Recording:
@@ -195,6 +191,8 @@ def diagnose(
 
     expect(Model | None, "a model of ident.fit or ident.load_model", model=model)
     expect(Callable, "a function", progress=progress)  # type: ignore[arg-type]
+    expect(Real | None, "a number", cutoff=cutoff)
+    expect(str, "a name", preprocessing=preprocessing)
     train, held_out = sources(files, "files", least=1), sources(validate, "validate")
     chosen = names(only, "only"), names(without, "without"), names(accept, "accept")
     options = DiagnosisOptions(preprocessing, cutoff, *chosen)
@@ -209,6 +207,7 @@ def check(
     share: float = 0.03,
     effect_files: File | Sequence[File] = (),
     accept: str | Sequence[str] = (),
+    progress: StatusCallback = lambda text: None,
 ) -> CheckDocument:
     """Tell what the recordings `files` can show: of which effects, from which size on, and what is wrong with them.
 
@@ -225,4 +224,4 @@ def check(
 
     expect(Real, "a number", share=share)
     effects = library(paths(effect_files, "effect_files"))
-    return check(sources(files, "files", least=1), effects, share, accept=names(accept, "accept"))
+    return check(sources(files, "files", least=1), effects, share, progress, names(accept, "accept"))

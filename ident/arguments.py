@@ -1,25 +1,11 @@
-"""Arguments of the Python API, of which a wrong type is a TypeError that names the argument."""
+"""Arguments of the Python API that are one thing or a list; a TypeError names the one of a wrong type."""
 
 from collections.abc import Sequence
 from pathlib import Path
 from types import UnionType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from recordings.errors import BadInput
-
-if TYPE_CHECKING:
-    from recordings.reader import Source
-
-
-def expect(kind: type | UnionType, words: str, /, **arguments: object) -> None:
-    """Check that all `arguments` are of a `kind`, which `words` name.
-
-    Raises:
-        TypeError: one is not.
-    """
-    for name, value in arguments.items():
-        if not isinstance(value, kind):
-            raise TypeError(f"{name}: {words} expected, {type(value).__name__} found")
 
 
 def names(given: object, name: str) -> tuple[str, ...]:
@@ -40,7 +26,7 @@ def paths(given: object, name: str) -> tuple[Path, ...]:
     return tuple(map(Path, _several(given, name, str | Path, "a path or a list of paths")))
 
 
-def sources(given: object, name: str, least: int = 0) -> "tuple[Source, ...]":
+def sources(given: object, name: str, least: int = 0) -> tuple[Any, ...]:
     """The recordings that the argument `name` gives: a path, a recording, or a list of either; None: none.
 
     Raises:

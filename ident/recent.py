@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Hashable
 from threading import Lock
-from typing import Any, TypeVar, cast
+from typing import TypeVar, cast
 
 _T = TypeVar("_T")
 
@@ -15,10 +15,6 @@ class RecentResults:
         self._results: dict[Hashable, object] = {}
         """In the order of use."""
         self._lock = Lock()
-
-    def __reduce__(self) -> Any:
-        """Pickle the size: results are computed again where they are needed."""
-        return RecentResults, (self._size,)
 
     def get(self, key: Hashable, compute: Callable[[], _T]) -> _T:
         """Return the result of this `key`, or of `compute`, which two threads may call for the same key."""

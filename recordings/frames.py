@@ -1,16 +1,13 @@
 """Data frames of pandas, which is loaded when one is asked for."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from recordings.errors import BadInput
 
-if TYPE_CHECKING:
-    import pandas
 
-
-def data_frame(columns: Mapping[str, Any], index: Any = None) -> "pandas.DataFrame":
-    """Make a data frame of columns by name.
+def data_frame(columns: Mapping[str, Any], index: Any = None) -> Any:
+    """Make a pandas.DataFrame of columns by name.
 
     Raises:
         BadInput: pandas is not installed.

@@ -188,8 +188,8 @@ class Recording:
 
     def __repr__(self) -> str:
         """One line: what was recorded."""
-        span = f"{len(self.time)} samples in {self.time[-1] - self.time[0]:.4g} s"
-        return f"<Recording {self.path.name}: {self.rig.name}, {self.rig.dof} joints, {span}>"
+        machine = f"{self.rig.name}, {self.rig.dof} joints"
+        return f"<Recording {self.path.name}: {machine}, {len(self.time)} samples in {np.ptp(self.time):.4g} s>"
 
     def _repr_html_(self) -> str:
         """The same, and a table of what was measured, for a notebook."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Literal, cast
 
 import click
 
@@ -12,7 +12,6 @@ from ident.command_options import EFFECT_FILES, FILE, RuledCommand, belongs, cho
 from recordings.command_line import FiniteRange, NameChoice, check_readable, refuse_existing, repeated, say, say_next
 
 if TYPE_CHECKING:
-    from ident.export.exporting import Precision
     from ident.export.paths import TorquePath
     from ident.identification.model import Model
 
@@ -65,7 +64,7 @@ def command(
         refuse_existing(carried_file, force=force, read=inputs)
     model = ident.load_model(model_path, effect_files=effect_files)
     path = _motion(model, model_path, traj, table, recording, temperature)
-    carried = exporting.export(model, target, out, path, cast("Precision", precision))
+    carried = exporting.export(model, target, out, path, cast(Literal["double", "float"], precision))
     if as_json:
         click.echo(carried_file.read_text(encoding="utf-8"), nl=False)
     for name, why in carried.lost.items():

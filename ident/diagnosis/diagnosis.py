@@ -4,11 +4,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain, islice
-from numbers import Real
 
 import numpy as np
 
-from ident.arguments import expect
 from ident.data.compatibility import check_no_overlap, check_same_rig
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import PreparedRecording, common_cutoff, prepare
@@ -51,10 +49,6 @@ class DiagnosisOptions:
     """Effects of the library that are left out."""
     accept: tuple[str, ...] = ()
     """Kinds of data problems in spite of which the recordings are used."""
-
-    def __post_init__(self) -> None:
-        expect(Real | None, "a number", cutoff=self.cutoff)
-        expect(str, "a name", preprocessing=self.preprocessing)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,10 +11,10 @@ from ident.identification.model import Model, rig_of
 from recordings.errors import BadInput
 from recordings.reader import Source
 
-Precision = Literal["double", "float"]
 
-
-def export(model: Model, target: str, out: Path, path: TorquePath, precision: Precision = "double") -> Carried:
+def export(
+    model: Model, target: str, out: Path, path: TorquePath, precision: Literal["double", "float"] = "double"
+) -> Carried:
     """Write `model` for the `target` as `out`, and beside it what it carries along the motion `path`.
 
     Raises:
@@ -36,6 +36,8 @@ def motion(model: Model, recording: Source | None, temperature: float | None = N
     if recording is not None:
         return paths.from_recording(recording, model.file)
     if model.file.mechanism != "delta":
-        name = model.file.train.recordings[0].name
-        raise BadInput(f"{name}, the recording of the fit, is not at hand; give another one (--on), or --csv")
+        raise BadInput(
+            f"{model.file.train.recordings[0].name}, the recording of the fit, is not at hand; give another one "
+            "(--on), or --csv"
+        )
     return paths.from_trajectory("fig5a", rig_of(model.file)).at_temperature(temperature)

@@ -7,7 +7,6 @@ from typing import Any, get_args
 
 import numpy as np
 
-from ident.arguments import expect
 from ident.data.compatibility import check_no_overlap, check_same_rig
 from ident.data.prepared_recording import PreparedRecording, prepare_all
 from ident.data.samples import holds_torque
@@ -37,7 +36,7 @@ from ident.uncertainty.assessment import Assessment, ParameterUncertainty, asses
 from ident.uncertainty.covariance import IntervalMethod
 from ident.uncertainty.sensitivity import Sensitivity, sensitivity
 from ident.uncertainty.time_delay import delays
-from recordings.errors import BadInput
+from recordings.errors import BadInput, expect
 from recordings.reader import Source, opened
 from recordings.recording import Floats, Recording
 

@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ident.arguments import expect
-from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.inverse_dynamics import InverseDynamics
 from ident.dynamics.motion import Motion
@@ -21,7 +19,7 @@ from ident.identification import model_file
 from ident.identification.identify import Identification
 from ident.identification.model_file import FittedParameter, ModelFile
 from ident.identification.prediction import structure_of
-from recordings.errors import BadInput
+from recordings.errors import BadInput, expect
 from recordings.frames import data_frame
 from recordings.importing.in_memory import real_array
 from recordings.notebook import html_table
@@ -30,17 +28,12 @@ from recordings.recording import Floats
 from recordings.rig import Axis, Rig
 
 if TYPE_CHECKING:
-    import pandas
-
-    from ident.export.exporting import Precision
     from ident.export.losses import Carried
 
 _NEWTON_STEPS = 20
 """Most steps to the acceleration that belongs to a torque."""
 _CONVERGED = 1e-10
 """Relative change of the acceleration in the last of them."""
-_COLUMNS = ("value", "unit", "std", "meaning")
-"""Of the data frame of parameters, beside the interval."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -78,16 +71,16 @@ class Model:
         result[:known, :known] = correlation * np.outer(std[:known], std[:known])
         return result
 
-    def to_frame(self) -> pandas.DataFrame:
-        """`parameters` as a data frame, one row each.
+    def to_frame(self) -> Any:
+        """`parameters` as a pandas.DataFrame, one row each.
 
         Raises:
             BadInput: pandas is not installed.
         """
-        limits = [each.ci95 or (np.nan, np.nan) for each in self.parameters.values()]
-        columns = {name: [getattr(x, name) for x in self.parameters.values()] for name in _COLUMNS}
-        low, high = zip(*limits, strict=True)
-        return data_frame(columns | {"ci95_low": low, "ci95_high": high}, index=list(self.parameters))
+        found = self.parameters.values()
+        columns = {name: [getattr(each, name) for each in found] for name in ("value", "unit", "std", "meaning")}
+        limits = zip(*(each.ci95 or (np.nan, np.nan) for each in found), strict=True)
+        return data_frame(columns | dict(zip(("ci95_low", "ci95_high"), limits, strict=True)), list(self.parameters))
 
     def __repr__(self) -> str:
         """One line: mechanism, effects, and the error."""
@@ -98,12 +91,10 @@ class Model:
     def _repr_html_(self) -> str:
         """Its errors as a table below the verdict, for a notebook."""
         test, judged = self.file.residual_test, {"training": self.file.train, "held out": self.file.validate_}
-        errors = {name: each.fitted.rms for name, each in judged.items() if each}
-        floor = {"noise floor": test.noise_rms} if test else {}
-        rows = [(name, *("" if x is None else f"{x:.3g}" for x in rms)) for name, rms in (errors | floor).items()]
-        units = zip(self.file.joints, self.file.effort_units, strict=True)
-        head = ("RMS error", *(f"{joint} [{unit}]" for joint, unit in units))
-        return html_table(test.sentence if test else repr(self), head, rows)
+        errors: dict[str, tuple[float | None, ...]] = {name: each.fitted.rms for name, each in judged.items() if each}
+        errors |= {"noise floor": test.noise_rms} if test else {}
+        rows = [(name, *("" if x is None else f"{x:.3g}" for x in rms)) for name, rms in errors.items()]
+        return html_table(test.sentence if test else repr(self), ("RMS error", *self.file.joints), rows)
 
     def save(self, path: str | Path) -> None:
         """Write the model file `path`, replacing an existing file.
@@ -120,7 +111,12 @@ class Model:
             raise BadInput(f"model file {path} cannot be written: {reason}; choose another place") from None
 
     def export(
-        self, target: str, out: str | Path, *, on: Source | str | None = None, precision: Precision = "double"
+        self,
+        target: str,
+        out: str | Path,
+        *,
+        on: Source | str | None = None,
+        precision: Literal["double", "float"] = "double",
     ) -> Carried:
         """Write the model for a controller or a simulator, as `ident export`, which lists the targets, does.
 
@@ -137,8 +133,8 @@ class Model:
 
         expect(str | Path, "a path", out=out)
         fitted = self.identification.train[0].prepared.recording if self.identification else None
-        motion = exporting.motion(self, Path(on) if isinstance(on, str) else on or fitted)
-        return exporting.export(self, target, Path(out), motion, precision)
+        path = exporting.motion(self, Path(on) if isinstance(on, str) else on or fitted)
+        return exporting.export(self, target, Path(out), path, precision)
 
     def torque(
         self,
@@ -162,7 +158,7 @@ class Model:
         Raises:
             BadInput: an array has another shape, or an effect needs what is not given.
         """
-        return self.dynamics.torque(self._inputs(q, qd, qdd, dt, t, temperature))
+        return self.dynamics.torque(self.dynamics.inputs(*self._given(q, qd, qdd, dt, t, temperature)))
 
     def terms(
         self,
@@ -198,7 +194,7 @@ class Model:
 
         Arguments and errors: as `torque`.
         """
-        reported = self.dynamics.reported(self._inputs(q, qd, qdd, dt, t, temperature))
+        reported = self.dynamics.reported(self.dynamics.inputs(*self._given(q, qd, qdd, dt, t, temperature)))
         return voltage_from_torque(reported, self.file.torque)
 
     def acceleration(
@@ -267,17 +263,6 @@ class Model:
     def dynamics(self) -> InverseDynamics:
         """Model structure with the values of its parameters."""
         return InverseDynamics(*structure_of(self.file, rig_of(self.file), self.library))
-
-    def _inputs(
-        self,
-        q: ArrayLike,
-        qd: ArrayLike,
-        qdd: ArrayLike,
-        dt: float | None,
-        t: ArrayLike | None,
-        temperature: ArrayLike | None,
-    ) -> EffectInputs:
-        return self.dynamics.inputs(*self._given(q, qd, qdd, dt, t, temperature))
 
     def _given(
         self,

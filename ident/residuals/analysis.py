@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,9 +20,6 @@ from ident.residuals.windows import Window, worst_windows
 from recordings.data_problems import DataProblem
 from recordings.notebook import html_table
 from recordings.recording import Floats
-
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
 
 SCHEMA = 2
 WINDOWS = 6
@@ -84,8 +81,8 @@ class ResidualAnalysis:
         head = ("joint", "RMS residual", "of RMS torque", "noise floor")
         return html_table(self.test.sentence if self.test else self.sentences[0], head, rows)
 
-    def plot(self) -> "go.Figure":
-        """A figure of the mean residual over each quantity, joint by joint."""
+    def plot(self) -> Any:
+        """A Plotly figure of the mean residual over each quantity, joint by joint."""
         from ident.output.figures.residuals import curves
 
         return curves({"model": self})

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from recordings.columns import numbered
-from recordings.errors import BadInput
+from recordings.errors import BadInput, expect
 from recordings.importing import Description, converted, of_table
 from recordings.importing.arrays import table_of_arrays
 from recordings.recording import Floats, Recording
@@ -27,13 +27,11 @@ def of_arrays(
         raise BadInput(f"one of {', '.join(_TORQUES)} expected, {', '.join(given) or 'none'} found; give one of them")
     instants = real_array(time, "time")
     columns = {"time": instants} | ({} if cycle is None else {"cycle": real_array(cycle, "cycle")})
-    joints = {"position": position, **{name: values for name, values in others.items() if values is not None}}
-    shape: tuple[int, ...] | None = None
-    for name, given_values in joints.items():
-        values = real_array(given_values, name)
-        values = values[:, None] if values.ndim == 1 else values
-        shape = shape or (len(instants.ravel()), *values.shape[1:])
-        if values.ndim != 2 or values.shape != shape:
+    joints = {name: real_array(x, name) for name, x in {"position": position, **others}.items() if x is not None}
+    joints = {name: values[:, None] if values.ndim == 1 else values for name, values in joints.items()}
+    shape = (instants.size, *joints["position"].shape[1:2])
+    for name, values in joints.items():
+        if values.shape != shape or len(shape) != 2:
             raise BadInput(
                 f"{name}: an array (n, dof) of shape {shape} expected, {values.shape} found; give one row per time"
             )
@@ -68,17 +66,13 @@ def real_array(values: ArrayLike, name: str) -> Floats:
         raise TypeError(f"{name}: an array of real numbers expected, {type(values).__name__} found") from None
 
 
-def _entries(mapping: object) -> tuple[str, ...]:
+def _entries(mapping: Any) -> tuple[str, ...]:
     """Entries NAME=COLUMN:UNIT of the argument `map`."""
-    if not isinstance(mapping, Mapping | None) or not all(isinstance(x, str) for x in (mapping or {}).values()):
-        raise TypeError(f'map: a mapping such as {{"position_1": "q1:deg"}} expected, {mapping!r} found')
+    expect(Mapping | None, 'a mapping such as {"position_1": "q1:deg"}', map=mapping)
     return tuple(f"{name}={source}" for name, source in (mapping or {}).items())
 
 
-def _described(rig: object) -> Rig | None:
+def _described(rig: Any) -> Rig | None:
     """The rig that the argument `rig` is or names."""
-    if isinstance(rig, str | Path):
-        return load_rig(Path(rig), driven=False)
-    if rig is None or isinstance(rig, Rig):
-        return rig
-    raise TypeError(f"rig: a rig file or a rig expected, {type(rig).__name__} found")
+    expect(str | Path | Rig | None, "a rig file or a rig", rig=rig)
+    return load_rig(Path(rig), driven=False) if isinstance(rig, str | Path) else rig

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -30,9 +30,6 @@ from recordings.notebook import html_table
 from recordings.reader import Source
 from recordings.recording import Bools
 
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
-
 METHOD = "wls"
 """The estimator that a diagnosis uses: least squares, weighted by the noise."""
 
@@ -54,15 +51,13 @@ class DiagnosisResult:
 
     def _repr_html_(self) -> str:
         """The held-out error of each model as a table below the verdict's sentence, for a notebook."""
-        labels, steps = self.document.labels, self.document.steps
-        errors = {label: step.held_out_rms for label, step in zip(labels, steps, strict=True)}
-        errors["noise floor"] = self.document.noise_rms
-        rows = [(label, *(f"{rms:.3g}" for rms in each)) for label, each in errors.items()]
-        head = (f"held-out RMS [{self.document.effort_units[0]}]", *self.document.joints)
-        return html_table(self.document.sentence, head, rows)
+        errors = [*(step.held_out_rms for step in self.document.steps), self.document.noise_rms]
+        named = zip((*self.document.labels, "noise floor"), errors, strict=True)
+        rows = [(name, *(f"{rms:.3g}" for rms in each)) for name, each in named]
+        return html_table(self.document.sentence, ("held-out RMS error", *self.document.joints), rows)
 
-    def plot(self) -> "go.Figure":
-        """A figure of the error after each step."""
+    def plot(self) -> Any:
+        """A Plotly figure of the error after each step."""
         from ident.output.figures.steps import error_steps
 
         return error_steps(self.document)

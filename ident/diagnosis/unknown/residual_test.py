@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.arguments import expect
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import prepare
 from ident.data.row_weights import moving_or_all, standstill_share
@@ -25,7 +24,7 @@ from ident.identification.identify import FitOptions, identify
 from ident.identification.model import Model
 from ident.identification.model_file import FloorVerdict, ModelFile, RecordingSource, ResidualTest, recording_source
 from ident.identification.prediction import Prediction, structure_of
-from recordings.errors import BadInput
+from recordings.errors import BadInput, expect
 from recordings.reader import Source
 from recordings.recording import Bools, Floats, Recording
 
