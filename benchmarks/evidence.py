@@ -40,15 +40,15 @@ def main(folder: Path, count: int, seed: int) -> None:
 
 def differences(train: list[Path], validate: list[Path]) -> Iterator[tuple[str, str | None]]:
     """Every effect that is refuted or not confirmed, with what differs in its evidence, or None."""
-    result = ident.diagnose(train, validate)
-    last = result.apply()
+    result = ident.diagnose(train, validate=validate)
+    last = result.model
     for entry in result.document.rejected:
         if entry.status in ("refuted", "not-confirmed") and entry.evidence:
             yield entry.effect, _difference(entry.evidence, _asked_for(last, train, validate, entry.effect))
 
 
 def _asked_for(last: Model, train: list[Path], validate: list[Path], effect: str) -> Evidence:
-    result = ident.diagnose(train, validate, model=last, only=(effect,))
+    result = ident.diagnose(train, validate=validate, model=last, only=(effect,))
     return next(finding.evidence for finding in result.document.findings if finding.effect == effect)
 
 

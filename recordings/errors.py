@@ -3,6 +3,7 @@
 import shlex
 from collections.abc import Iterable
 from pathlib import Path
+from types import UnionType
 
 
 class BadInput(ValueError):
@@ -10,6 +11,17 @@ class BadInput(ValueError):
 
     The message says what was expected, what was found and what to do, in one or two lines.
     """
+
+
+def expect(kind: type | UnionType, words: str, /, **arguments: object) -> None:
+    """Check that all `arguments` of a function are of a `kind`, which `words` name.
+
+    Raises:
+        TypeError: one is not; it is named.
+    """
+    for name, value in arguments.items():
+        if not isinstance(value, kind):
+            raise TypeError(f"{name}: {words} expected, {type(value).__name__} found")
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

@@ -20,6 +20,8 @@ from recordings.limits import parsed
 from recordings.recording import CanFrames, Floats, Ints, LoggedEvent, Recording, Run
 from recordings.rig import Rig
 
+Source = Path | Recording
+"""A recording, or its file."""
 _SYNC_TOPICS = ("/joint_states", "/joint_commands", "/amplifiers")
 _FIELDS = {
     *("header.stamp", "position", "velocity", "effort", "voltage", "statusword", "error_code", "repeat", "lateness"),
@@ -70,6 +72,15 @@ def read(path: Path, most: int | None = None) -> Recording:
         extra=grid.extra(),
         events=_events(container, int(grid.stamps[0])),
     )
+
+
+def opened(source: Source) -> Recording:
+    """The recording that `source` is, or that it names.
+
+    Raises:
+        BadInput: as `read`.
+    """
+    return source if isinstance(source, Recording) else read(source)
 
 
 def is_foreign(path: Path) -> bool:

@@ -4,14 +4,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from recordings.config import ConfigSection
+from recordings.files import sha256
+from recordings.notebook import html_table
 from recordings.rig import Rig
 from recordings.schemas import Level
+
+if TYPE_CHECKING:
+    import pandas
 
 Pace = Literal["lockstep", "realtime"]
 """Time is simulated and advances with SYNC, or it is the host's."""
@@ -84,7 +89,7 @@ class LoggedEvent:
     message: str
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """Recording of n SYNC cycles of a mechanism with dof joints. NaN marks a gap: a sample that was not received."""
 
@@ -114,6 +119,95 @@ class Recording:
     events: tuple[LoggedEvent, ...]
     extra: Mapping[str, Floats] = field(default_factory=dict)
     """Further values (n,) by name, imported with the samples."""
+    known_digest: str | None = None
+    """SHA-256 of what the recording was made of; None: that of the file `path`."""
+
+    @classmethod
+    def from_arrays(
+        cls,
+        time: ArrayLike,
+        position: ArrayLike,
+        *,
+        effort: ArrayLike | None = None,
+        voltage: ArrayLike | None = None,
+        current: ArrayLike | None = None,
+        velocity: ArrayLike | None = None,
+        command: ArrayLike | None = None,
+        temperature: ArrayLike | None = None,
+        cycle: ArrayLike | None = None,
+        rig: "str | Path | Rig | None" = None,
+    ) -> "Recording":
+        """Make a recording of measurements in memory: arrays (n, dof), or (n,) of one joint; NaN is a gap.
+
+        time: (n,) [s], increasing, need not be even.
+        position, velocity, command: [rad] and [rad/s], or [m] and [m/s] of a prismatic joint.
+        effort [N m or N], voltage [V], current [A]: exactly one of them.
+        temperature: of the drives [degC].
+        cycle: (n,) number of the repetition; None: repetitions are found from the motion.
+        rig: description of the machine or its file; None: the delta robot of the paper, which has three joints.
+
+        Raises:
+            BadInput: shapes do not fit, not one quantity tells the torque, or a value cannot be.
+            TypeError: an argument is no array of real numbers, or no rig.
+        """
+        from recordings.importing.in_memory import of_arrays
+
+        torque = {"effort": effort, "voltage": voltage, "current": current}
+        others = {"velocity": velocity, "command": command, "temperature": temperature}
+        return of_arrays(time, position, cycle, rig, **torque, **others)
+
+    @classmethod
+    def from_frame(
+        cls, frame: "pandas.DataFrame", *, map: Mapping[str, str] | None = None, rig: "str | Path | Rig | None" = None
+    ) -> "Recording":
+        """Make a recording of a data frame with the columns of CSV import, as `to_frame` gives them.
+
+        map: the column and unit of a quantity, as {"effort_1": "i1:A*0.12"}, where it has another name.
+        rig: as in `from_arrays`.
+
+        Raises:
+            BadInput: a column is missing, or a value cannot be.
+            TypeError: `frame` is no data frame, or an argument has another type.
+        """
+        from recordings.importing.in_memory import of_columns
+
+        if not hasattr(frame, "columns"):
+            raise TypeError(f"frame: a data frame expected, {type(frame).__name__} found")
+        return of_columns("frame", {str(name): frame[name].to_numpy() for name in frame.columns}, map, rig)
+
+    def to_frame(self) -> "pandas.DataFrame":
+        """The samples as a data frame with the columns of CSV import.
+
+        Raises:
+            BadInput: pandas is not installed.
+        """
+        from recordings.columns import columns
+        from recordings.frames import data_frame
+
+        return data_frame(columns(self))
+
+    def __repr__(self) -> str:
+        """One line: what was recorded."""
+        machine = f"{self.rig.name}, {self.rig.dof} joints"
+        return f"<Recording {self.path.name}: {machine}, {len(self.time)} samples in {np.ptp(self.time):.4g} s>"
+
+    def _repr_html_(self) -> str:
+        """The same, and a table of what was measured, for a notebook."""
+        from recordings.columns import columns
+
+        measured = {name: values for name, values in columns(self).items() if np.isfinite(values).any()}
+        rows = [(name, f"{np.nanmin(values):.4g}", f"{np.nanmax(values):.4g}") for name, values in measured.items()]
+        return html_table(repr(self), ("column", "smallest", "largest"), rows)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Pickle the digest as well: the file may not be where the recording is unpickled."""
+        known = self.known_digest or self.path.is_file()
+        return {**vars(self), "known_digest": self.digest if known else None}
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the file, or of what the recording was made of."""
+        return self.known_digest or sha256(self.path)
 
     @property
     def complete(self) -> bool:

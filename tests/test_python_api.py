@@ -80,12 +80,18 @@ def test_values_that_cannot_be_are_refused(call: Callable[[], object], message: 
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: ident.fit([None]), "files: a path or a list of paths"),  # type: ignore[list-item]
+        (lambda: ident.fit([None]), "files: a path, a recording, or a list"),  # type: ignore[list-item]
         (lambda: ident.fit("a.mcap", effects=[3]), "effects: a name or a list"),  # type: ignore[list-item]
         (lambda: ident.compare("a.json", ["a.mcap"]), "model: a model of"),  # type: ignore[arg-type]
         (lambda: ident.diagnose(["a.mcap"], model="a.json"), "model: a model of"),  # type: ignore[arg-type]
-        (lambda: ident.fit("a.mcap", cutoff="30"), "cutoff: a frequency in Hz"),  # type: ignore[arg-type]
-        (lambda: ident.diagnose("a.mcap", cutoff="30"), "cutoff: a frequency in Hz"),  # type: ignore[arg-type]
+        (lambda: ident.fit("a.mcap", cutoff="30"), "cutoff: a number"),  # type: ignore[arg-type]
+        (lambda: ident.diagnose("a.mcap", cutoff="30"), "cutoff: a number"),  # type: ignore[arg-type]
+        (lambda: ident.fit("a.mcap", seed=1.5), "seed: a whole number"),  # type: ignore[arg-type]
+        (lambda: ident.fit("a.mcap", settings=[1]), "settings: a mapping"),  # type: ignore[arg-type]
+        (lambda: ident.fit("a.mcap", progress=3), "progress: a function"),  # type: ignore[arg-type]
+        (lambda: ident.check("a.mcap", share="3"), "share: a number"),  # type: ignore[arg-type]
+        (lambda: ident.read("a.csv", map=["t"]), "map: a mapping"),  # type: ignore[arg-type]
+        (lambda: ident.fit("a.mcap", "b.mcap"), "positional"),  # type: ignore[misc]
         (lambda: ident.fit("a.mcap", colour="red"), "colour"),  # type: ignore[call-arg]
     ],
 )

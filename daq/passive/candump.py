@@ -65,7 +65,7 @@ def import_log(path: Path, out: Path, description: Description, bus: str | None)
         raise
     notes = [f"{recorder.traffic.frames} frames, {recorder.traffic.syncs} SYNCs, {made.missing} missing"]
     notes += [f"left out: {left_out} frames of CAN FD"] if left_out else []
-    return Imported(rig, run, made.samples, tuple(notes))
+    return Imported(rig, run, made.samples, run.trajectory_digest, tuple(notes))
 
 
 def _end(path: Path, description: Description, first: int) -> dict[str, str]:

@@ -43,9 +43,8 @@ def command(
 
     from functools import partial
 
+    import ident
     from ident.data_problems import check_data
-    from ident.diagnosis.visibility.check import check
-    from ident.dynamics.effects.library import library
     from ident.output.console.check import show
     from ident.output.console.problems import show_problems
     from recordings.progress import progress_bar
@@ -56,6 +55,6 @@ def command(
         show_result(as_json, listing.as_json, partial(show_problems, listing.data_problems))
         return
     with progress_bar("reading") as progress:
-        document = check(files, library(effect_files), share, progress, accept)
+        document = ident.check(files, share=share, effect_files=effect_files, accept=accept, progress=progress)
     show_result(as_json, document.as_json, partial(show, document))
     say_next(*diagnosis(files, *again("--effect-file", "--accept")))

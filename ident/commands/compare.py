@@ -53,7 +53,7 @@ def command(
     report = report or (None if as_json else files[0].with_suffix(f".{model_name}.compare.html"))
     check_readable(model_path, *files)
     refuse_existing(report, force=force, read=(model_path, *files, *effect_files))
-    model = ident.load_model(model_path, effect_files)
+    model = ident.load_model(model_path, effect_files=effect_files)
     result = ident.compare(model, files, accept=accept)
     if report:
         from ident.output.report import contents, page

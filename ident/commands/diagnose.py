@@ -128,11 +128,11 @@ def command(
     from recordings.progress import progress_bar
 
     with progress_bar("reading") as progress:
-        start = ident.load_model(model_path, effect_files) if model_path else None
+        start = ident.load_model(model_path, effect_files=effect_files) if model_path else None
         own = () if start else effect_files
         choices: dict[str, Any] = {"preprocessing": preprocess, "cutoff": cutoff, "accept": accept}
         choices |= {"only": only, "without": without, "progress": progress}
-        result = ident.diagnose(files, validate, model=start, effect_files=own, **choices)
+        result = ident.diagnose(files, validate=validate, model=start, effect_files=own, **choices)
         if learned_curve:
             progress("learning curves for the unexplained residual")
             result = _with_learned_curve(result, learned_curve)
@@ -140,7 +140,7 @@ def command(
             progress("searching a formula")
             result = result.with_formula(proposed)
         if out:
-            result.apply().save(out)
+            result.model.save(out)
         if report:
             progress("drawing")
             _write_report(result, report, files, validate, effect_files, model_path)

@@ -54,22 +54,17 @@ def command(
     A document beside it says which effects it carries, which not, and the torque that is lost.
     """
     import ident
-    from ident.export import losses, targets
-    from ident.export.torque_table import evaluate
+    from ident.export import exporting, targets
 
     inputs = [path for path in (model_path, table, recording, *effect_files) if path]
-    exporter = targets.load(target)
-    carried_file = exporter.carried_file(out)
+    carried_file = targets.load(target).carried_file(out)
     check_readable(*inputs)
     refuse_existing(out, force=force, read=inputs)
     if out != carried_file.parent:
         refuse_existing(carried_file, force=force, read=inputs)
-    model = ident.load_model(model_path, effect_files)
+    model = ident.load_model(model_path, effect_files=effect_files)
     path = _motion(model, model_path, traj, table, recording, temperature)
-    evaluate(model, path.excerpt())  # refuses before anything is written
-    request = targets.ExportRequest(model, path, out, cast(Literal["double", "float"], precision))
-    carried = exporter.write(request)
-    losses.write(model, carried, path, carried_file, target)
+    carried = exporting.export(model, target, out, path, cast(Literal["double", "float"], precision))
     if as_json:
         click.echo(carried_file.read_text(encoding="utf-8"), nl=False)
     for name, why in carried.lost.items():
@@ -89,17 +84,10 @@ def _motion(
     temperature: float | None,
 ) -> TorquePath:
     """The motion that is asked for; else the first training recording, if it lies beside the model; else fig5a."""
-    from ident.export import paths
+    from ident.export.exporting import motion
     from ident.identification.model import rig_of
     from ident.identification.model_file import find_recording
-    from recordings.errors import BadInput
 
-    rig = rig_of(model.file)
-    if path := chosen_path(model, rig, recording, table, traj, temperature):
+    if path := chosen_path(model, rig_of(model.file), recording, table, traj, temperature):
         return path
-    source = model.file.train.recordings[0]
-    if file := find_recording(source, model_path):
-        return paths.from_recording(file, model.file)
-    if model.file.mechanism != "delta":
-        raise BadInput(f"{source.name}, the recording of the fit, is not beside the model; give --on or --csv")
-    return paths.from_trajectory("fig5a", rig).at_temperature(temperature)
+    return motion(model, find_recording(model.file.train.recordings[0], model_path), temperature)

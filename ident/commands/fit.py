@@ -130,9 +130,9 @@ def command(
     with progress_bar("reading") as show:
         model = ident.fit(
             files,
-            validate,
-            method,
-            effects,
+            validate=validate,
+            method=method,
+            effects=effects,
             without=without,
             bare=paper,
             effect_files=effect_files,

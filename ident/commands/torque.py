@@ -103,7 +103,7 @@ def command(
     check_readable(*inputs)
     refuse_existing(out, picture, force=force, read=inputs)
     write = tables.load(form or tables.format_of(out)) if out else None
-    model = ident.load_model(model_path, effect_files)
+    model = ident.load_model(model_path, effect_files=effect_files)
     path = chosen_path(model, _rig(model, rig_file), recording, table, traj, temperature, cycles, rate)
     assert path is not None, "one is given"
     summary = TorqueSummary()

@@ -2,37 +2,19 @@
 
 from collections.abc import Sequence
 from itertools import combinations
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ident.data.samples import drive_signal, holds_torque
 from recordings.errors import BadInput
-from recordings.files import sha256
 from recordings.recording import Recording
 
 
-def check_not_repeated(files: Sequence[Path]) -> None:
-    """Check that no two `files` have the same content.
+def check_no_overlap(recordings: Sequence[Recording]) -> None:
+    """Check that no recording is another one, or its beginning.
 
     Data counted twice make intervals too narrow and a validation worthless.
-
-    Raises:
-        BadInput: two files have the same content.
-    """
-    paths: dict[str, Path] = {}
-    for path in files:
-        if not path.is_file():
-            continue  # the reader reports it better
-        digest = sha256(path)
-        if digest in paths:
-            raise BadInput(f"{path} holds the same data as {paths[digest]}; give different recordings")
-        paths[digest] = path
-
-
-def check_no_overlap(recordings: Sequence[Recording]) -> None:
-    """Check that no recording is the beginning of another.
 
     Raises:
         BadInput: two recordings begin with the same data.

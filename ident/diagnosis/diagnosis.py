@@ -4,12 +4,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain, islice
-from pathlib import Path
 
 import numpy as np
 
 from ident.basics.threads import in_threads
-from ident.data.compatibility import check_no_overlap, check_not_repeated, check_same_rig
+from ident.data.compatibility import check_no_overlap, check_same_rig
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import PreparedRecording, common_cutoff, prepare
 from ident.data_problems import examined, listed
@@ -31,7 +30,7 @@ from ident.identification.model_file import ModelFile
 from ident.identification.prediction import check_model_rig, structure_of
 from recordings.data_problems import DataProblem
 from recordings.errors import BadInput
-from recordings.reader import read
+from recordings.reader import Source, opened
 from recordings.recording import Floats, Recording
 
 StatusCallback = Callable[[str], None]
@@ -110,8 +109,8 @@ class Diagnosis:
 
 
 def diagnose(
-    files: Sequence[Path],
-    validate: Sequence[Path],
+    files: Sequence[Source],
+    validate: Sequence[Source],
     library: Mapping[str, Effect],
     options: DiagnosisOptions,
     progress: StatusCallback = lambda text: None,
@@ -168,15 +167,14 @@ def _select(search: Search, start: tuple[ModelStructure, Floats], options: Diagn
 
 
 def prepare_inputs(
-    files: Sequence[Path], validate: Sequence[Path], library: Mapping[str, Effect], options: DiagnosisOptions
+    files: Sequence[Source], validate: Sequence[Source], library: Mapping[str, Effect], options: DiagnosisOptions
 ) -> DiagnosisInputs:
     """Read and prepare recordings as `diagnose` uses them.
 
     Raises:
         BadInput: a recording cannot be used, or the recordings are not of the same rig.
     """
-    check_not_repeated((*files, *validate))
-    recordings = tuple(in_threads(read, (*files, *validate)))
+    recordings = tuple(in_threads(opened, (*files, *validate)))
     check_same_rig(recordings)
     check_no_overlap(recordings)
     usable = examined(recordings, partial(_prepare_recordings, options), options.accept)

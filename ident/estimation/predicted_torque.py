@@ -76,8 +76,13 @@ class TorquePredictor:
 
     def __init__(self, prepared: PreparedRecording, cache_size: int = CACHE_SIZE) -> None:
         self.prepared = prepared
+        self._cache_size = cache_size
         self._cache = RecentResults(cache_size)
         self._last_torque: tuple[Hashable, Floats] | None = None
+
+    def __reduce__(self) -> tuple[type["TorquePredictor"], tuple[PreparedRecording, int]]:
+        """Pickle without the results, which are computed again where they are needed."""
+        return TorquePredictor, (self.prepared, self._cache_size)
 
     def torque(self, structure: ModelStructure, x: Floats, load_parameters: Floats | None = None) -> Floats:
         """Predict the reported torque (m, dof) [N m], conditioned as the measured torque, for parameters `x` (K,).

@@ -18,7 +18,7 @@ from ident.identification.model_file import ModelFile
 from ident.identification.prediction import check_model_rig
 from recordings.csv_table import CsvTable, read_table
 from recordings.errors import BadInput
-from recordings.reader import read
+from recordings.reader import Source, opened
 from recordings.recording import Floats
 from recordings.rig import Rig
 from trajectories import kinematics, library
@@ -188,13 +188,13 @@ def from_table(path: Path, rig: Rig) -> GivenPath:
     return GivenPath(path.name, rate, time, motion, _numbered(table, "temperature", rig.dof))
 
 
-def from_recording(path: Path, model: ModelFile) -> RecordedPath:
-    """The motion of the recording `path`, preprocessed as the training data of `model`.
+def from_recording(source: Source, model: ModelFile) -> RecordedPath:
+    """The motion of the recording `source`, preprocessed as the training data of `model`.
 
     Raises:
         BadInput: the recording cannot be used, or is of another rig than the model.
     """
-    recording = read(path)
+    recording = opened(source)
     check_model_rig(model, recording)
     cutoff = model.preprocessing.bandwidth if model.preprocessing.cutoff else None
     return RecordedPath(prepare(recording, model.preprocessing.name, cutoff, form=model.form))

@@ -130,7 +130,7 @@ def as_change(effect: Effect) -> Effect:
     if effect.replaces is None:
         return effect
     free = tuple(replace(quantity, lower=-np.inf) for quantity in effect.parameters)
-    return replace(effect, replaces=None, parameters=free)
+    return effect.changed(replaces=None, parameters=free)
 
 
 def base_name(name: str) -> str:

@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from pathlib import Path
+from numbers import Integral, Real
 from typing import Any, get_args
 
 import numpy as np
 
-from ident.data.compatibility import check_no_overlap, check_not_repeated, check_same_rig
+from ident.data.compatibility import check_no_overlap, check_same_rig
 from ident.data.prepared_recording import PreparedRecording, prepare_all
 from ident.data.samples import holds_torque
 from ident.data_problems import examined, listed
@@ -20,7 +20,7 @@ from ident.estimation.nonlinear_swarm import SwarmSearch
 from ident.estimation.problem import Progress
 from ident.estimation.regression import Regression, linearize
 from ident.estimation.shape_parameters import fit_shape_parameters
-from ident.identification.chosen_effects import mandatory_terms, parse_terms
+from ident.identification.chosen_effects import check_effect_name, mandatory_terms, parse_terms
 from ident.identification.goodness_of_fit import goodness_of_fit
 from ident.identification.model_file import (
     Agreement,
@@ -36,8 +36,8 @@ from ident.uncertainty.assessment import Assessment, ParameterUncertainty, asses
 from ident.uncertainty.covariance import IntervalMethod
 from ident.uncertainty.sensitivity import Sensitivity, sensitivity
 from ident.uncertainty.time_delay import delays
-from recordings.errors import BadInput
-from recordings.reader import read
+from recordings.errors import BadInput, expect
+from recordings.reader import Source, opened
 from recordings.recording import Floats, Recording
 
 
@@ -69,6 +69,12 @@ class FitOptions:
     """Kinds of data problems in spite of which the recordings are used."""
 
     def __post_init__(self) -> None:
+        expect(Integral, "a whole number", seed=self.seed)
+        expect(Real | None, "a number", cutoff=self.cutoff)
+        expect(str, "a name", preprocessing=self.preprocessing)
+        expect(bool, "True or False", physical=self.physical)
+        for name in self.effects:
+            check_effect_name(name.partition(":")[0], self.library)
         if self.intervals not in get_args(IntervalMethod):
             methods = ", ".join(get_args(IntervalMethod))
             raise BadInput(f"intervals: one of {methods} expected, {self.intervals!r} found")
@@ -101,8 +107,8 @@ class Identification:
 
 
 def identify(
-    files: Sequence[Path],
-    validate: Path | None,
+    files: Sequence[Source],
+    validate: Source | None,
     options: FitOptions,
     progress: Progress,
     known_structure: tuple[ModelStructure, Floats] | None = None,
@@ -116,9 +122,7 @@ def identify(
         ImplausibleData: a recording cannot be what it is said to be.
         BadInput: a recording cannot be used, recordings overlap, or they are not of the same rig.
     """
-    paths = [*files, *([validate] if validate else [])]
-    check_not_repeated(paths)
-    recordings = [read(path) for path in paths]
+    recordings = [opened(source) for source in (*files, *([validate] if validate else []))]
     check_same_rig(recordings)
     check_no_overlap(recordings)
     form = estimators.form(options.method)

@@ -6,22 +6,29 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.inverse_dynamics import InverseDynamics
 from ident.dynamics.motion import Motion
 from ident.dynamics.torque_map import voltage_from_torque
 from ident.identification import model_file
 from ident.identification.identify import Identification
-from ident.identification.model_file import ModelFile
+from ident.identification.model_file import FittedParameter, ModelFile
 from ident.identification.prediction import structure_of
-from recordings.errors import BadInput
+from recordings.errors import BadInput, expect
+from recordings.frames import data_frame
+from recordings.importing.in_memory import real_array
+from recordings.notebook import html_table
+from recordings.reader import Source
 from recordings.recording import Floats
 from recordings.rig import Axis, Rig
+
+if TYPE_CHECKING:
+    from ident.export.losses import Carried
 
 _NEWTON_STEPS = 20
 """Most steps to the acceleration that belongs to a torque."""
@@ -29,7 +36,7 @@ _CONVERGED = 1e-10
 """Relative change of the acceleration in the last of them."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Model:
     """An identified model: a mechanism with effects, and the values of their parameters.
 
@@ -50,9 +57,44 @@ class Model:
         return self.file.effects
 
     @property
-    def parameters(self) -> dict[str, float]:
-        """Identified parameters by name, in SI units."""
-        return {parameter.name: parameter.value for parameter in self.file.parameters}
+    def parameters(self) -> dict[str, FittedParameter]:
+        """The k identified parameters by name: value, unit, ci95, std, ...; those found by a search come last."""
+        return {parameter.name: parameter for parameter in (*self.file.parameters, *self.file.searched)}
+
+    @property
+    def covariance(self) -> Floats:
+        """(k, k) covariance of the errors of `parameters` due to noise; NaN where the data do not determine it."""
+        assessment, std = self.file.assessment, [np.nan if x.std is None else x.std for x in self.file.parameters]
+        correlation = np.array(assessment.correlation if assessment else (), float)
+        known = len(correlation)
+        result = np.full((len(self.parameters),) * 2, np.nan)
+        result[:known, :known] = correlation * np.outer(std[:known], std[:known])
+        return result
+
+    def to_frame(self) -> Any:
+        """`parameters` as a pandas.DataFrame, one row each.
+
+        Raises:
+            BadInput: pandas is not installed.
+        """
+        found = self.parameters.values()
+        columns = {name: [getattr(each, name) for each in found] for name in ("value", "unit", "std", "meaning")}
+        limits = zip(*(each.ci95 or (np.nan, np.nan) for each in found), strict=True)
+        return data_frame(columns | dict(zip(("ci95_low", "ci95_high"), limits, strict=True)), list(self.parameters))
+
+    def __repr__(self) -> str:
+        """One line: mechanism, effects, and the error."""
+        data, judged = ("held out", self.file.validate_) if self.file.validate_ else ("training", self.file.train)
+        errors = ", ".join(f"{rms:.3g}" for rms in judged.fitted.rms)
+        return f"<Model {self.file.mechanism}: {', '.join(self.effects) or 'no effects'}; RMS {errors} N m {data}>"
+
+    def _repr_html_(self) -> str:
+        """Its errors as a table below the verdict, for a notebook."""
+        test, judged = self.file.residual_test, {"training": self.file.train, "held out": self.file.validate_}
+        errors: dict[str, tuple[float | None, ...]] = {name: each.fitted.rms for name, each in judged.items() if each}
+        errors |= {"noise floor": test.noise_rms} if test else {}
+        rows = [(name, *("" if x is None else f"{x:.3g}" for x in rms)) for name, rms in errors.items()]
+        return html_table(test.sentence if test else repr(self), ("RMS error", *self.file.joints), rows)
 
     def save(self, path: str | Path) -> None:
         """Write the model file `path`, replacing an existing file.
@@ -67,6 +109,32 @@ class Model:
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or error
             raise BadInput(f"model file {path} cannot be written: {reason}; choose another place") from None
+
+    def export(
+        self,
+        target: str,
+        out: str | Path,
+        *,
+        on: Source | str | None = None,
+        precision: Literal["double", "float"] = "double",
+    ) -> Carried:
+        """Write the model for a controller or a simulator, as `ident export`, which lists the targets, does.
+
+        out: the file, or the folder of C; files that exist are replaced.
+        on: recording along which tests and losses are computed; None: that of the fit, or fig5a.
+
+        Returns:
+            The effects that are carried, and those that are not, each with the reason.
+
+        Raises:
+            BadInput: there is no such target, the model does not suit it, or the motion cannot be used.
+        """
+        from ident.export import exporting
+
+        expect(str | Path, "a path", out=out)
+        fitted = self.identification.train[0].prepared.recording if self.identification else None
+        path = exporting.motion(self, Path(on) if isinstance(on, str) else on or fitted)
+        return exporting.export(self, target, Path(out), path, precision)
 
     def torque(
         self,
@@ -90,7 +158,7 @@ class Model:
         Raises:
             BadInput: an array has another shape, or an effect needs what is not given.
         """
-        return self.dynamics.torque(self._inputs(q, qd, qdd, dt, t, temperature))
+        return self.dynamics.torque(self.dynamics.inputs(*self._given(q, qd, qdd, dt, t, temperature)))
 
     def terms(
         self,
@@ -126,7 +194,7 @@ class Model:
 
         Arguments and errors: as `torque`.
         """
-        reported = self.dynamics.reported(self._inputs(q, qd, qdd, dt, t, temperature))
+        reported = self.dynamics.reported(self.dynamics.inputs(*self._given(q, qd, qdd, dt, t, temperature)))
         return voltage_from_torque(reported, self.file.torque)
 
     def acceleration(
@@ -149,7 +217,7 @@ class Model:
         inner = [term.name for _, term, effect in self.dynamics.structure.signals if effect.offset and effect.report]
         if inner:
             raise BadInput(f"a model without inner motion expected, effect {inner[0]} found; fit one without it")
-        wanted = _array(torque, "torque")
+        wanted = real_array(torque, "torque")
         result = np.zeros_like(self._motion(q, qd, wanted).acceleration)
 
         def excess(acceleration: Floats) -> Floats:
@@ -172,7 +240,7 @@ class Model:
         Raises:
             BadInput: `q` has another shape.
         """
-        position = _array(q, "q")
+        position = real_array(q, "q")
         at_rest = self._motion(position, np.zeros_like(position), np.zeros_like(position))
         inputs = self.dynamics.inputs(at_rest)
         still = inputs.motion
@@ -196,17 +264,6 @@ class Model:
         """Model structure with the values of its parameters."""
         return InverseDynamics(*structure_of(self.file, rig_of(self.file), self.library))
 
-    def _inputs(
-        self,
-        q: ArrayLike,
-        qd: ArrayLike,
-        qdd: ArrayLike,
-        dt: float | None,
-        t: ArrayLike | None,
-        temperature: ArrayLike | None,
-    ) -> EffectInputs:
-        return self.dynamics.inputs(*self._given(q, qd, qdd, dt, t, temperature))
-
     def _given(
         self,
         q: ArrayLike,
@@ -218,13 +275,13 @@ class Model:
     ) -> tuple[Motion, float | None, Floats | None, Floats | None]:
         """Checked arguments of `InverseDynamics.inputs`."""
         motion = self._motion(q, qd, qdd)
-        if dt is not None and not 0 < float(_array(dt, "dt")) < np.inf:
+        if dt is not None and not 0 < float(real_array(dt, "dt")) < np.inf:
             raise BadInput(f"dt, a time step above 0 s, expected, {dt!r} found")
         time, shape = _optional(t, "t", motion.position.shape[:1]), motion.position.shape
         return motion, dt, time, _optional(temperature, "temperature", shape)
 
     def _motion(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Motion:
-        arrays = [_array(x, name) for x, name in ((q, "q"), (qd, "qd"), (qdd, "qdd"))]
+        arrays = [real_array(x, name) for x, name in ((q, "q"), (qd, "qd"), (qdd, "qdd"))]
         dof = len(self.file.joints)
         if any(x.ndim != 2 or x.shape != arrays[0].shape or x.shape[1] != dof for x in arrays):
             shapes = ", ".join(str(x.shape) for x in arrays)
@@ -233,18 +290,10 @@ class Model:
         return Motion(position, velocity, acceleration, np.sign(velocity))
 
 
-def _array(x: ArrayLike, name: str) -> Floats:
-    """Return a copy, so that nobody writes into the user's array."""
-    try:
-        return np.array(x, float)
-    except (TypeError, ValueError):
-        raise BadInput(f"{name}: an array of real numbers expected, {type(x).__name__} found") from None
-
-
 def _optional(x: ArrayLike | None, name: str, shape: tuple[int, ...]) -> Floats | None:
     if x is None:
         return None
-    array = _array(x, name)
+    array = real_array(x, name)
     if array.shape != shape:
         raise BadInput(f"{name} of shape {shape} expected, {array.shape} found; give one value per instant")
     return array

@@ -43,6 +43,17 @@ class FittedParameter(ParameterUncertainty):
     meaning: str = ""
     """What it is; of a base parameter the sum of physical ones."""
 
+    def __float__(self) -> float:
+        """Its value."""
+        return self.value
+
+    def __repr__(self) -> str:
+        """One line: value and interval."""
+        limits = ", 95 %: {:.5g} to {:.5g}".format(*self.ci95) if self.ci95 else ""
+        return f"<{self.name} = {self.value:.5g} {self.unit}{limits}>"
+
+    __str__ = __repr__
+
 
 class CertifiedMinimum(ConfigSection):
     """The exact minimum of objective (33), and the estimator's distance from it."""
@@ -242,7 +253,7 @@ class ModelFile(JsonDocument):
 
 def recording_source(recording: Recording) -> RecordingSource:
     """Return name and digest of the file of `recording`."""
-    return RecordingSource(name=recording.path.name, sha256=sha256(recording.path), simulated=recording.run.simulated)
+    return RecordingSource(name=recording.path.name, sha256=recording.digest, simulated=recording.run.simulated)
 
 
 def find_recording(source: RecordingSource, model_path: Path) -> Path | None:

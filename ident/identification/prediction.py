@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from ident.identification.saved_formula import saved_formula
 from ident.uncertainty.assessment import interval_or_none
 from recordings.data_problems import DataProblem
 from recordings.errors import BadInput
-from recordings.reader import read
+from recordings.reader import Source, opened
 from recordings.recording import Bools, Floats, Recording
 from recordings.rig import Geometry, Rig, Torque
 from recordings.urdf import Chain
@@ -50,7 +49,7 @@ class Prediction:
 
 
 def predict(
-    model: ModelFile, files: Sequence[Path], library: Mapping[str, Effect], accept: Collection[str] = ()
+    model: ModelFile, files: Sequence[Source], library: Mapping[str, Effect], accept: Collection[str] = ()
 ) -> tuple[Prediction, ...]:
     """Apply `model` to the recordings `files`; `library` holds the effects by name.
 
@@ -60,7 +59,7 @@ def predict(
         ImplausibleData: a recording cannot be what it is said to be.
         BadInput: a recording cannot be used, or is of another rig than the model.
     """
-    recordings = [read(path) for path in files]
+    recordings = [opened(source) for source in files]
     for recording in recordings:
         check_model_rig(model, recording)
     cutoff = model.preprocessing.bandwidth if model.preprocessing.cutoff else None

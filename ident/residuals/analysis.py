@@ -18,6 +18,7 @@ from ident.residuals.influences import MIN_EXPLAINED, Influence, strongest_influ
 from ident.residuals.spectrum import Spectrum, spectrum
 from ident.residuals.windows import Window, worst_windows
 from recordings.data_problems import DataProblem
+from recordings.notebook import html_table
 from recordings.recording import Floats
 
 SCHEMA = 2
@@ -47,7 +48,7 @@ class JointAnalysis:
         return max(1 - (self.noise_rms / self.summary.rms) ** 2, 0.0) if self.summary.rms else 0.0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ResidualAnalysis:
     """Residual analysis of a model on recordings."""
 
@@ -59,6 +60,32 @@ class ResidualAnalysis:
     """Worst first."""
     test: ResidualTest | None = None
     """Of the residual against the noise floor; None if the model cannot be tested."""
+
+    def __repr__(self) -> str:
+        """One line: the recordings and the error."""
+        files = ", ".join(dict.fromkeys(each.prepared.recording.path.name for each in self.predictions))
+        errors = ", ".join(f"{joint.summary.rms:.3g} {joint.unit}" for joint in self.joints)
+        return f"<ResidualAnalysis of {files}: RMS {errors}>"
+
+    def _repr_html_(self) -> str:
+        """The residual of each joint as a table below the verdict, for a notebook."""
+        rows = [
+            (
+                f"{joint.summary.number}",
+                f"{joint.summary.rms:.3g} {joint.unit}",
+                f"{joint.summary.share:.1%}",
+                "unknown" if joint.noise_rms is None else f"{joint.noise_rms:.3g} {joint.unit}",
+            )
+            for joint in self.joints
+        ]
+        head = ("joint", "RMS residual", "of RMS torque", "noise floor")
+        return html_table(self.test.sentence if self.test else self.sentences[0], head, rows)
+
+    def plot(self) -> Any:
+        """A Plotly figure of the mean residual over each quantity, joint by joint."""
+        from ident.output.figures.residuals import curves
+
+        return curves({"model": self})
 
     @property
     def within_noise(self) -> bool:

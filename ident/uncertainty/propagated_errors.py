@@ -1,7 +1,6 @@
 """Errors of parameters that the residual's scatter does not show, because they repeat with the motion."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -97,7 +96,7 @@ class PropagatedErrors:
         structure, x = self._solution.structure, self._solution.x
         for index, _, effect in structure.signals:
             if effect.perturbed_report is not None:
-                perturbed = structure.with_effect(index, replace(effect, report=effect.perturbed_report))
+                perturbed = structure.with_effect(index, effect.changed(report=effect.perturbed_report))
                 errors = [each.torque(perturbed, x) - each.torque(structure, x) for each in self._predictors]
                 yield self._shift(errors)
 

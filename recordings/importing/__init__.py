@@ -27,7 +27,7 @@ from recordings.importing.table import BagPart, Table
 from recordings.importing.units import RigHints
 from recordings.metadata import software
 from recordings.plausible import LARGEST, first_implausible
-from recordings.recording import IMPORTED, Floats, Ints, Run
+from recordings.recording import IMPORTED, Floats, Ints, Recording, Run
 from recordings.rig import JointType, MechanismName, Rig, Torque
 
 _MAX_RATE = 4000.0
@@ -68,8 +68,33 @@ class Imported:
     rig: Rig
     run: Run
     samples: SampleTable
+    digest: str
+    """SHA-256 of the file."""
     notes: tuple[str, ...] = ()
     """Sentences on what was left out, and how the file was read."""
+
+    def recording(self, path: Path) -> Recording:
+        """The recording as it is read from the file `path` that `import_data` writes."""
+        samples, none = self.samples, np.full_like(self.samples.position, np.nan)
+        words = np.zeros(none.shape, np.uint16)
+        return Recording(
+            path=path,
+            rig=self.rig,
+            run=self.run,
+            time=samples.stamp / 1e9,
+            position=samples.position,
+            command=none if samples.command is None else samples.command,
+            voltage=none if samples.voltage is None else samples.voltage,
+            velocity=samples.velocity,
+            effort=samples.effort,
+            statusword=words if samples.statusword is None else samples.statusword.astype(np.uint16),
+            error_code=words if samples.error_code is None else samples.error_code.astype(np.uint16),
+            repeat=samples.repeat,
+            lateness=none[:, 0],
+            events=(),
+            extra=samples.extra,
+            known_digest=self.digest,
+        )
 
     @property
     def steps(self) -> Floats:
@@ -93,9 +118,22 @@ def import_data(
             exists.
         OSError: `out` cannot be written; no partial file is left.
     """
+    imported = converted(path, description, mapping, part)
+    blocks.write(out, imported.rig, imported.run, imported.samples)
+    return imported
+
+
+def converted(
+    path: Path, description: Description, mapping: Sequence[str] = (), part: BagPart | None = None
+) -> Imported:
+    """Convert the measurements in `path`, as `import_data`, without writing a file."""
     if own_recording.recognises(path):
-        return _healed(path, out, description, mapping)
-    table = formats.read(path, part or BagPart())
+        return _healed(path, description, mapping)
+    return of_table(formats.read(path, part or BagPart()), description, mapping)
+
+
+def of_table(table: Table, description: Description, mapping: Sequence[str] = ()) -> Imported:
+    """Convert the measurements in `table`, as `import_data`."""
     columns = sources(table, mapping)
     values = quantities(table, columns, description.hints)
     rate = 1e9 / mean_step(values.stamp)
@@ -116,18 +154,17 @@ def import_data(
         start=description.start or _start(table, values),
         robot=description.robot,
         exit_status=0,
-        reason=f"imported from {path.name}",
+        reason=f"imported from {table.path.name}",
     )
     samples = description.healing.of(_samples(rig, values, joints, repeat))
-    blocks.write(out, rig, _thinned(run, description), samples)
     used = {source.column for source in columns.values()}
     unread = ", ".join(name for name in table.unreadable if name not in used)
     notes = (*table.notes, *([f"left out, because not finite numbers throughout: {unread}"] if unread else []))
-    return Imported(rig, run, samples, notes)
+    return Imported(rig, _thinned(run, description), samples, table.digest, notes)
 
 
-def _healed(path: Path, out: Path, description: Description, mapping: Sequence[str]) -> Imported:
-    """Write our own recording `path` anew: other columns or units, mended samples; rig, run and gaps are kept."""
+def _healed(path: Path, description: Description, mapping: Sequence[str]) -> Imported:
+    """Convert our own recording `path` anew: other columns or units, mended samples; rig, run and gaps are kept."""
     recording, table = own_recording.table(path)
     rig = description.rig or recording.rig
     columns = sources(table, mapping)
@@ -135,9 +172,8 @@ def _healed(path: Path, out: Path, description: Description, mapping: Sequence[s
     _rig(table, replace(description, rig=rig), values.joints, recording.run.rate)  # the number of joints is right
     of_drives = {name: getattr(recording, name).astype(np.int64) for name in ("statusword", "error_code")}
     samples = description.healing.of(replace(_samples(rig, values, values.joints, recording.repeat), **of_drives))
-    run = _thinned(recording.run, description)
-    blocks.write(out, rig, run, samples)
-    return Imported(rig, run, samples, (f"{path.name}: rig, run and gaps are kept, bus frames and events are not",))
+    note = f"{path.name}: rig, run and gaps are kept, bus frames and events are not"
+    return Imported(rig, _thinned(recording.run, description), samples, table.digest, (note,))
 
 
 def _samples(rig: Rig, values: Quantities, joints: Mapping[str, Floats], repeat: Ints) -> SampleTable:

@@ -88,10 +88,10 @@ def _diagnose(rng: Generator, folder: Path, rows: int) -> None:
     if share[0] < 0.2:
         held_out = validate[0] if validate else None
         added = only[:1] if share[1] < 0.3 and not estimators.form(method) else ()
-        model = ident.fit(files, held_out, method, added, **settings)
+        model = ident.fit(files, validate=held_out, method=method, effects=added, **settings)
         _check_model(model, files, validate, folder, draw=share[1] > 0.8)
     start = model if share[1] < 0.5 and not estimators.form(method) else None
-    result = ident.diagnose(files, validate, model=start, only=only if share[2] < 0.25 else (), **settings)
+    result = ident.diagnose(files, validate=validate, model=start, only=only if share[2] < 0.25 else (), **settings)
     _check_document(result.as_json())
     diagnosis_table.show(result.document, console := _console())
     _check_text(console)
@@ -103,7 +103,7 @@ def _diagnose(rng: Generator, folder: Path, rows: int) -> None:
         for view in (engine.view_recording(files[0]), engine.fit(files[0], validate[0] if validate else None)):
             list(view)
     if 0.1 < share[3] < 0.25:
-        _check_model(result.apply(), files, validate, folder, draw=False)
+        _check_model(result.model, files, validate, folder, draw=False)
 
 
 def _check_model(

@@ -132,6 +132,7 @@ def record(
         repeat=(np.arange(n) // round(PERIOD * rate)).astype(np.int64),
         lateness=np.zeros(n),
         events=(),
+        known_digest=name,
         extra={} if temperature is None else {f"temperature_{i + 1}": x for i, x in enumerate(temperature.T)},
     )
 

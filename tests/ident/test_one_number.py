@@ -18,7 +18,7 @@ def test_held_out_error_is_the_same_everywhere(seed: int, tmp_path: Path) -> Non
         write_recording(replace(robot(seed, motion), path=tmp_path / f"{motion}.mcap"))
         for motion in ("fig5a", "fig5b")
     )
-    model = ident.fit([train], held_out, method="wls")
+    model = ident.fit([train], validate=held_out, method="wls")
     model.save(tmp_path / "m.json")
     compared = ident.compare(model, [held_out])
     request = ReportRequest((tmp_path / "m.json",), (train,), (held_out,), (), diagnose=True)

@@ -84,9 +84,9 @@ def tell(write: Callable[[Recording], Path], tmp_path: Path) -> Tell:
             path = tmp_path / f"{shape}.mcap"
             files.append(write(replace(recording, voltage=voltage, effort=None, path=path)))
         train, other = files
-        result = ident.diagnose([train], other)
+        result = ident.diagnose([train], validate=other)
         saved = tmp_path / "m.json"
-        result.apply().save(saved)
+        result.model.save(saved)
         model = ident.load_model(saved)
         compared = ident.compare(model, [other])
         request = contents.ReportRequest((saved,), (train,), (other,), (), diagnose=True)
@@ -191,7 +191,7 @@ def test_all_places_name_the_same_effect_with_the_same_figures(tell: Tell, case:
 def test_a_model_without_the_effect_is_above_the_noise_everywhere(tell: Tell, case: str, tmp_path: Path) -> None:
     story = tell(MISSING[case][1])
     train, other = (data.recording.path for data in story.result.diagnosis.split.recordings)
-    bare = ident.fit([train], other, "ls")
+    bare = ident.fit([train], validate=other, method="ls")
     assert bare.file.residual_test is not None
     assert bare.file.residual_test.verdict == "above-noise"
     compared = ident.compare(bare, [other])

@@ -1,7 +1,8 @@
 """The result of a diagnosis as a user receives it: the document, and the model with all effects found."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -25,13 +26,15 @@ from ident.identification.model_file import Agreement, FitMethod, FittedParamete
 from ident.identification.prediction import effect_terms, searched_parameters
 from ident.uncertainty.assessment import assess, interval_or_none, number_or_none
 from ident.uncertainty.sensitivity import Sensitivity
+from recordings.notebook import html_table
+from recordings.reader import Source
 from recordings.recording import Bools
 
 METHOD = "wls"
 """The estimator that a diagnosis uses: least squares, weighted by the noise."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class DiagnosisResult:
     """A diagnosis of recordings."""
 
@@ -40,6 +43,24 @@ class DiagnosisResult:
     diagnosis: Diagnosis
     """Models, residuals and data behind the document."""
     options: DiagnosisOptions
+
+    def __repr__(self) -> str:
+        """One line: the verdict, and the effects found."""
+        found = ", ".join(f"{each.effect} on joints {', '.join(map(str, each.joints))}" for each in self.findings)
+        return f"<DiagnosisResult {self.verdict}: {found or 'no effect'}>"
+
+    def _repr_html_(self) -> str:
+        """The held-out error of each model as a table below the verdict's sentence, for a notebook."""
+        errors = [*(step.held_out_rms for step in self.document.steps), self.document.noise_rms]
+        named = zip((*self.document.labels, "noise floor"), errors, strict=True)
+        rows = [(name, *(f"{rms:.3g}" for rms in each)) for name, each in named]
+        return html_table(self.document.sentence, ("held-out RMS error", *self.document.joints), rows)
+
+    def plot(self) -> Any:
+        """A Plotly figure of the error after each step."""
+        from ident.output.figures.steps import error_steps
+
+        return error_steps(self.document)
 
     @property
     def verdict(self) -> Verdict:
@@ -69,14 +90,15 @@ class DiagnosisResult:
             Path(path).write_text(law, encoding="utf-8")
         return replace(self, document=document)
 
-    def apply(self) -> Model:
+    @cached_property
+    def model(self) -> Model:
         """The last model of the document, with all effects found: the same values, intervals and errors."""
         return Model(_diagnosed_model(self.diagnosis, self.document.steps[-1]), self.diagnosis.library)
 
 
 def diagnosed(
-    files: tuple[Path, ...],
-    validate: tuple[Path, ...],
+    files: Sequence[Source],
+    validate: Sequence[Source],
     effects: Mapping[str, Effect],
     options: DiagnosisOptions,
     progress: StatusCallback,

@@ -1,7 +1,7 @@
 """Which effects of the library recordings can show, on which joints, and why not the others."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -52,7 +52,7 @@ def observability(split: SplitData, library: Mapping[str, Effect], without: Sequ
             }
             joints = tuple(joint for joint, lacking in reasons.items() if not lacking)
             if joints:
-                observable[name] = effect if len(joints) == len(reasons) else replace(effect, joints=joints)
+                observable[name] = effect if len(joints) == len(reasons) else effect.changed(joints=joints)
             else:
                 untested[name] = next(iter(reasons.values()))
     return Observability(observable, unobservable, untested)

@@ -4,7 +4,7 @@ The noise floor is that of `ident.diagnosis.split.noise_floor`, the rows are tho
 test is that of `ident.diagnosis.unknown.unexplained_residual`, for every model alike.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,9 +19,13 @@ from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure
 from ident.estimation import chunks
 from ident.estimation.nonlinear_fit import Solution
+from ident.estimation.problem import Progress
+from ident.identification.identify import FitOptions, identify
+from ident.identification.model import Model
 from ident.identification.model_file import FloorVerdict, ModelFile, RecordingSource, ResidualTest, recording_source
 from ident.identification.prediction import Prediction, structure_of
-from recordings.errors import BadInput
+from recordings.errors import BadInput, expect
+from recordings.reader import Source
 from recordings.recording import Bools, Floats, Recording
 
 
@@ -57,6 +61,22 @@ def scored_predictions(
     known = held is not None and set(sources) <= set(held.recordings)
     test = held if known else check_residual(predictions, structure, x)
     return score(predictions, structure, x, test), test
+
+
+def fit_and_test(
+    files: Sequence[Source], validate: Sequence[Source], options: FitOptions, progress: Progress
+) -> Model:
+    """Fit a model, see `ident.fit`, and test its residual against the noise floor.
+
+    Raises:
+        BadInput: several recordings are to `validate`, or as `identify`.
+    """
+    if len(validate) > 1:
+        raise BadInput(f"validate: one recording expected, {len(validate)} found; leave the others out")
+    expect(Callable, "a function", progress=progress)  # type: ignore[arg-type]
+    result = identify(files, validate[0] if validate else None, options, progress)
+    test = None if result.model.form else check_residual(result.predictions, result.structure, result.parameters)
+    return Model(result.model.model_copy(update={"residual_test": test}), options.library, result)
 
 
 def score(

@@ -1,7 +1,6 @@
 """Check what recordings can show: each effect with its size, or the reason why they do not show it and what would."""
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from ident.diagnosis.visibility.visibility_document import (
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.library import names as built_in
 from recordings.next_command import design
+from recordings.reader import Source
 from recordings.recording import Recording
 from trajectories import names as trajectory_names
 
@@ -34,7 +34,7 @@ _MORE_CYCLES = 10
 
 
 def check(
-    files: Sequence[Path],
+    files: Sequence[Source],
     library: Mapping[str, Effect],
     share: float,
     progress: Callable[[str], None] = lambda text: None,

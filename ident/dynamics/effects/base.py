@@ -5,9 +5,9 @@ the motion, by a formula or by integrating an internal state. `Signal` distorts 
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 
@@ -92,6 +92,10 @@ class Quantity:
         return self.unit.format(effort=effort, position=position, turn="turn" if position == "rad" else "2π m")
 
 
+def _nothing(*_: object) -> None:
+    """Nothing keeps an effect from being there or being seen."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Effect:
     """Description that both kinds have in common."""
@@ -114,7 +118,7 @@ class Effect:
     axis: SignatureAxis
     """Variable over which a plot of the residual shows the effect."""
     mechanisms: tuple[str, ...] = ("delta", "axes", "urdf")
-    impossible: Callable[[Rig, int], str | None] = lambda rig, joint: None
+    impossible: Callable[[Rig, int], str | None] = _nothing
     """Return why a joint (from 0) of this rig cannot have the effect, or None."""
     joints: tuple[int, ...] | None = None
     """Joints (from 0) to which a diagnosis restricts the effect; None: all that can have it."""
@@ -162,9 +166,24 @@ class Effect:
     bodies: tuple[str, ...] | None = None
     """What its parameters add to in a simulation by rigid bodies, see `export.targets.mjcf`; None: it has no such
     element."""
-    unobservable: Callable[[Rig, bool], str | None] = lambda rig, torque_measured: None
+    unobservable: Callable[[Rig, bool], str | None] = _nothing
     """Return why a recording of this rig cannot show the effect, or None. The flag is true if torque was recorded,
     not voltage."""
+
+    _maker: Callable[[], "Effect"] | None = field(default=None, init=False, repr=False, compare=False)
+
+    def made_by(self, maker: Callable[[], "Effect"]) -> Self:
+        """Return the effect, which is pickled as the call of `maker` that gives it: its functions have no names."""
+        object.__setattr__(self, "_maker", maker)
+        return self
+
+    def changed(self, **changes: Any) -> Self:
+        """Return the effect with other values of some fields."""
+        return replace(self, **changes).made_by(partial(replace, self, **changes))
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        """Pickle by what makes the effect, or by its fields."""
+        return (self._maker, ()) if self._maker else super().__reduce_ex__(protocol)
 
     @property
     def corrects_motion(self) -> bool:

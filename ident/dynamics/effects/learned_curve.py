@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -69,13 +70,6 @@ def hat_functions(x: Floats, knots: Sequence[float] | Floats) -> Floats:
 
 def learned_effect(curves: Sequence[LearnedCurve]) -> Additive:
     """Combine the `curves` in one effect, whose coefficient is 1 for the curves as learned."""
-
-    def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
-        torque = np.where(np.isfinite(inputs.motion.velocity), 0.0, np.nan)
-        for curve in curves:
-            torque[:, curve.joint - 1] += curve.torque(inputs)
-        return torque[:, :, None]
-
     over = ", ".join(sorted({curve.variable for curve in curves}))
     return Additive(
         sentence=f"Curves over {over}, learned from a recording; their cause is unknown.",
@@ -85,20 +79,28 @@ def learned_effect(curves: Sequence[LearnedCurve]) -> Additive:
         equation="a f(variable), f as learned",
         axis="position" if curves[0].variable == "position" else "velocity",
         parameters=(Quantity(name="a", unit="1", meaning="share of the learned curve"),),
-        columns=columns,
+        columns=partial(_learned_columns, curves),
     )
 
 
 def unknown_curve(curve: LearnedCurve) -> Additive:
     """The effect of a `curve` whose values are not known: they are its coefficients."""
-
-    def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
-        torque = np.zeros((*inputs.motion.velocity.shape, len(curve.knots)))
-        torque[:, curve.joint - 1] = curve.columns(inputs)
-        return torque
-
     values = [Quantity(name=f"f{number}_", unit="{effort}", meaning="value") for number in range(len(curve.knots))]
+    columns = partial(_unknown_columns, curve)
     return replace(learned_effect([curve]), parameters=tuple(values), columns=columns, curve=True)
+
+
+def _learned_columns(curves: Sequence[LearnedCurve], inputs: EffectInputs, shapes: Shapes) -> Floats:
+    torque = np.where(np.isfinite(inputs.motion.velocity), 0.0, np.nan)
+    for curve in curves:
+        torque[:, curve.joint - 1] += curve.torque(inputs)
+    return torque[:, :, None]
+
+
+def _unknown_columns(curve: LearnedCurve, inputs: EffectInputs, shapes: Shapes) -> Floats:
+    torque = np.zeros((*inputs.motion.velocity.shape, len(curve.knots)))
+    torque[:, curve.joint - 1] = curve.columns(inputs)
+    return torque
 
 
 def effect_file_text(curves: Sequence[LearnedCurve], about: str) -> str:

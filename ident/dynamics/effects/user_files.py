@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import wraps
+from functools import partial, wraps
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -27,11 +27,15 @@ def from_file(path: Path) -> Effect:
     """
     if path.suffix != ".py" or not path.is_file():
         raise BadInput(f"effect file {path}: an existing Python file (.py) expected, none found; check the path")
+    return _from_source(path, path.read_bytes())
 
+
+def _from_source(path: Path, source: bytes) -> Effect:
+    """Load the effect of the file `path` from its content, which travels with the pickled effect."""
     module = ModuleType(path.stem)
     module.__file__ = str(path)
     try:
-        exec(compile(path.read_bytes(), str(path), "exec", dont_inherit=True), vars(module))
+        exec(compile(source, str(path), "exec", dont_inherit=True), vars(module))
     except BadInput:
         raise
     except (Exception, SystemExit) as error:  # whatever the user's code does
@@ -45,7 +49,7 @@ def from_file(path: Path) -> Effect:
     problem = validation_error(effect)
     if problem:
         raise BadInput(f"effect file {path}: {problem}; mend the file")
-    return guarded(effect, path)
+    return guarded(effect, path).made_by(partial(_from_source, path, source))
 
 
 def guarded(effect: Effect, path: Path) -> Effect:

@@ -71,6 +71,10 @@ class WrittenFormula:
             [inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD) for name in names]
         )
 
+    def __reduce__(self) -> Any:
+        """Pickle the texts."""
+        return WrittenFormula, self.texts
+
     def __call__(self, *values: Any) -> Any:
         """Compute the columns from the `values` of the quantities in their order."""
         by_name = dict(zip(self.__signature__.parameters, values, strict=True))

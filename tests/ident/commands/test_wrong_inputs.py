@@ -72,7 +72,7 @@ WRONG = [
     ("export m.json --to c -o a --traj fig5a --on b.mcap", "one of --traj, --csv and --on expected"),
     ("export m.json --to c -o no/such/folder", "folder no/such does not exist"),
     ("export m.json --to fmu -o a.fmu --precision float", "double precision"),
-    ("export slide.json --to c -o slide", "is not beside the model; give --on or --csv"),
+    ("export slide.json --to c -o slide", "is not at hand; give another one"),
     ("torque m.json", "one of --traj, --csv and a recording expected"),
     ("torque m.json --traj fig5b b.mcap", "one of --traj, --csv and a recording expected"),
     ("torque m.json --traj fig5c", "unknown trajectory 'fig5c'"),

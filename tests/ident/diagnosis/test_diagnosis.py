@@ -55,7 +55,7 @@ def test_all_validation_recordings_are_scored_and_not_fitted(
     assert verdict.describe_test_data(split) == "other recordings: fig5b.mcap, excitation.mcap"
     single = prepare_inputs(files[:1], files[1:2], library(), DiagnosisOptions()).split
     assert verdict.describe_test_data(single) == "another recording: fig5b.mcap"
-    with pytest.raises(BadInput, match="holds the same data"):
+    with pytest.raises(BadInput, match="begin with the same data"):
         prepare_inputs(files[:1], files[:1], library(), DiagnosisOptions())
 
 

@@ -29,5 +29,5 @@ def _is_needed_at_limit(model: FittedModel, index: int, entry: int, shape: Quant
     effect, x = model.terms[index].effect, model.solution.x.copy()
     x[entry] = min(shape.initial_guesses, key=lambda guess: abs(guess - x[entry]))
     shapes = tuple(replace(each, searched=False) if each.name == shape.name else each for each in effect.shapes)
-    structure = model.solution.structure.with_effect(index, replace(effect, shapes=shapes))
+    structure = model.solution.structure.with_effect(index, effect.changed(shapes=shapes))
     return model.improvement_over(FittedModel(model.split, model.split.fit(structure, x))).is_supported

@@ -4,6 +4,7 @@ Its module holds the description `effect`. An effect of the user is a file of th
 """
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from ident.basics import plugins
@@ -24,7 +25,7 @@ def load(name: str) -> Effect:
     Raises:
         BadInput: there is no such effect.
     """
-    return plugins.load(__name__, name).effect
+    return plugins.load(__name__, name).effect.made_by(partial(load, name))
 
 
 def library(files: Sequence[Path] = ()) -> dict[str, Effect]:

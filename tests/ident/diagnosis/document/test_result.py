@@ -40,7 +40,7 @@ def test_applied_model_is_that_of_the_document(write: Callable[[Recording], Path
     assert document["verdict"] == result.verdict == "missing-effect"
     assert [entry["effect"] for entry in document["findings"]] == [name]
     assert result.document.recordings == ("0.mcap", "1.mcap")
-    file, last = result.apply().file, result.document.steps[-1]
+    file, last = result.model.file, result.document.steps[-1]
     assert file.effects == (name,)
     values = [parameter.value for parameter in file.parameters]
     np.testing.assert_allclose(values, [*building.parameters(), building.DRAG], rtol=0.05)
@@ -48,9 +48,8 @@ def test_applied_model_is_that_of_the_document(write: Callable[[Recording], Path
     assert (file.train.fitted.rms, file.validate_.fitted.rms) == (last.train_rms, last.held_out_rms)
 
 
-def test_model_file_has_the_values_intervals_and_errors_of_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An effect with a shape, of recordings that are in memory only, so that they have no digest."""
-    monkeypatch.setattr("ident.identification.model_file.sha256", lambda path: path.name)
+def test_model_file_has_the_values_intervals_and_errors_of_the_model() -> None:
+    """An effect with a shape."""
 
     def stribeck(motion: Motion) -> Floats:
         return np.sign(motion.velocity) * np.exp(-((motion.velocity / 0.3) ** 2))
@@ -91,7 +90,7 @@ def test_applied_model_predicts_the_ripple_above_the_low_pass(
         files.append(write(replace(recording, path=tmp_path / f"{shape}.mcap")))
     diagnosis = ident.diagnose(files[:1], validate=files[1:])
     assert "cogging" in [finding.effect for finding in diagnosis.findings]
-    fitted = diagnosis.apply()
+    fitted = diagnosis.model
     assert fitted.file.effects == diagnosis.document.steps[-1].effects
     fitted.save(tmp_path / "m.json")
     angle = np.linspace(0.1, 0.3, 400)[:, None]

@@ -17,12 +17,6 @@ from recordings.recording import Floats, Recording
 from tests.ident import building
 
 
-@pytest.fixture(autouse=True)
-def _files(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The recordings are in memory only, so that they have no digest."""
-    monkeypatch.setattr("ident.identification.model_file.sha256", lambda path: path.name)
-
-
 def predicted(extra: building.Torque | None = None, cycles: int = 4) -> tuple[Prediction, ModelStructure, Floats]:
     """A recording with noise and `extra` torque, predicted by the mechanism alone with its true parameters."""
     recording = building.record(noise=0.05, cycles=cycles, extra=extra)
