@@ -58,6 +58,8 @@ class Habits(ConfigSection):
     """Voltage per count [V]; None: that of the rig file."""
     counts_per_turn: Annotated[int, Field(gt=0)] | None = None
     """Encoder increments per turn of the motor; None: object 608Fh, or the rig file where it says nothing."""
+    position_in_increments: bool = False
+    """True: 6091h and 6092h are as they were delivered, and positions count encoder increments whatever they say."""
     gear: Positive | None = None
     """Motor turns per turn of the joint; None: that of the rig file."""
 
