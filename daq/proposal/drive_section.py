@@ -75,11 +75,13 @@ class DriveSection:
     def torque_per_ampere(self) -> tuple[float | None, str]:
         """Joint torque per motor current by the drive's ratings [N m/A], None where it is not known; and why."""
         torque, current = self._facts.value(0x6076), self._facts.value(0x6075)
-        if not torque or not current:
-            return None, "torque constant [N m/A] from the type plate, times the gear"
-        if self._gear is None:
-            return None, f"6076h / 6075h = {torque / current:.6g} N m/A of the motor, times the gear"
-        return torque / current * self._gear, "6076h / 6075h * gear"
+        if torque and current and self._gear:
+            return torque / current * self._gear, "6076h / 6075h * gear"
+        known = "torque constant of the motor [N m/A], by its type plate"
+        if torque and current:
+            known = f"6076h / 6075h = {torque / current:.6g} N m/A of the motor"
+        self.notes.append(f'per_ampere is "?", because no drive says it: {known}, times the gear')
+        return None, f"{known}, times the gear"
 
     def lines(self, draft: Rig | None, *, explain: bool) -> Iterator[str]:
         """Lines of the file; `draft`: the rig, to find what the drive will refuse; without `explain` the lines that

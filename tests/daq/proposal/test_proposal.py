@@ -56,7 +56,7 @@ def test_a_current_needs_the_torque_constant(tmp_path: Path) -> None:
     assert "stated: N m/A; 6076h / 6075h * gear" in stated.text
     silent = proposal(tmp_path, base() | CURRENT)
     assert silent.rig.drives[0].rated_current == pytest.approx(4.2)
-    assert "unknown: N m/A; torque constant [N m/A]" in silent.text
+    assert "unknown: N m/A; torque constant of the motor [N m/A]" in silent.text
     for document in (silent, proposal(tmp_path, rated)):
         assert tomllib.loads(document.text)["torque"]["per_ampere"] == ["?"] * 3
 
