@@ -103,6 +103,8 @@ class Sample:
     """When each position was measured [ns]: drives on one line are read one after the other."""
     sync: int | None = None
     """Number of the answered SYNC where SYNC does not wait for `exchange`; None: the one just sent."""
+    absence: tuple[str, ...] | None = None
+    """What is known of each answer that is missing, "" where nothing is; None: nothing of any."""
 
 
 class HomingState(Enum):
@@ -157,6 +159,10 @@ class Amplifiers(Protocol):
     def power_off(self) -> tuple[Power, ...]:
         """Switch power off where `exchange` does not reach all drives. Returns the power states found.
         Never raises."""
+
+    def fault_details(self) -> str:
+        """What the drives say, without power, of faults that `Sample.trouble` could not name; "": nothing. Never
+        raises."""
 
     def close(self) -> None:
         """Release the drives and leave the bus. Never raises."""

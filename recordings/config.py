@@ -75,6 +75,9 @@ def validated(content: Any, model: type[ModelT], where: str) -> ModelT:
 
 
 def _explain(key: str, error: Any) -> str:
+    if error["input"] == "?":
+        # `daq rig propose` writes it where no drive states a value.
+        return f"'{key}' is \"?\": nothing states it; put in the value that its comment asks for"
     if error["type"] == "extra_forbidden":
         return f"unknown key '{key}'; check the spelling or remove it"
     if error["type"] == "missing":

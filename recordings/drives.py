@@ -12,17 +12,18 @@ from recordings.config import ConfigSection, Positive
 NodeId = Annotated[int, Field(ge=1, le=127)]
 Number = TypeVar("Number", float, NDArray[np.float64])
 STATUSWORD = 0x6041
-_ACCELERATION_UNITS = ("counts/s^2", "rpm/s", "rev/s^2", "rad/s^2", "deg/s^2")
+ACCELERATION_UNITS = ("counts/s^2", "rpm/s", "rev/s^2", "rad/s^2", "deg/s^2")
+"""Units of acceleration that the rig file may state."""
 
 
 def _acceleration_unit(text: str) -> str:
     factor, _, unit = text.rpartition(" ")
     try:
-        if unit in _ACCELERATION_UNITS and 0 < float(factor or 1) < math.inf:
+        if unit in ACCELERATION_UNITS and 0 < float(factor or 1) < math.inf:
             return text
     except ValueError:
         pass
-    raise ValueError(f"{', '.join(_ACCELERATION_UNITS)}, or a factor and one of these expected, '{text}' found")
+    raise ValueError(f"{', '.join(ACCELERATION_UNITS)}, or a factor and one of these expected, '{text}' found")
 
 
 def _object_index(text: str) -> str:

@@ -40,8 +40,8 @@ def command() -> None:
 def propose(eds: tuple[Path, ...], scan: bool, bus: str, nodes: str, out: Path, force: bool) -> None:
     """Write a commented rig file: units, modes, PDO map, what the torque is found from, limits, what is missing.
 
-    An EDS describes a type of drives; --scan reads the settings of yours. What no drive states is marked CHECK. Lines
-    that need a decision are commented out.
+    An EDS describes a type of drives; --scan reads the settings of yours. Every value says where it comes from; what
+    nothing says is "?", to be filled in. Lines that need a decision are commented out.
     """
     from daq.proposal.document import propose as proposal_of
     from drivers import transports
@@ -56,7 +56,8 @@ def propose(eds: tuple[Path, ...], scan: bool, bus: str, nodes: str, out: Path, 
     for note in proposal.notes:
         say(f"note: {note}", "yellow")
     click.echo(f"{len(proposal.rig.drives)} drives, {transports.of(proposal.rig).describe(proposal.rig)}")
-    click.echo(f"written {out}; read its comments")
+    unknown = ', and put a value in place of each "?"' if '"?"' in proposal.text else ""
+    click.echo(f"written {out}; read its comments{unknown}")
     say_next("daq", "check", "--rig", out)
 
 

@@ -84,6 +84,8 @@ class Stream:
                 reason = str(stop)
             finally:
                 left_on = self._disable()
+            if reason is not None and (details := self._parts.amplifiers.fault_details()):
+                reason = f"{reason}; {details}"
             if left_on:
                 reason = f"{reason or 'end of the motion'}; NOT CONFIRMED DISABLED: {left_on}. Cut the power by hand"
             if reason is not None:

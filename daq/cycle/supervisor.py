@@ -52,9 +52,11 @@ class Supervisor:
         for j, (history, position) in enumerate(zip(self._joints, sample.position, strict=True)):
             history.unanswered = history.unanswered + 1 if math.isnan(position) else 0
             if history.unanswered >= self._max_unanswered:
-                return (
-                    f"joint {j + 1}: no answer for {self._limits.silence * 1e3:g} ms; check the cable and the drive"
-                )
+                known = sample.absence[j] if sample.absence else ""
+                time = f"{self._limits.silence * 1e3:g} ms"
+                if known:
+                    return f"joint {j + 1}: no valid answer for {time}: {known}; look for another program on the bus"
+                return f"joint {j + 1}: no answer for {time}; check the cable and the drive"
         return None
 
     def motion(self, sample: Sample, target: JointArray, torque_offset: JointArray | None = None) -> str | None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from daq.proposal.facts import DriveFacts
+from daq.proposal.text import ASSUMED, STATED
 from drivers.canopen.setup import interpolation_period
 from drivers.eds import Address
 from recordings.errors import BadInput
@@ -17,7 +18,12 @@ MODES: tuple[tuple[Mode, int, Address], ...] = (("cyclic", 8, (0x607A, 0)), ("in
 """Modes that follow targets, the preferred one first, with their numbers and targets."""
 _RATES = (500.0, 1000.0, 250.0, 200.0, 125.0, 100.0, 50.0)
 _MOTOR = re.compile(r"\b(motor|output|terminal|phase|winding)\b", re.IGNORECASE)
-_LIMIT = re.compile(r"\b(threshold|limit|level|protect|under|over|max|min\b|minimum|nominal|rated)", re.IGNORECASE)
+_OTHER = re.compile(
+    r"\b(threshold|limit|level|protect|under|over|max|min\b|minimum|nominal|rated|analog|digital|supply|bus|link"
+    r"|brake|sensor|encoder|phase\W*[a-cu-w1-3]\b|[a-cu-w]\W*phase)",
+    re.IGNORECASE,
+)
+"""Voltages of something else, and of one phase of several: it alternates with the angle of the rotor."""
 _UNIT = re.compile(r"\b(?P<factor>0?\.\d+|1) ?(?P<unit>m?V)\b|\[(?P<plain>m?V)\]|\b(?P<bare>mV)\b")
 
 
@@ -33,7 +39,7 @@ class VoltageObject:
 
 
 def mode_of(facts: DriveFacts) -> tuple[Mode, str]:
-    """Mode of operation, and why.
+    """Mode of operation, and why, as a comment.
 
     Raises:
         BadInput: the drive has neither mode, with the reason.
@@ -43,7 +49,10 @@ def mode_of(facts: DriveFacts) -> tuple[Mode, str]:
     said = "6502h does not say which modes the drive has" if not modes else f"6502h = {modes:X}h"
     for mode, number, target in MODES:
         if listed[mode] and facts.can_map(target):
-            return mode, f"{said}: mode {number}, its target {name_of(target)} can be mapped"
+            return (
+                mode,
+                f"{STATED if modes else ASSUMED}{said}: mode {number}, its target {name_of(target)} can be mapped",
+            )
     if not any(listed.values()):
         raise BadInput(
             f"{facts.origin}: {said}: neither mode 8 (cyclic synchronous position) nor mode 7 (interpolated "
@@ -54,25 +63,42 @@ def mode_of(facts: DriveFacts) -> tuple[Mode, str]:
 
 
 def torque_sources(facts: DriveFacts) -> list[TorqueSource]:
-    """What the torque of a drive can be found from, the best first: known gains come before unknown ones."""
-    sources: list[TorqueSource] = ["voltage"] if motor_voltage(facts) else []
-    rated_torque, rated_current = facts.value(0x6076), facts.value(0x6075)
-    torque: list[TorqueSource] = ["torque_actual"] if facts.can_map((0x6077, 0)) else []
-    current: list[TorqueSource] = ["current_actual"] if facts.can_map((0x6078, 0)) else []
-    return sources + (current + torque if rated_torque and rated_current and not torque else torque + current)
+    """What the torque of a drive can be found from, the best first: a torque, a current, a voltage of the motor."""
+    found: dict[TorqueSource, bool] = {
+        "torque_actual": facts.can_map((0x6077, 0)),
+        "current_actual": facts.can_map((0x6078, 0)),
+        "voltage": motor_voltage(facts) is not None,
+    }
+    return [source for source, is_there in found.items() if is_there]
 
 
-def common_torque_source(drives: Sequence[DriveFacts]) -> TorqueSource | None:
-    """The best torque source that all drives have; None: there is none."""
-    sources = [torque_sources(facts) for facts in drives]
-    return next((source for source in sources[0] if all(source in others for others in sources)), None)
+def common_torque_source(drives: Sequence[DriveFacts]) -> TorqueSource:
+    """The best torque source that all drives have.
+
+    Raises:
+        BadInput: there is none, with what may be done.
+    """
+    sources = [(facts.origin, torque_sources(facts)) for facts in drives]
+    for source in sources[0][1]:
+        if all(source in others for _, others in sources):
+            return source
+    for origin, found in sources:
+        if not found:
+            raise BadInput(
+                f"{origin}: nothing to find the torque from: no torque actual (6077h) and no current actual (6078h) "
+                "that a PDO can hold, and no object that is named as the motor's voltage. Look for one in the "
+                "manual: with --eds, correct the file where it hides one (PDOMapping, ParameterName), or write "
+                "voltage in [[drives]] of a rig file by hand (docs/how-to/drive-dictionaries.md)"
+            )
+    listed = "; ".join(f"{origin}: {', '.join(found)}" for origin, found in sources)
+    raise BadInput(f"one torque source for all drives expected, none in common found ({listed}); choose other drives")
 
 
 def motor_voltage(facts: DriveFacts) -> VoltageObject | None:
     """The manufacturer's object of the motor voltage, by its name; a drive that is read does not tell names."""
     for address, item in sorted(facts.descriptions.items()):
         name = item.name
-        is_voltage = "voltage" in name.lower() and _MOTOR.search(name) and not _LIMIT.search(name)
+        is_voltage = "voltage" in name.lower() and _MOTOR.search(name) and not _OTHER.search(name)
         if 0x2000 <= address[0] < 0x6000 and item.size in (1, 2, 4) and item.is_readable and is_voltage:
             return VoltageObject(address, name, _scale(name), item.mappable)
     return None
@@ -87,7 +113,7 @@ def _scale(name: str) -> float | None:
 
 
 def rate_of(drives: Sequence[DriveFacts]) -> tuple[float, str]:
-    """Cycle rate [Hz] that all drives accept in 60C2h, and why.
+    """Cycle rate [Hz] that all drives accept in 60C2h, and why, as a comment.
 
     Raises:
         BadInput: there is none.
@@ -95,8 +121,8 @@ def rate_of(drives: Sequence[DriveFacts]) -> tuple[float, str]:
     for rate in _RATES:
         period = interpolation_period(rate)
         if all(facts.accepts(0x60C2, sub, value) for facts in drives for sub, value in enumerate(period, start=1)):
-            reason = "the usual rate" if rate == _RATES[0] else "60C2h accepts no period of 2 ms"
-            return rate, reason
+            usual = f"{ASSUMED}Hz; the usual rate, which 60C2h does not exclude"
+            return rate, usual if rate == _RATES[0] else f"{STATED}Hz; 60C2h accepts no period of 2 ms"
     raise BadInput("the drives accept no common period in 60C2h; check the limits of that object in their EDS")
 
 

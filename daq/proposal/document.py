@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from daq.proposal.choices import TorqueSource, common_torque_source, rate_of
-from daq.proposal.drive_section import DriveSection
+from daq.proposal.drive_section import DriveSection, with_placeholders
 from daq.proposal.facts import DriveFacts
-from daq.proposal.text import CHECK, Key, comment
+from daq.proposal.text import ASK, ASSUMED, LEGEND, PHYSICS, STATED, UNKNOWN, Key, comment
 from drivers.canopen.load import bus_load
 from recordings.buses import CanBus
 from recordings.config import validated
@@ -17,8 +17,6 @@ from recordings.rig import Limits, Rig
 
 _LARGEST_LOAD = 0.9
 """Bus load above which no rig file is proposed."""
-_PLACEHOLDER = 1.0
-"""Torque per ampere that no drive states [N m/A]."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +26,7 @@ class RigProposal:
     text: str
     notes: tuple[str, ...]
     rig: Rig
+    """With placeholders for what the text asks."""
 
 
 def propose(drives: Sequence[DriveFacts], bus: CanBus) -> RigProposal:
@@ -45,32 +44,35 @@ def _proposal(drives: Sequence[DriveFacts], bus: CanBus, draft: Rig | None) -> R
     source = common_torque_source(drives)
     notes: list[str] = []
     sections = [DriveSection(joint, facts, source) for joint, facts in enumerate(drives, start=1)]
-    lines = [*_head(drives), *_bus(bus, drives, draft), *_torque(sections, source, notes), *_limits()]
+    lines = [*_head(drives), *_bus(bus, drives, draft), *_torque(sections, source), *_limits()]
     explained: set[str] = set()
     for section in sections:
         lines += section.lines(draft, explain=section.origin not in explained)
         explained.add(section.origin)
         notes += section.notes
     text = "\n".join(lines) + "\n"
-    return RigProposal(text, tuple(dict.fromkeys(notes)), validated(tomllib.loads(text), Rig, "proposal"))
+    content = with_placeholders(tomllib.loads(text))
+    return RigProposal(text, tuple(dict.fromkeys(notes)), validated(content, Rig, "proposal"))
 
 
 def _head(drives: Sequence[DriveFacts]) -> Iterator[str]:
     origins = ", ".join(dict.fromkeys(facts.origin for facts in drives))
     values = ", ".join(dict.fromkeys(facts.values for facts in drives))
     yield from comment(f"Rig file proposed by `daq rig propose` from {origins}; values: {values}.")
-    yield from comment(f'A line with "{CHECK.strip()}" holds what no drive states: compare it with the machine.')
+    yield from comment("Each value says where it comes from:")
+    for mark, meaning in LEGEND.items():
+        yield from comment(f"- {mark}{meaning}.")
     yield from comment("Next: daq check --rig FILE, which moves nothing; then docs/how-to/real-drives.md.")
     yield ""
     yield from Key("name", '"proposed rig"').lines()
     if len(drives) != 3:
-        yield from Key("mechanism", '"axes"', "a delta robot has three drives").lines()
+        yield from Key("mechanism", '"axes"', PHYSICS + "a delta robot has three drives").lines()
     rate, reason = rate_of(drives)
-    yield from Key("rate", f"{rate:g}.0", f"Hz; {reason}").lines()
+    yield from Key("rate", f"{rate:g}.0", reason).lines()
     if len(drives) != 3:
         for _ in drives:
             yield from ("", "[[axes]]")
-            yield from Key("type", '"revolute"', CHECK + "or prismatic").lines()
+            yield from Key("type", '"revolute"', ASSUMED + "or prismatic").lines()
 
 
 def _bus(bus: CanBus, drives: Sequence[DriveFacts], draft: Rig | None) -> Iterator[str]:
@@ -82,7 +84,8 @@ def _bus(bus: CanBus, drives: Sequence[DriveFacts], draft: Rig | None) -> Iterat
     allowed = [facts.bit_rates for facts in drives if facts.bit_rates]
     common = frozenset.intersection(*allowed) if allowed else frozenset()
     rate = bus.bitrate if not common or bus.bitrate in common else max(common)
-    yield from Key("bitrate", str(rate), "bit/s; that of all nodes on this bus").lines()
+    origin = STATED if common else ASSUMED
+    yield from Key("bitrate", str(rate), origin + "bit/s; that of all nodes on this bus").lines()
     load = 0.0 if draft is None else bus_load(draft, draft.rate)
     if draft is not None and load > bus.max_load:
         if load > _LARGEST_LOAD:
@@ -90,7 +93,7 @@ def _bus(bus: CanBus, drives: Sequence[DriveFacts], draft: Rig | None) -> Iterat
                 f"at {draft.rate:g} Hz, the rate of these drives, a cycle takes up to {load:.0%} of the bus at "
                 f"{rate / 1000:g} kbit/s; choose a higher bit rate, or a bus for each drive"
             )
-        text = f"{CHECK}a cycle takes up to {load:.1%} of the bus at the only rate that the drives accept"
+        text = f"{PHYSICS}a cycle takes up to {load:.1%} of the bus at the only rate that the drives accept"
         yield from Key("max_load", f"{math.ceil(100 * load) / 100:g}", text).lines()
 
 
@@ -98,8 +101,9 @@ def _limits() -> Iterator[str]:
     limits = Limits()
     yield from ("", "[limits]")
     yield from comment(
-        f"{CHECK}these belong to the machine, not to the drives. The drives get the joint limits (607Dh), the "
-        "following error (6065h) and the quick stop's acceleration (6085h) in their own units; daq check shows them."
+        f"{ASSUMED}these belong to the machine, not to the drives: here are those of the simulated robot. The drives "
+        "get the joint limits (607Dh), the following error (6065h) and the quick stop's acceleration (6085h) in "
+        "their own units; daq check shows them."
     )
     for name, unit in (
         ("joint_min", "rad"),
@@ -112,36 +116,30 @@ def _limits() -> Iterator[str]:
         yield from Key(name, str(float(getattr(limits, name))), unit).lines()
 
 
-def _torque(sections: "Sequence[DriveSection]", source: TorqueSource | None, notes: list[str]) -> Iterator[str]:
+def _torque(sections: "Sequence[DriveSection]", source: TorqueSource) -> Iterator[str]:
     yield from ("", "[torque]")
-    if source is None:
-        text = (
-            "no object of the motor voltage, no torque actual (6077h) and no current actual (6078h) that can be "
-            "mapped: there is nothing to find the torque from, so nothing can be identified"
-        )
-        notes.append(text)
-        yield from comment(text)
-    elif source == "voltage":
+    if source == "voltage":
         yield from comment(
             'torque = gain * v * |v| ("square") or gain * v ("linear"). No drive states the gain: with 1.0, '
             "parameters are known up to one common factor; `ident calibrate-gain` finds it from a known payload."
         )
-        yield from Key("map", '"square"', CHECK + "linear where the voltage is proportional to the torque").lines()
+        text = ASSUMED + "linear where the voltage is proportional to the torque"
+        yield from Key("map", '"square"', text).lines()
     elif source == "torque_actual":
         yield from comment(
             "torque = 6077h / 1000 * rated_torque: linear, in N m at the joint. The gain is rated_torque of each "
             "drive, a rating and no calibration; `ident calibrate-gain` compares it with a known payload."
         )
-        yield from Key("map", '"linear"').lines()
+        yield from Key("map", '"linear"', PHYSICS + "6077h is a torque").lines()
     else:
         gains = [section.torque_per_ampere() for section in sections]
         yield from comment(
             "torque = 6078h / 1000 * rated_current * per_ampere: linear, in N m at the joint. The gain is "
             "per_ampere, the motor's torque constant times the gear; `ident calibrate-gain` checks it with a payload."
         )
-        yield from Key("map", '"linear"').lines()
-        stated = all(gain is not None for gain in gains)
-        values = ", ".join(f"{gain or _PLACEHOLDER:.6g}" for gain in gains)
-        origin = "6076h / 6075h * gear" if stated else CHECK + "torque constant [N m/A] * gear, from the type plate"
-        yield from Key("per_ampere", f"[{values}]", f"N m/A; {origin}").lines()
-    yield from Key("gain_source", '"assumed"').lines()
+        yield from Key("map", '"linear"', PHYSICS + "torque is proportional to the current").lines()
+        values = ", ".join(f'"{ASK}"' if gain is None else f"{gain:.6g}" for gain, _ in gains)
+        mark = UNKNOWN if any(gain is None for gain, _ in gains) else STATED
+        origins = "; ".join(dict.fromkeys(why for _, why in gains))
+        yield from Key("per_ampere", f"[{values}]", f"{mark}N m/A; {origins}").lines()
+    yield from Key("gain_source", '"assumed"', ASSUMED + "until a payload calibrates it").lines()

@@ -1,11 +1,12 @@
 """The section [[drives]] of one joint in a proposed rig file."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 from daq.proposal.choices import TorqueSource, mode_of, motor_voltage, name_of
 from daq.proposal.facts import DriveFacts
-from daq.proposal.text import CHECK, Key, comment
+from daq.proposal.text import ASK, ASSUMED, NAMED, STATED, UNKNOWN, Key, comment
 from drivers.canopen import pdo, readiness, setup
 from drivers.canopen.roles import ROLES
 from drivers.canopen.sdo import SdoWrite
@@ -14,16 +15,28 @@ from recordings.config import validated
 from recordings.errors import BadInput
 from recordings.rig import Drive, Rig
 
-_COUNTS, _GEAR, _RATED_TORQUE, _RATED_CURRENT, _VOLTAGE_SCALE = 8192, 21.0, 20.0, 5.0, 0.001
-"""Placeholders for what drives do not state."""
+PLACEHOLDERS: Mapping[str, object] = {
+    **{"counts_per_turn": 8192, "gear": 21.0, "rated_torque": 20.0, "rated_current": 5.0, "per_ampere": 1.0},
+    **{"scale": 0.001, "acceleration": None},
+}
+"""What stands for ASK, by key, where only the sizes of objects and the load of the bus are computed."""
 _STAY_POWERED = 6
 """Option of 605Ah."""
+
+
+def with_placeholders(content: Any, key: str = "") -> Any:
+    """Content of a rig file with placeholders for what is asked; `key`: its key."""
+    if isinstance(content, dict):
+        return {name: with_placeholders(value, name) for name, value in content.items()}
+    if isinstance(content, list):
+        return [with_placeholders(value, key) for value in content]
+    return PLACEHOLDERS[key] if content == ASK else content
 
 
 class DriveSection:
     """The section [[drives]] of one joint."""
 
-    def __init__(self, joint: int, facts: DriveFacts, source: TorqueSource | None) -> None:
+    def __init__(self, joint: int, facts: DriveFacts, source: TorqueSource) -> None:
         """Raises BadInput if the drive cannot be driven."""
         self._joint, self._facts, self._source = joint, facts, source
         self.origin = facts.origin
@@ -38,14 +51,12 @@ class DriveSection:
         self._dictionary = facts.dictionary(self._drive())
 
     def _drive(self) -> Drive:
-        """The drive as it is proposed."""
+        """The drive as it is proposed, with placeholders for what is asked."""
         keys: dict[str, object] = {"node_id": self._facts.node_id, "mode": self._mode}
-        keys |= {"counts_per_turn": self._counts_per_turn, "gear": self._gear or _GEAR}
-        if self._source is not None:
-            keys["torque_source"] = self._source
+        keys |= {"counts_per_turn": self._counts_per_turn, "gear": self._gear or ASK, "torque_source": self._source}
         if self._source == "voltage":
             keys["voltage"] = self._voltage()[0]
-        return validated(keys, Drive, f"proposal for {self._facts.origin}")
+        return validated(with_placeholders(keys), Drive, f"proposal for {self._facts.origin}")
 
     def _voltage(self) -> tuple[dict[str, object], str]:
         """Key `voltage` and its comment."""
@@ -53,18 +64,24 @@ class DriveSection:
         assert voltage is not None
         index, sub = voltage.address
         transfer = "pdo" if voltage.mappable else "sdo"
-        keys = {"index": index, "sub": sub, "scale": voltage.scale or _VOLTAGE_SCALE, "transfer": transfer}
-        doubt = "" if voltage.scale else CHECK + "scale [V per count]; "
-        return keys, f'{doubt}"{voltage.name}"'
+        keys: dict[str, object] = {"index": index, "sub": sub, "scale": voltage.scale or ASK, "transfer": transfer}
+        doubt = "" if voltage.scale else f"; {UNKNOWN}scale [V per count]"
+        return keys, f'{NAMED}"{voltage.name}"{doubt}'
 
     @property
-    def _counts_per_turn(self) -> int:
-        return _COUNTS if self._counts is None else max(1, round(self._counts[1]))
+    def _counts_per_turn(self) -> int | str:
+        return ASK if self._counts is None else max(1, round(self._counts[1]))
 
-    def torque_per_ampere(self) -> float | None:
-        """Joint torque per motor current by the drive's ratings [N m/A]."""
+    def torque_per_ampere(self) -> tuple[float | None, str]:
+        """Joint torque per motor current by the drive's ratings [N m/A], None where it is not known; and why."""
         torque, current = self._facts.value(0x6076), self._facts.value(0x6075)
-        return torque / current * (self._gear or _GEAR) if torque and current else None
+        if torque and current and self._gear:
+            return torque / current * self._gear, "6076h / 6075h * gear"
+        known = "torque constant of the motor [N m/A], by its type plate"
+        if torque and current:
+            known = f"6076h / 6075h = {torque / current:.6g} N m/A of the motor"
+        self.notes.append(f'per_ampere is "?", because no drive says it: {known}, times the gear')
+        return None, f"{known}, times the gear"
 
     def lines(self, draft: Rig | None, *, explain: bool) -> Iterator[str]:
         """Lines of the file; `draft`: the rig, to find what the drive will refuse; without `explain` the lines that
@@ -84,20 +101,32 @@ class DriveSection:
             yield from Key("dcf", f'"{facts.file}"', "uncomment to write its values before each run", False).lines()
 
     def _machine(self) -> Iterator[Key]:
-        yield Key("node_id", str(self._facts.node_id))
-        stated = self._counts
-        if stated is None:
-            comment = CHECK + "position units (usually encoder counts) per turn of the motor"
-            self.notes.append("no drive states its encoder's resolution in use: counts_per_turn is a placeholder")
+        given = ASSUMED + "as --nodes says" if self._facts.eds else STATED + "it answers under this id"
+        yield Key("node_id", str(self._facts.node_id), given)
+        yield self._resolution()
+        if self._gear:
+            yield Key("gear", f"{self._gear:.9g}", STATED + "6091h")
         else:
-            comment = f"position units per turn of the motor, by {stated[0]}"
-            if not math.isclose(stated[1], self._counts_per_turn):
-                comment = f"{CHECK}{stated[1]:.9g} by {stated[0]}, which is no whole number"
-        yield Key("counts_per_turn", str(self._counts_per_turn), comment)
-        comment = "6091h" if self._gear else CHECK + "motor turns per turn of the joint"
-        yield Key("gear", f"{float(self._gear or _GEAR):.9g}", comment)
-        yield Key("sign", "1", CHECK + "-1 where counts fall as the elbow rises")
-        yield Key("zero_offset", "0.0", CHECK + "joint angle at position 0 [rad]")
+            yield self._asked("gear", "motor turns per turn of the joint")
+        yield Key("sign", "1", ASSUMED + "-1 where counts fall as the elbow rises; daq jog shows it")
+        yield Key("zero_offset", "0.0", ASSUMED + "joint angle at position 0 [rad]; daq check shows the present one")
+
+    def _asked(self, name: str, meaning: str) -> Key:
+        """A key that nothing says."""
+        self.notes.append(f'{name} is "?", because no drive says it: {meaning}')
+        return Key(name, f'"{ASK}"', UNKNOWN + meaning)
+
+    def _resolution(self) -> Key:
+        if self._counts is None:
+            return self._asked("counts_per_turn", "position units (usually encoder counts) per turn of the motor")
+        source, counts = self._counts
+        comment = f"{STATED}position units per turn of the motor, by {source}"
+        if doubt := readiness.position_doubt(self._dictionary):
+            comment = f"{ASSUMED}position units per turn of the motor, by {source}. {doubt}"
+            self.notes.append(f"counts_per_turn is assumed: {doubt}")
+        elif not math.isclose(counts, round(counts)):
+            comment = f"{ASSUMED}{counts:.9g} by {source}, which is no whole number"
+        return Key("counts_per_turn", str(self._counts_per_turn), comment)
 
     def _operation(self) -> Iterator[Key]:
         yield Key("mode", f'"{self._mode}"', self._why)
@@ -105,40 +134,46 @@ class DriveSection:
             yield Key("assume_mode", "true", "uncomment to try this mode; the drive does not list its modes", False)
             self.notes.append("6502h gives no modes: uncomment assume_mode to try the mode")
         if self._facts.value(0x605A) == _STAY_POWERED:
-            comment = "605Ah as it is: quick stop ramp, then powered until the host is done"
+            comment = f"{STATED}605Ah as it is: quick stop ramp, then powered until the host is done"
             yield Key("quick_stop_option", f"{_STAY_POWERED}", comment)
-        units = self._dictionary.units
-        for problem in units.problems:
-            self.notes.append(f"{self._facts.origin}: {problem}")
-        if units.question and self._dictionary.has_ramp:
-            comment = "uncomment the unit of 6085h that the manual states: a wrong one makes stops far too hard"
-            yield Key("units", '{ acceleration = "counts/s^2" }', comment, False)
-            self.notes.append(
-                "the unit of accelerations (60AAh) is not stated: set units in [[drives]] by the manual"
+        question = self._dictionary.units.question
+        if question and self._dictionary.has_ramp:
+            self.notes.append(question)
+            yield Key(
+                "units", f'{{ acceleration = "{ASK}" }}', f"{UNKNOWN}{question}; a wrong one makes stops far too hard"
             )
 
     def _measurement(self) -> Iterator[Key]:
-        facts = self._facts
         if self._source == "voltage":
             keys, text = self._voltage()
             values = {**keys, "index": f"0x{keys['index']:04X}", "transfer": f'"{keys["transfer"]}"'}
+            if keys["scale"] == ASK:
+                values["scale"] = f'"{ASK}"'
+                self.notes.append(f'the scale of the voltage is "?", because its name does not say it: {text}')
             yield Key("voltage", f"{{ {', '.join(f'{key} = {value}' for key, value in values.items())} }}", text)
-        elif self._source is not None:
-            yield Key("torque_source", f'"{self._source}"')
-        if self._source == "torque_actual":
-            yield self._rated_torque()
-        elif self._source == "current_actual":
-            rated = facts.value(0x6075)
-            comment = f"A; 6075h = {rated} mA" if rated else f"A; {CHECK}6075h gives no value; from the type plate"
-            yield Key("rated_current", f"{rated / 1000 if rated else _RATED_CURRENT:g}", comment)
+            return
+        index = {"torque_actual": 0x6077, "current_actual": 0x6078}[self._source]
+        yield Key("torque_source", f'"{self._source}"', f"{STATED}{index:04X}h can be mapped")
+        yield self._rated_torque() if self._source == "torque_actual" else self._rated_current()
 
     def _rated_torque(self) -> Key:
         rated = self._facts.value(0x6076)
-        if not rated:
-            self.notes.append("6076h gives no rated torque: rated_torque is a placeholder, so torques are relative")
-            return Key("rated_torque", f"{_RATED_TORQUE}", f"N m; {CHECK}rated torque of the motor * gear")
-        joint = rated / 1000 * (self._gear or _GEAR)
-        return Key("rated_torque", f"{joint:.6g}", f"N m at the joint; 6076h = {rated} mN m * gear")
+        if rated and self._gear:
+            return Key(
+                "rated_torque",
+                f"{rated / 1000 * self._gear:.6g}",
+                f"{STATED}N m at the joint; 6076h = {rated} mN m * gear",
+            )
+        known = (
+            f"6076h = {rated / 1000:g} N m of the motor" if rated else "rated torque of the motor, by its type plate"
+        )
+        return self._asked("rated_torque", f"N m at the joint; {known}, times the gear")
+
+    def _rated_current(self) -> Key:
+        rated = self._facts.value(0x6075)
+        if rated:
+            return Key("rated_current", f"{rated / 1000:g}", f"{STATED}A; 6075h = {rated} mA")
+        return self._asked("rated_current", "A, by the motor's type plate; 6075h gives no value")
 
     def _refused(self, draft: Rig) -> list[SdoWrite]:
         """What the set-up writes to this drive and its limits in the EDS exclude."""
@@ -174,7 +209,9 @@ class DriveSection:
         self.notes.append(f"objects of safety are missing ({listed}): read what that means before accept_missing")
 
     def _settings(self) -> Iterator[str]:
-        """Comment on the drive's present limits in SI units."""
+        """Comment on the drive's present limits in SI units, where its own are known."""
+        if self._counts is None or self._gear is None:
+            return
         facts, drive = self._facts, self._dictionary.drive
         counts, acceleration = abs(drive.counts_per_radian), self._dictionary.units.acceleration
         parts = []
@@ -192,7 +229,7 @@ class DriveSection:
         drive = self._dictionary.drive
         try:
             received = pdo.rpdos(drive, self._dictionary)
-            transmitted = pdo.tpdos(drive, self._dictionary) if self._source else {}
+            transmitted = pdo.tpdos(drive, self._dictionary)
         except BadInput as error:
             raise BadInput(f"{self._facts.origin}: {error}") from None
         maps = [("RPDO", number, mapped) for number, mapped in received.items()]

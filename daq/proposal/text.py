@@ -4,8 +4,17 @@ import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-CHECK = "CHECK: "
-"""Begins the comment of a value that no drive states."""
+STATED, NAMED, PHYSICS, ASSUMED, UNKNOWN = "stated: ", "named: ", "physics: ", "assumed: ", "unknown: "
+"""Begin the comment of a value: where it comes from, and so how sure it is."""
+LEGEND = {
+    STATED: "an object of the drive holds it",
+    NAMED: "the text of the dictionary says it",
+    PHYSICS: "it cannot be otherwise",
+    ASSUMED: "likely, but no drive states it: compare it with the machine",
+    UNKNOWN: 'nothing says it: put it in place of "?", which no command accepts',
+}
+ASK = "?"
+"""Value of a key that nothing says."""
 _WIDTH, _COLUMN = 110, 36
 
 
@@ -15,6 +24,7 @@ class Key:
 
     name: str
     value: str
+    """As in the file."""
     comment: str = ""
     active: bool = True
 

@@ -18,6 +18,8 @@ STOP_TIMEOUT = 0.3
 """Time that a drive may take to stop when it is commanded by SDO [s]."""
 _MODE_TIMEOUT = 0.5
 """Time that a drive may take to show the mode that was written [s]."""
+_NO_PDOS = {0x04: "stopped", 0x7F: "pre-operational"}
+"""States of communication in which a node sends no PDO, by its heartbeat."""
 NO_MODE = 0
 """Object 6061 of drives that take over a mode only when they are enabled; whether they follow is supervised then."""
 
@@ -51,7 +53,11 @@ class CanopenAxis:
         """Number of EMCY of each code that do not end a run."""
         self.answers_since_emcy = 0
         """Number of answers since an EMCY that reported an error."""
+        self.fault_without_emcy = False
+        """Whether a fault ended the run before an EMCY told its code."""
         self.restarted = False
+        self.nmt_state = 0
+        """State of communication by the last heartbeat; 0: not known."""
         self.homing = self.homing_started = False
         """Whether the drive is in homing mode, and may search its zero."""
         self.last_heartbeat_cycle: int | None = None
@@ -67,6 +73,8 @@ class CanopenAxis:
         self._raw = dict.fromkeys(("voltage", "torque"), math.nan)
         self.use(standard_dictionary(drive))
         self._received: set[int] = set()
+        self._misfit = ""
+        """The answer to this SYNC that had another length than the mapped one."""
 
     def use(self, dictionary: DriveDictionary) -> None:
         """Set the drive's dictionary, which gives the sizes of what it sends.
@@ -105,6 +113,11 @@ class CanopenAxis:
     def answer_ids(self) -> tuple[int, ...]:
         """Arbitration ids of the drive's TPDOs."""
         return tuple(self._layout)
+
+    @property
+    def command_ids(self) -> tuple[int, ...]:
+        """Arbitration ids of the drive's RPDOs."""
+        return tuple(arbitration_id for arbitration_id, _, _ in self._parts)
 
     # By SDO
 
@@ -148,6 +161,7 @@ class CanopenAxis:
     def begin_cycle(self) -> None:
         """Discard the answer to the previous SYNC."""
         self._received.clear()
+        self._misfit = ""
         self._raw = dict.fromkeys(self._raw, math.nan)
         self.voltage_stamp = 0
 
@@ -155,6 +169,7 @@ class CanopenAxis:
         """Decode one TPDO; False where its length is not the mapped one."""
         number, fields, layout = self._layout[arbitration_id]
         if len(data) != layout.size:
+            self._misfit = f"its TPDO (COB-ID {arbitration_id:03X}h) has {len(data)} bytes, {layout.size} are mapped"
             return False
         values = dict(zip((field.name for field in fields), layout.unpack(data), strict=True))
         if "position" in values:
@@ -173,6 +188,14 @@ class CanopenAxis:
     def answered(self) -> bool:
         """True when all TPDOs of this cycle have arrived."""
         return len(self._received) == len(self._layout)
+
+    @property
+    def absence(self) -> str:
+        """What is known of an answer that is missing; "": nothing."""
+        if self.nmt_state in _NO_PDOS and not self._misfit:
+            heartbeat = f"COB-ID {0x700 + self.drive.node_id:03X}h"
+            return f"its heartbeat ({heartbeat}) says that it is {_NO_PDOS[self.nmt_state]}, in which it sends no PDO"
+        return self._misfit
 
     def take_polled_voltage(self, raw: int, stamp: int) -> None:
         """Store a voltage that was read by SDO and arrived at `stamp` [ns]."""
@@ -244,7 +267,10 @@ class CanopenAxis:
         if self.restarted:
             return f"{self.name}: the drive restarted (boot-up message)"
         if self.state in (cia402.DriveState.FAULT, cia402.DriveState.FAULT_REACTION):
-            return f"{self.name}: drive fault, {self.error_text or 'no EMCY received'} (0x{self.error_code:04X})"
+            if self.error_code:
+                return f"{self.name}: drive fault, {self.error_text} (0x{self.error_code:04X})"
+            self.fault_without_emcy = True
+            return f"{self.name}: drive fault without EMCY"
         if self.error_code and not self.answered:
             return f"{self.name}: no answer after {self.error_text} (EMCY 0x{self.error_code:04X})"
         if self.answers_since_emcy > 1:

@@ -154,12 +154,18 @@ def _torque_source(dictionary: DriveDictionary) -> Iterator[Row]:
     else:
         index, what, raw = 0x6077, "rated torque at the joint (6076h times gear)", dictionary.value((0x6076, 0))
         factor, given, unit = 1e-3 * drive.gear, drive.rated_torque, "N m"
-    there = (index, 0) in dictionary
-    name = f"{drive.torque_source.replace('_', ' ')} {format_address(index, 0)}"
-    yield name, "readable", "yes" if there else "no such object", _fine_if(there)
-    if raw and given is not None:
+    assert given is not None
+    name, count = f"{drive.torque_source.replace('_', ' ')} {format_address(index, 0)}", dictionary.value((index, 0))
+    if count is None:
+        there = (index, 0) in dictionary
+        yield name, "readable", *(("cannot be read", "noted") if there else ("no such object", "problem"))
+    else:
+        yield name, "readable", f"{count} = {drive.sign * count / 1000 * given:g} {unit}", "fine"
+    if raw:
         agree = math.isclose(raw * factor, given, rel_tol=readiness.RATING_TOLERANCE)
         yield what, f"{given:g} {unit}", f"{raw * factor:g} {unit}", _fine_if(agree)
+    else:
+        yield what, f"{given:g} {unit}", "not stated by the drive: compare with the type plate", "noted"
 
 
 def _voltage(dictionary: DriveDictionary) -> Row:
@@ -180,6 +186,9 @@ def _units(dictionary: DriveDictionary) -> Iterator[Row]:
     for problem in readiness.unit_problems(dictionary):
         what, _, text = problem.partition(": ")
         yield what, "drive and rig file agree", text, "problem"
+    if doubt := readiness.position_doubt(dictionary):
+        counts = f"{dictionary.drive.counts_per_turn} (counts_per_turn), assumed"
+        yield "position units per motor turn", counts, doubt, "noted"
     for quantity, unit in _SI.items():
         scale = getattr(dictionary.units, quantity)
         if scale is not None:

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers import cia402
-from drivers.canopen import can_errors, check, discovery, homing, pdo, preparation, setup, shutdown
+from drivers.canopen import can_errors, check, discovery, faults, homing, pdo, preparation, setup, shutdown
 from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
+from drivers.canopen.bus_monitor import BusMonitor
 from drivers.canopen.kernel_sync import KernelSync
 from drivers.canopen.load import bus_load
 from drivers.canopen.poll import VoltagePoll
@@ -60,6 +61,7 @@ class CanopenDrives:
         self._axes = [self._make_axis(joint) for joint in range(1, rig.dof + 1)]
         polled = [axis for axis in self._axes if axis.drive.voltage.transfer == "sdo"]
         self._poll = VoltagePoll([axis for axis in polled if axis.drive.torque_source == "voltage"], link)
+        self._monitor = BusMonitor(self._axes, report, sends_sync=kernel_sync is None)
         self._handlers: dict[int, Callable[[bytes], None]] = {}
         for axis in self._axes:
             self._handlers[0x80 + axis.drive.node_id] = partial(self._on_emcy, axis)
@@ -75,6 +77,7 @@ class CanopenDrives:
 
     def _listen_to_tpdos(self) -> None:
         self._axis_of_tpdo = {arbitration_id: axis for axis in self._axes for arbitration_id in axis.answer_ids}
+        self._handlers |= self._monitor.handlers()
 
     # Before the cycle
 
@@ -103,8 +106,10 @@ class CanopenDrives:
         foreign = [size for drive in prepared for size in drive.set_up(referenced=referenced)]
         self._listen_to_tpdos()
         self._check_load(foreign)
+        for axis in self._axes:
+            axis.nmt_state = 0
         self._send_nmt(0x01)
-        self._operational = True
+        self._operational = self._monitor.armed = True
 
     def _check_load(self, foreign: list[int]) -> None:
         """Check the bus load with the sizes that the drives have, and with the PDOs that they did not let go of."""
@@ -223,12 +228,13 @@ class CanopenDrives:
             effort=tuple(axis.effort for axis in axes) if pdo.measures_effort(self._rig) else None,
             voltage_stamp=tuple(axis.voltage_stamp for axis in axes) if self._poll.axes else None,
             sync=sync,
+            absence=None if all(axis.answered for axis in axes) else tuple(axis.absence for axis in axes),
         )
 
     def _trouble(self) -> str | None:
         timeouts = self._cycles(_HEARTBEAT_TIMEOUT), self._cycles(_FOLLOWING_TIMEOUT)
         troubles = (axis.trouble(self._cycle, *timeouts) for axis in self._axes)
-        return self._bus_trouble or next(filter(None, troubles), None)
+        return self._bus_trouble or self._monitor.trouble or next(filter(None, troubles), None)
 
     # Unsolicited frames
 
@@ -248,6 +254,7 @@ class CanopenDrives:
     def _on_heartbeat(self, axis: CanopenAxis, data: bytes) -> None:
         if data[:1] != _BOOT_UP:
             axis.last_heartbeat_cycle = self._cycle
+            axis.nmt_state = data[0] & 0x7F if data else 0
         elif self._operational:
             axis.restarted = True
             self._report("error", axis.name, "boot-up message: the drive restarted")
@@ -270,6 +277,10 @@ class CanopenDrives:
             self._report("error", "bus", f"while switching power off: {error}")
         shutdown.power_off(self._axes, self._report)
         return tuple(axis.power for axis in self._axes)
+
+    def fault_details(self) -> str:
+        """See `Amplifiers`: by 603Fh or 1003h."""
+        return "; ".join(faults.details(axis) for axis in self._axes if axis.fault_without_emcy)
 
     def close(self) -> None:
         """See `Amplifiers`: Disable voltage again by SDO, watchdog off, pre-operational."""

@@ -79,6 +79,8 @@ class Preparation:
         self._dictionary = dictionary = read_dictionary(drive, self._sdo)
         self._refuse_misfit(dictionary)
         axis.use(dictionary)
+        if doubt := readiness.position_doubt(dictionary):
+            self._report("warning", axis.name, f"position units per motor turn: {doubt}")
         for index in readiness.missing_for_safety(dictionary):
             role = ROLES[index]
             text = f"driven without {index:04X}h ({role.meaning}): {role.loss}; {role.instead}"

@@ -15,6 +15,10 @@ RATING_TOLERANCE = 0.01
 """Relative difference below which ratings of the drive and of the rig file agree."""
 _GUARDS = {0x1016: ("guarding", "rpdo")}
 """Other ways to notice a lost master than 1016h."""
+_PLAUSIBLE = {"607Dh": (0.1, 1000.0), "6065h": (0.001, 100.0), "6064h": (0.0, 1000.0)}
+"""Turns of a motor that a range of travel, a following error and a position may be."""
+_UNSET = (-(2**31), 2**31 - 1, 2**32 - 1)
+"""Limits that limit nothing."""
 
 
 def missing_for_motion(dictionary: DriveDictionary) -> Iterator[str]:
@@ -60,6 +64,32 @@ def unit_problems(dictionary: DriveDictionary) -> list[str]:
             "one"
         )
     return problems
+
+
+def position_doubt(dictionary: DriveDictionary) -> str:
+    """Ask which of two units a drive means that states both, and say what its values show; "" where it states one."""
+    readings = dictionary.units.readings
+    if not readings:
+        return ""
+    said = ", ".join(f"{source} say {per_turn:g}" for source, per_turn in readings.items())
+    against = [
+        f"by {source}, {name} = {length} would be {length / per_turn:g} turns of the motor"
+        for source, per_turn in readings.items()
+        for name, length in _lengths(dictionary)
+        if not _PLAUSIBLE[name][0] <= length / per_turn <= _PLAUSIBLE[name][1]
+    ]
+    return (
+        f"{said}: either may be right ({'; '.join(against) or 'its other values do not decide'}). Turn the joint by "
+        "hand, without power, and compare with the joint angle of daq check; then daq jog or daq axis-check decides"
+    )
+
+
+def _lengths(dictionary: DriveDictionary) -> Iterator[tuple[str, int]]:
+    """Lengths that the drive holds, in its unit of position."""
+    low, high = (dictionary.value((0x607D, sub)) or 0 for sub in (1, 2))
+    lengths = {"607Dh": 0 if {low, high} & {*_UNSET} else high - low, "6065h": dictionary.value((0x6065, 0)) or 0}
+    lengths["6064h"] = abs(dictionary.value((0x6064, 0)) or 0)
+    yield from ((name, length) for name, length in lengths.items() if length > 0 and length not in _UNSET)
 
 
 def mode_problem(dictionary: DriveDictionary) -> str | None:

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from drivers.eds import Address
+from recordings.drives import ACCELERATION_UNITS
 from recordings.rig import Drive
 
 Objects = Mapping[Address, int]
@@ -74,6 +75,8 @@ class Units:
     acceleration: Scale | None
     problems: tuple[str, ...]
     """Contradictions and unknown codes, with both numbers and what to do."""
+    readings: Mapping[str, float]
+    """Position units per motor turn by each group of objects where they contradict and either may be right."""
     question: str
     """What the rig file must say of the unit of acceleration; "" where it is known."""
 
@@ -85,23 +88,24 @@ def units_of(objects: Objects, drive: Drive) -> Units:
     acceleration = reader.acceleration()
     position = Scale(abs(drive.counts_per_radian), "counts", "counts_per_turn")
     question = reader.question() if acceleration is None else ""
-    return Units(position, velocity, acceleration, tuple(reader.problems), question)
+    return Units(position, velocity, acceleration, tuple(reader.problems), reader.readings, question)
 
 
 def position_units_per_turn(objects: Objects) -> dict[str, float]:
-    """Position units per motor turn, by each group of objects that states them; empty where none does."""
+    """Position units per motor turn, by each group of objects that states them, the likeliest first; empty where none
+    does."""
     gear = gear_ratio(objects) or 1.0
     feed, resolution = _ratio(objects, 0x6092), _ratio(objects, 0x608F)
     statements = {}
-    # Factors that are all 1 are those that nobody has set.
-    if feed is not None and any(_ratio(objects, index) not in (None, 1.0) for index in (0x608F, 0x6091, 0x6092)):
-        statements["6092h and 6091h"] = feed / gear
     name, factor = _decoded(objects, _POSITION)
     if name in _TURNS:
         statements["60A8h"] = 1 / (factor * _TURNS[name] * gear)
-    if resolution not in (None, 1.0) and (name == "counts" or not statements):
+    elif resolution not in (None, 1.0) and (name == "counts" or feed in (None, 1.0)):
         assert resolution is not None
         statements["608Fh"] = resolution / (_ratio(objects, 0x6093) or 1.0) / factor
+    # Factors that are all 1 are those that nobody has set.
+    if feed is not None and any(_ratio(objects, index) not in (None, 1.0) for index in (0x608F, 0x6091, 0x6092)):
+        statements["6092h and 6091h"] = feed / gear
     return statements
 
 
@@ -130,6 +134,7 @@ class _Reader:
         self._objects = objects
         self._drive = drive
         self.problems: list[str] = []
+        self.readings: Mapping[str, float] = {}
         self._motor = drive.gear / math.tau
         """Motor turns per radian of the joint."""
         self._shaft = self._motor / (gear_ratio(objects) or 1.0)
@@ -147,8 +152,13 @@ class _Reader:
 
     def _check_position(self) -> None:
         counts = self._drive.counts_per_turn
-        for source, stated in position_units_per_turn(self._objects).items():
-            if not _agree(stated, counts):
+        statements = position_units_per_turn(self._objects)
+        others = {source: stated for source, stated in statements.items() if not _agree(stated, counts)}
+        # A feed of 1 is what factors are delivered with: it may be meant, or set by nobody.
+        if _ratio(self._objects, 0x6092) == 1.0 and 0 < len(others) < len(statements):
+            self.readings = statements
+        else:
+            for source, stated in others.items():
                 self.problems.append(
                     f"position units per motor turn: {source} of the drive say {stated:g}, the rig file {counts} "
                     "(counts_per_turn); correct one"
@@ -191,19 +201,31 @@ class _Reader:
 
     def question(self) -> str:
         """Text that asks for the unit of acceleration, with what the drive says of it."""
-        ask = 'say units = { acceleration = "counts/s^2" } or "rpm/s", ... in [[drives]], by the manual'
+        return (
+            f"unit of acceleration: {self._known_of_acceleration()}; find the unit of 6085h in the manual and say it "
+            f"in [[drives]], units = {{ acceleration = ... }} ({', '.join(ACCELERATION_UNITS)})"
+        )
+
+    def _known_of_acceleration(self) -> str:
         if self._objects.get((_ACCELERATION, 0), 0):
-            return f"unit of acceleration: {self._code(_ACCELERATION)} is unknown; {ask}"
-        factor = _ratio(self._objects, 0x6097)
+            return f"{self._code(_ACCELERATION)} is unknown"
+        factor, dimension = _ratio(self._objects, 0x6097), self._objects.get((0x608E, 0), 0)
+        velocity = self.stated(_VELOCITY, 0x608C)
+        if dimension:
+            speed = _DIMENSIONS.get((0x608C, dimension))
+            means = f" ({speed}, a unit of speed)" if speed else ""
+            return f"608Eh = {dimension:X}h{means} is no unit of acceleration that makers agree on"
         if factor not in (None, 1.0):
             # The internal unit of the factor is the maker's: counts/s^2, or counts per square of a sampling time.
             assert factor is not None
             per_radian = self._motor * self._encoder / factor
             return (
-                f"unit of acceleration: 6097h of the drive gives {per_radian:g} for 1 rad/s^2 of the joint if the "
-                f"drive's internal unit is counts/s^2, which it does not say; {ask}"
+                f"6097h of the drive gives {per_radian:g} for 1 rad/s^2 of the joint if the drive's internal unit is "
+                "counts/s^2, which it does not say"
             )
-        return f"unit of acceleration: the drive does not say it; {ask}"
+        if velocity is not None:
+            return f"{velocity.source} says {velocity.name} for speeds, nothing says the unit of accelerations"
+        return "the drive does not say it"
 
 
 def _agree(first: float | None, second: float) -> bool:

@@ -219,6 +219,10 @@ class SerialDrives:
         self._each("while switching power off", lambda axis: axis.switch_off(_STOP_TIMEOUT))
         return tuple(axis.power for axis in self._axes)
 
+    def fault_details(self) -> str:
+        """See `Amplifiers`: nothing, because the code of a fault comes with the answers."""
+        return ""
+
     def close(self) -> None:
         """See `Amplifiers`: power off again, watchdog off, ports released."""
         if self._configured:

@@ -1,5 +1,6 @@
 """One simulated CiA 402 drive on CANopen with any object dictionary: NMT, heartbeat both ways, EMCY, SDO, PDOs."""
 
+import math
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -20,7 +21,8 @@ from drivers.simulated.setpoint_generator import SetpointGenerator
 from recordings.rig import Drive
 
 _BOOT_UP, _STOPPED, _OPERATIONAL, _PRE_OPERATIONAL = 0x00, 0x04, 0x05, 0x7F
-_HEARTBEAT_LOST, _RPDO_LOST = 0x8130, 0x8250
+_NMT_STOP = 0x02
+_HEARTBEAT_LOST, _RPDO_LOST, _OVER_CURRENT = 0x8130, 0x8250, 0x2310
 _WARNING = 0x80
 """Statusword bit 7."""
 _MANUFACTURER = range(0x2000, 0x6000)
@@ -67,6 +69,7 @@ class SimulatedCanopenDrive:
         self._watch = MasterWatch(self._objects)
         self._motion = MotionControl(self._objects, self.drive, self._habits, dt, self._on_fault_reset)
         self._objects.measured = self._measured_objects(drive)
+        self._trouble_due: float | None = None
         self._boot(0.0)
         if self._habits.fault_at_power_on:
             self.fail(self._habits.fault_at_power_on)
@@ -209,7 +212,7 @@ class SimulatedCanopenDrive:
             self._objects.restore(communication_only=True)
             self._begin_communication(now)
         else:
-            self._nmt = {0x01: _OPERATIONAL, 0x02: _STOPPED, 0x80: _PRE_OPERATIONAL}.get(command, before)
+            self._nmt = {0x01: _OPERATIONAL, _NMT_STOP: _STOPPED, 0x80: _PRE_OPERATIONAL}.get(command, before)
             if before != _OPERATIONAL == self._nmt:
                 self._process_data.restart()
         if before == _OPERATIONAL != self._nmt:
@@ -239,11 +242,35 @@ class SimulatedCanopenDrive:
 
     # Faults
 
-    def fail(self, code: int) -> None:
-        """Enter a fault: EMCY, stop as object 605Eh says, then Fault."""
+    def fail(self, code: int, *, silent: bool = False) -> None:
+        """Enter a fault: EMCY unless `silent`, stop as object 605Eh says, then Fault."""
         if not self._motion.failed:
-            self._report(code, 0x01)
+            if silent:
+                self._error_code = code
+            else:
+                self._report(code, 0x01)
             self._motion.enter_fault()
+
+    def shorten_tpdos(self) -> None:
+        """From now on the TPDOs lack their last byte."""
+        self._process_data.shortened = 1
+
+    def stop_communication(self) -> None:
+        """Send the NMT stop of another master to this node, and obey it."""
+        self._send(0x000, bytes([_NMT_STOP, self.drive.node_id]))
+        self._on_nmt(_NMT_STOP, self._motion.now)
+
+    def _have_trouble(self, now: float) -> None:
+        """Do what the habit `trouble` says, once."""
+        habits = self._habits
+        if habits.trouble == "none" or not self.powered:
+            return
+        if self._trouble_due is None:
+            self._trouble_due = now + habits.trouble_after
+        if now >= self._trouble_due:
+            self._trouble_due = math.inf
+            troubles = {"short_tpdo": self.shorten_tpdos, "nmt_stop": self.stop_communication}
+            troubles.get(habits.trouble, partial(self.fail, _OVER_CURRENT, silent=True))()
 
     def warn(self, code: int) -> None:
         """Send an EMCY that is no fault, and set the warning bit of the statusword."""
@@ -265,6 +292,7 @@ class SimulatedCanopenDrive:
         if self._motion.update(counts, now):
             self.fail(FOLLOWING_ERROR)
         self._watch_master(now)
+        self._have_trouble(now)
         if self._nmt == _OPERATIONAL:
             self._process_data.pass_time(now)
         interval = self._objects.value(0x1017) / 1000

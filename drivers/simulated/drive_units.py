@@ -28,10 +28,12 @@ _PLAUSIBLE_RESOLUTION = 16
 
 
 class FactorGroup:
-    """Units of one drive with the encoder and gear of the machine in `drive`."""
+    """Units of one drive with the encoder and gear of the machine in `drive`; `in_increments`: its positions are,
+    whatever 6091h and 6092h say."""
 
-    def __init__(self, objects: Objects, drive: Drive) -> None:
+    def __init__(self, objects: Objects, drive: Drive, *, in_increments: bool = False) -> None:
         self._objects = objects
+        self._in_increments = in_increments
         self._turns_per_radian = drive.gear / (2 * math.pi)
         """Motor turns per radian of the joint."""
         self._increments_per_turn = drive.counts_per_turn
@@ -52,7 +54,8 @@ class FactorGroup:
         if code:
             return self._angle_units(code >> 16 & 0xFF) / _power_of_ten(code) / self._increments_per_radian
         # Where all are 1, nobody has set them, and positions are increments.
-        if any(self._ratio(index) != 1 for index in (0x608F, 0x6091, 0x6092)) and (0x6092, 1) in self._objects:
+        has_feed = (0x6092, 1) in self._objects and not self._in_increments
+        if has_feed and any(self._ratio(index) != 1 for index in (0x608F, 0x6091, 0x6092)):
             return float(self._ratio(0x6092) / self._ratio(0x6091)) / self._increments_per_turn
         return float(1 / self._ratio(0x6093))
 

@@ -2,7 +2,7 @@
 
 import tomllib
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -52,12 +52,19 @@ class Habits(ConfigSection):
     """Whether it has it when the drive is switched on."""
     home_distance: NotNegative = 0.02
     """Distance from the pose at power-on to the home switch [rad]; methods 35 and 37 do not search."""
+    trouble: Literal["none", "short_tpdo", "nmt_stop", "silent_fault"] = "none"
+    """What happens while the drive has power: its TPDOs lose their last byte, another master stops its communication
+    by NMT, or it has a fault (2310h) without EMCY."""
+    trouble_after: NotNegative = 3.0
+    """Time from power to that [s]."""
     voltage: ObjectAddress | None = None
     """Object that holds the motor's voltage; None: that of the rig file, if it is a manufacturer's object."""
     voltage_scale: Positive | None = None
     """Voltage per count [V]; None: that of the rig file."""
     counts_per_turn: Annotated[int, Field(gt=0)] | None = None
     """Encoder increments per turn of the motor; None: object 608Fh, or the rig file where it says nothing."""
+    position_in_increments: bool = False
+    """True: 6091h and 6092h are as they were delivered, and positions count encoder increments whatever they say."""
     gear: Positive | None = None
     """Motor turns per turn of the joint; None: that of the rig file."""
 

@@ -39,7 +39,7 @@ class MotionControl:
 
     def restart(self, now: float) -> None:
         """Begin anew, without power."""
-        self.units = FactorGroup(self._objects, self._drive)
+        self.units = FactorGroup(self._objects, self._drive, in_increments=self._habits.position_in_increments)
         self.now = now
         self.counts = 0
         self.reset_blocked = False

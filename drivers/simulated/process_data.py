@@ -39,6 +39,8 @@ class ProcessData:
         self._objects, self._send, self._written = objects, send, written
         self._rpdos = _numbers(objects, _RECEIVE)
         self._tpdos = _numbers(objects, _TRANSMIT)
+        self.shortened = 0
+        """Number of bytes that the end of each TPDO lacks."""
         self._mappings: dict[int, Mapping] = {}
         self.restart()
 
@@ -119,7 +121,7 @@ class ProcessData:
     def _transmit(self, number: int, cob_id: int, data: bytes, now: float) -> None:
         state = self._state[number]
         state.last, state.sent = data, now
-        self._send(cob_id, data)
+        self._send(cob_id, data[: len(data) - self.shortened])
 
     def _pack(self, number: int) -> bytes:
         return b"".join(self._objects.read(address) for address, _ in self._mapping(_TRANSMIT_MAP + number))[:8]

@@ -23,6 +23,7 @@ from tests.faults.saboteurs import (
 )
 
 NO_ANSWER = r"joint 2: no answer for 50 ms"
+SHORT = r"joint 2: no valid answer for 50 ms: its TPDO \(COB-ID 182h\) has %d bytes, 8 are mapped"
 # A drive that holds still while the others move on strains its joint as it falls behind.
 FOLLOWING = r"joint 2.*(following error|torque)"
 
@@ -125,7 +126,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault("setpoints doubled", TOLERATED, 0, cable=lambda: double(RPDO_2)),
     Fault("answers reordered", TOLERATED, 0, cable=lambda: reorder(0x181, 0x183)),
     Fault("setpoints after SYNC", TOLERATED, 0, cable=lambda: reorder(RPDO_2, SYNC)),
-    Fault("answers truncated", NO_ANSWER, 1, cable=lambda: alter(TPDO_2, lambda data: data[:5])),
+    Fault("answers truncated", SHORT % 5, 1, cable=lambda: alter(TPDO_2, lambda data: data[:5])),
     Fault("setpoints truncated", FOLLOWING, 1, cable=lambda: alter(RPDO_2, lambda data: data[:3])),
     Fault(
         "one position corrupted",
@@ -195,9 +196,40 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "another master stops a node (NMT)",
-        "joint 2: no answer|left operation",
+        "joint 2: no (valid )?answer|left operation",
         1,
         cable=lambda: accompany(SYNC, lambda k: [frame(0x000, "0202")] if k == START else []),
+    ),
+    Fault(
+        "NMT stop by another master, heard",
+        r'NMT "stop" to joint 2.*another master \(COB-ID 000h\)',
+        1,
+        rig=at(START, lambda r: r.drives[1].stop_communication()),
+    ),
+    Fault("TPDO a byte short", SHORT % 7, 1, rig=at(START, lambda r: r.drives[1].shorten_tpdos())),
+    Fault(
+        "drive fault without EMCY",
+        r"joint 2.*without EMCY; joint 2.*603F:00 says 0x2310 \(continuous over-current\)",
+        1,
+        rig=at(START, lambda r: r.drives[1].fail(0x2310, silent=True)),
+    ),
+    Fault(
+        "foreign SYNC", r"second SYNC.*COB-ID 080h", 1, cable=lambda: accompany(TPDO_2, lambda k: [frame(SYNC, "")])
+    ),
+    Fault(
+        "foreign RPDO",
+        r"RPDO that commands joint 2.*COB-ID 202h",
+        1,
+        cable=lambda: accompany(TPDO_2, lambda k: [frame(RPDO_2, "000000000000")]),
+    ),
+    Fault(
+        "SDO write by another master",
+        r"SDO write to joint 2.*6040:00.*COB-ID 602h",
+        1,
+        cable=lambda: accompany(TPDO_2, lambda k: [frame(0x602, "2B40600006000000")]),
+    ),
+    Fault(
+        "heartbeat of another master", TOLERATED, 0, cable=lambda: accompany(TPDO_2, lambda k: [frame(0x77F, "05")])
     ),
     Fault("host stalls for 200 ms", "host came 200 ms late", 1, host=_stall),
 )

@@ -70,6 +70,10 @@ class PerfectDrives:
         self.powered_off = True
         return self.found_by_power_off
 
+    def fault_details(self) -> str:
+        return self.details
+
+    details = ""
     powered_off = False
     found_by_power_off = (Power.UNKNOWN,) * 3
 
@@ -182,6 +186,13 @@ def test_motion_fault_ends_in_a_quick_stop_of_the_drives(interfere: Interference
     assert drives.stands_disabled()
     assert Goal.ENABLED not in drives.goals[drives.goals.index(Goal.STOPPED) :]
     assert len(rows.rows) == len(drives.goals)
+
+
+def test_what_the_drives_say_of_a_fault_afterwards_belongs_to_the_reason() -> None:
+    drives = PerfectDrives(_from(300, trouble="joint 2 (node 2): drive fault without EMCY"))
+    drives.details = "603F:00 says 0x2310"
+    with pytest.raises(RunFailed, match=r"drive fault without EMCY; 603F:00 says 0x2310$"):
+        stream(drives)[0].run(TRAJECTORY)
 
 
 def test_joint_outside_its_range_is_never_enabled() -> None:

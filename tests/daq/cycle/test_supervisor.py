@@ -29,6 +29,11 @@ LOST = replace(GOOD, position=(0.0, NONE, 0.2), missing=1)
         # Answers are missed for a while; then for as long as the limits permit.
         ([*[LOST] * 24, GOOD] * 3, None, ""),
         ([GOOD, *[LOST] * 25], 25, "joint 2: no answer for 50 ms; check the cable and the drive"),
+        (
+            [GOOD, *[replace(LOST, absence=("", "its TPDO is short", ""))] * 25],
+            25,
+            "joint 2: no valid answer for 50 ms: its TPDO is short;",
+        ),
         # The drive's own reason is the better one.
         ([*[LOST] * 24, replace(LOST, trouble="joint 1: drive fault")], 24, "joint 1: drive fault"),
     ],

@@ -14,6 +14,7 @@ from daq.proposal.document import RigProposal, propose
 from daq.proposal.facts import DriveFacts, from_file
 from recordings.buses import CanBus
 from recordings.errors import BadInput
+from recordings.rig import load_rig
 from tests.drivers.simulated.dictionaries import (
     CURRENT,
     I32,
@@ -40,18 +41,60 @@ def proposal(folder: Path, items: Any, nodes: tuple[int, ...] = (1, 2, 3)) -> Ri
     return propose([facts_of(folder, MadeUpDrive(items), node) for node in nodes], BUS)
 
 
+GEARED = {(0x6091, 1): Item(U32, default=21), (0x6091, 2): Item(U32, default=1)}
+
+
 def test_ratings_become_the_torque_at_the_joint(tmp_path: Path) -> None:
-    drive = proposal(tmp_path, base() | TORQUE).rig.drives[0]
+    drive = proposal(tmp_path, base() | TORQUE | GEARED).rig.drives[0]
     assert (drive.torque_source, drive.rated_torque) == ("torque_actual", pytest.approx(RATED_TORQUE / 1000 * 21))
 
 
 def test_a_current_needs_the_torque_constant(tmp_path: Path) -> None:
-    stated = proposal(tmp_path, base() | CURRENT | {(0x6076, 0): TORQUE[0x6076, 0]})
+    rated = base() | CURRENT | {(0x6076, 0): TORQUE[0x6076, 0]}
+    stated = proposal(tmp_path, rated | GEARED)
     assert stated.rig.torque.per_ampere == pytest.approx((952 / 4200 * 21,) * 3, rel=1e-5)
-    assert "6076h / 6075h * gear" in stated.text
+    assert "stated: N m/A; 6076h / 6075h * gear" in stated.text
     silent = proposal(tmp_path, base() | CURRENT)
     assert silent.rig.drives[0].rated_current == pytest.approx(4.2)
-    assert "CHECK: torque constant [N m/A] * gear" in silent.text
+    assert "unknown: N m/A; torque constant of the motor [N m/A]" in silent.text
+    for document in (silent, proposal(tmp_path, rated)):
+        assert tomllib.loads(document.text)["torque"]["per_ampere"] == ["?"] * 3
+
+
+def test_what_nothing_states_is_asked_for_and_no_command_takes_it(tmp_path: Path) -> None:
+    """base() states neither encoder nor gear, nor the unit of acceleration."""
+    document = proposal(tmp_path, base() | {(0x6077, 0): TORQUE[0x6077, 0]})
+    drive = tomllib.loads(document.text)["drives"][0]
+    asked = {"counts_per_turn", "gear", "rated_torque"}
+    assert {key for key, value in drive.items() if value == "?"} == asked
+    assert drive["units"] == {"acceleration": "?"}
+    assert all(any(note.startswith(key) for note in document.notes) for key in asked)
+    assert 'counts/s^2" }' not in document.text
+    path = tmp_path / "rig.toml"
+    path.write_text(document.text)
+    with pytest.raises(BadInput, match=r"'drives.0.counts_per_turn' is \"\?\": nothing states it.*and 11 more"):
+        load_rig(path)
+
+
+@pytest.mark.parametrize(
+    ("values", "shown"),
+    [
+        ({}, "6065h = 2000 would be 2000 turns of the motor"),
+        ({(0x6065, 0): 50}, "its other values do not decide"),
+        ({(0x6065, 0): 0, (0x607D, 1): -100, (0x607D, 2): 100}, "by 608Fh, 607Dh = 200 would be 0.02441"),
+    ],
+)
+def test_a_resolution_beside_unset_factors_is_assumed(
+    values: dict[tuple[int, int], int], shown: str, tmp_path: Path
+) -> None:
+    items = dict(MADE_UP["unset_factors"].items)
+    items |= {address: replace(items[address], default=value) for address, value in values.items()}
+    document = proposal(tmp_path, items)
+    assert document.rig.drives[0].counts_per_turn == 8192
+    (note,) = [note for note in document.notes if note.startswith("counts_per_turn")]
+    assert "608Fh say 8192, 6092h and 6091h say 1: either may be right" in note
+    assert shown in note
+    assert "# assumed: position units per turn of the motor, by 608Fh" in document.text
 
 
 @pytest.mark.parametrize(
@@ -63,6 +106,9 @@ def test_a_current_needs_the_torque_constant(tmp_path: Path) -> None:
         ("DC bus voltage", ...),
         ("Motor over-voltage threshold", ...),
         ("motor current", ...),
+        ("Analog output 1 voltage", ...),
+        ("Voltage phase A", ...),
+        ("Motor supply voltage", ...),
     ],
 )
 def test_the_motor_voltage_is_found_by_its_name(name: str, scale: object, tmp_path: Path) -> None:
@@ -70,17 +116,26 @@ def test_the_motor_voltage_is_found_by_its_name(name: str, scale: object, tmp_pa
     voltage = motor_voltage(facts_of(tmp_path, MadeUpDrive(items)))
     assert (... if voltage is None else voltage.scale) == scale
     if voltage is not None:  # one that cannot be mapped is polled
-        drive = proposal(tmp_path, items).rig.drives[0]
+        document = proposal(tmp_path, items)
+        assert ('scale = "?"' in document.text) == (scale is None)
+        drive = document.rig.drives[0]
         assert drive.voltage.transfer == ("pdo" if scale is None else "sdo")
 
 
-def test_known_gains_come_first(tmp_path: Path) -> None:
+def test_torque_comes_before_current_and_both_before_a_voltage(tmp_path: Path) -> None:
+    voltage = {(0x2100, 0): Item(I32, "ro", mappable=True, name="Motor voltage [mV]")}
     unrated = {(0x6077, 0): TORQUE[0x6077, 0]}
-    facts = [facts_of(tmp_path, MadeUpDrive(base() | items)) for items in (TORQUE, unrated | CURRENT)]
-    assert torque_sources(facts[1]) == ["torque_actual", "current_actual"]
+    facts = [facts_of(tmp_path, MadeUpDrive(base() | items)) for items in (TORQUE, voltage | CURRENT | unrated)]
+    assert torque_sources(facts[1]) == ["torque_actual", "current_actual", "voltage"]
     assert common_torque_source(facts) == "torque_actual"
-    assert common_torque_source([facts[0], facts_of(tmp_path, MadeUpDrive(base()))]) is None
-    assert any("nothing to find the torque from" in note for note in proposal(tmp_path, base()).notes)
+
+
+def test_no_torque_source_is_refused_with_what_may_be_done(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match=r"nothing to find the torque from.*6077h.*6078h.*manual"):
+        proposal(tmp_path, MADE_UP["outputs_only"].items)
+    facts = [facts_of(tmp_path, MadeUpDrive(base() | items)) for items in (TORQUE, CURRENT)]
+    with pytest.raises(BadInput, match="none in common"):
+        common_torque_source(facts)
 
 
 def test_what_needs_a_decision_is_commented_out(tmp_path: Path) -> None:
@@ -89,9 +144,8 @@ def test_what_needs_a_decision_is_commented_out(tmp_path: Path) -> None:
     assert '# accept_missing = ["1016", "6007"]' in text
     assert "- 1016h watchdog on the master: the drive does not stop when this program or the cable fails" in text
     assert "# assume_mode = true" in text
-    assert '# units = { acceleration = "counts/s^2" }' in text
     drive = tomllib.loads(text)["drives"][0]
-    assert not {"accept_missing", "assume_mode", "units"} & set(drive)
+    assert not {"accept_missing", "assume_mode"} & set(drive)
 
 
 def test_limits_of_the_file_exclude_values(tmp_path: Path) -> None:
@@ -123,7 +177,7 @@ def test_a_dcf_is_offered_and_an_eds_says_that_it_only_has_defaults(tmp_path: Pa
     )
     items[0x6085, 0] = replace(items[0x6085, 0], parameter=5000)
     text = proposal(tmp_path, items).text
-    assert "values of this DCF" in text
+    assert "values of this DCF" in " ".join(text.split("\n# "))
     assert "# dcf = " in text
 
 
@@ -139,7 +193,7 @@ def test_a_dcf_is_offered_and_an_eds_says_that_it_only_has_defaults(tmp_path: Pa
 def test_drives_that_cannot_follow_are_refused(
     without: tuple[int, ...], modes: int, reason: str, tmp_path: Path
 ) -> None:
-    items = {a: item for a, item in base(modes).items() if a[0] not in without}
+    items = {a: item for a, item in (base(modes) | TORQUE).items() if a[0] not in without}
     with pytest.raises(BadInput, match=reason):
         proposal(tmp_path, items)
 

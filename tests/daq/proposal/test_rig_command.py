@@ -7,22 +7,31 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import Runner
-from tests.drivers.simulated.dictionaries import MADE_UP
+from tests.drivers.simulated.dictionaries import GEAR, MADE_UP, RATED_CURRENT, RATED_TORQUE
 from tests.running import free_port, served
 
 SHARED = Path(os.environ.get("REAL_DATA", Path(__file__).parents[3].parent / "shared" / "data")) / "eds"
 REAL = ("ipos.eds", "isd860.eds", "PRL120.eds", "elmo_whistle.dcf", "prbt_0_1.dcf")
-CANNOT_FOLLOW = {"profile_only": "neither mode 8"}
-NOTHING_TO_IDENTIFY = {"isd860.eds": "nothing to find the torque from"}
+NO_TORQUE = "nothing to find the torque from"
+REFUSED = {"profile_only": "neither mode 8", "isd860.eds": NO_TORQUE, "outputs_only": NO_TORQUE}
+TYPE_PLATE = {
+    **{"counts_per_turn": "8192", "gear": "21.0", "rated_torque": f"{RATED_TORQUE * GEAR / 1000}"},
+    **{"rated_current": f"{RATED_CURRENT / 1000}", "acceleration": '"counts/s^2"'},
+}
+"""What is asked of the user."""
 REFUSES = {"wilful": "6066"}
 """An object that the drive refuses although its EDS has it: the first run says so, and how to accept it."""
+CONSTANT = RATED_TORQUE / RATED_CURRENT * GEAR
+"""Torque of the joint per ampere [N m/A]."""
 PLATFORM = 2.033
 """Mass m_p of the simulated robot [kg]."""
 
 
 def decide(rig: Path) -> None:
-    """Take the decisions that a proposal leaves to its user."""
-    rig.write_text(re.sub(r"(?m)^# (accept_missing|assume_mode|units) =", r"\1 =", rig.read_text()))
+    """Take the decisions that a proposal leaves to its user, and fill in what nothing states."""
+    text = re.sub(r"(?m)^# (accept_missing|assume_mode) =", r"\1 =", rig.read_text())
+    text = re.sub(r'(\w+) = "\?"', lambda match: f"{match[1]} = {TYPE_PLATE[match[1]]}", text)
+    rig.write_text(re.sub(r'per_ampere = \["\?".*\]', f"per_ampere = [{', '.join([str(CONSTANT)] * 3)}]", text))
 
 
 def accept(rig: Path, index: str) -> None:
@@ -48,17 +57,17 @@ def test_from_a_dictionary_to_a_model(
 ) -> None:
     eds, sim = dictionary(name, tmp_path)
     proposed = daq_in_process("rig", "propose", "--eds", eds, "--bus", f"virtual:{name}")
-    if name in CANNOT_FOLLOW:
+    if name in REFUSED:
         assert proposed.code == 2
-        assert CANNOT_FOLLOW[name] in proposed.err
+        assert REFUSED[name] in proposed.err
         return
     assert proposed.code == 0, proposed.err
+    if '"?"' in (tmp_path / "rig.toml").read_text():
+        unfinished = daq_in_process("check", "--rig", "rig.toml", "--sim", sim)
+        assert unfinished.code == 2
+        assert 'is "?": nothing states it' in unfinished.err
     decide(tmp_path / "rig.toml")
     checked = daq_in_process("check", "--rig", "rig.toml", "--sim", sim)
-    if name in NOTHING_TO_IDENTIFY:
-        assert NOTHING_TO_IDENTIFY[name] in proposed.err
-        assert checked.code == 1
-        return
     assert checked.code == 0, checked.out
     record = ("record", "--rig", "rig.toml", "--sim", sim, "--traj", "fig5a", "--cycles", 1, "--out")
     if name in REFUSES:
@@ -78,6 +87,7 @@ def test_drives_on_the_bus_are_read(daq: Runner, tmp_path: Path) -> None:
     eds, _ = MADE_UP["one_millisecond"].write(tmp_path)
     bus = f"udp_multicast:239.74.163.33:{free_port()}"
     assert daq("rig", "propose", "--eds", eds, "--bus", bus, "--nodes", "5,9,12").code == 0
+    decide(tmp_path / "rig.toml")
     with served(tmp_path, "--rig", "rig.toml", "--eds", eds):
         scanned = daq("rig", "propose", "--scan", "--bus", bus, "--out", "scanned.toml")
     assert scanned.code == 0, scanned.err

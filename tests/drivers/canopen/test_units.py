@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from drivers.canopen.units import Units, units_of
+from drivers.canopen.units import Units, position_units_per_turn, units_of
 from recordings.rig import AssumedUnits, Drive
 
 DRIVE = Drive(node_id=1, counts_per_turn=8192, gear=21.0)
@@ -69,7 +69,7 @@ def test_increments_are_those_of_the_encoder_where_positions_are_angles() -> Non
     ("objects", "numbers"),
     [
         ({(0x608F, 1): 4096, (0x608F, 2): 1}, ("4096", "8192")),
-        ({(0x608F, 1): 8192, (0x608F, 2): 1, (0x6092, 1): 1, (0x6092, 2): 1}, ("say 1,", "8192")),
+        ({(0x608F, 1): 4096, (0x608F, 2): 1, (0x6092, 1): 1, (0x6092, 2): 1}, ("4096", "8192")),
         ({(0x608F, 1): 8192, (0x608F, 2): 1, (0x6093, 1): 4, (0x6093, 2): 1}, ("2048", "8192")),
         ({(0x60A8, 0): 0x00410000}, ("360", "8192")),
         ({(0x6091, 1): 20, (0x6091, 2): 1}, ("20", "21")),
@@ -84,9 +84,22 @@ def test_contradiction_with_the_rig_file_is_a_problem_with_both_numbers(
     assert all(number in problems[0] for number in numbers), problems
 
 
+@pytest.mark.parametrize("counts", [2000, 1])
+@pytest.mark.parametrize("further", [{}, {(0x60A8, 0): 0x00B50000}, {(0x6091, 1): 1, (0x6091, 2): 1}])
+def test_a_feed_of_1_beside_a_resolution_leaves_both_readings(
+    counts: int, further: dict[tuple[int, int], int]
+) -> None:
+    objects = {(0x608F, 1): 2000, (0x608F, 2): 1, (0x6092, 1): 1, (0x6092, 2): 1}
+    units = units_of(objects | further, DRIVE.model_copy(update={"counts_per_turn": counts}))
+    assert units.problems == ()
+    assert units.readings == {"608Fh": 2000, "6092h and 6091h": 1}
+    assert next(iter(position_units_per_turn(objects | further))) == "608Fh"
+
+
 def test_factors_that_nobody_has_set_say_nothing() -> None:
     ones = {(index, sub): 1 for index in (0x608F, 0x6091, 0x6092, 0x6093, 0x6097) for sub in (1, 2)}
     units = units_of({**ones, (0x608E, 0): 0, (0x60AA, 0): 0}, DRIVE)
+    assert not units.readings
     assert (units.problems, units.acceleration) == ((), None)
     assert "the drive does not say it" in units.question
     consistent = {(0x608F, 1): 65536, (0x6091, 1): 21, (0x6092, 1): 8192 * 21}
@@ -111,6 +124,8 @@ def test_rig_file_that_contradicts_the_drive_is_a_problem_with_both_numbers() ->
     [
         ({(0x60AA, 0): 0x00123456}, "60AAh = 00123456h is unknown"),
         ({(0x6097, 1): 65536, (0x6097, 2): 1000}, "which it does not say"),
+        ({(0x60A9, 0): 0x00B44700}, "60A9h says rpm for speeds, nothing says the unit of accelerations"),
+        ({(0x608E, 0): 0xA4}, "608Eh = A4h (rpm, a unit of speed)"),
     ],
 )
 def test_unknown_unit_is_asked_of_the_rig_file(objects: dict[tuple[int, int], int], text: str) -> None:

@@ -1,4 +1,4 @@
-"""Object dictionaries of drives that do not exist: an EDS writer, five drives with the habits of real ones, and a
+"""Object dictionaries of drives that do not exist: an EDS writer, drives with the habits of real ones, and a
 strategy that makes up others."""
 
 import json
@@ -166,6 +166,12 @@ def _encoder(increments: int, gear: int, feed: int) -> dict[Address, Item]:
     return {(index, sub + 1): Item(U32, default=pair[sub]) for index, pair in values.items() for sub in (0, 1)}
 
 
+OTHER_VOLTAGES: Items = {
+    (0x2000 + i, 0): Item(I16, "ro", mappable=True, name=name)
+    for i, name in enumerate(("Analog output 1 voltage [mV]", "Voltage phase A [mV]", "Motor supply voltage [mV]"))
+}
+
+
 def _without(items: Items, *indices: int) -> dict[Address, Item]:
     return {address: item for address, item in items.items() if address[0] not in indices}
 
@@ -210,6 +216,24 @@ MADE_UP: dict[str, MadeUpDrive] = {
         | _encoder(INCREMENTS_PER_TURN, GEAR, 360_000 * GEAR)
         | {(0x60C2, 1): Item(U8, default=1, low=1, high=1), (0x60AA, 0): Item(U32, default=0x0041_5700)}
     ),
+    # 608Fh and factors that nobody has set: positions are increments. Voltages that are not the motor's.
+    "unset_factors": MadeUpDrive(
+        base()
+        | TORQUE
+        | _encoder(INCREMENTS_PER_TURN, 1, 1)
+        | OTHER_VOLTAGES
+        | {(0x60AA, 0): Item(U32, default=RPM_PER_SECOND)},
+        {"position_in_increments": True},
+    ),
+    # Speeds in rpm, a dimension index of speed for accelerations, which are increments/s^2; no torque, but a current.
+    "older_speed": MadeUpDrive(
+        base()
+        | CURRENT
+        | OTHER_VOLTAGES
+        | {(0x60A9, 0): Item(U32, default=RPM), (0x608E, 0): Item(U8, default=0xA4), (0x608D, 0): Item(I8)}
+    ),
+    # Nothing to find the torque from.
+    "outputs_only": MadeUpDrive(base() | OTHER_VOLTAGES),
     # Profile position, profile velocity, homing: nothing that follows a target every cycle.
     "profile_only": MadeUpDrive(base(modes=0x25) | TORQUE),
     # 100 ms for a fault reset, interpolated position only, units of DSP 402 2.0, bit 30 set in every COB-ID.
