@@ -15,7 +15,7 @@ from mcap.opcode import Opcode
 from mcap.records import Chunk
 
 from recordings.chunk import MESSAGE_HEAD, RECORD, located, rows, unpacked
-from recordings.container import MAGIC, decode, open_records
+from recordings.container import decode, open_records
 from recordings.recording import Run
 from recordings.rig import Rig
 from recordings.writer import RecordingWriter
@@ -39,7 +39,7 @@ print(len(recording.time), recording.time[-1], recording.gaps.sum())
 
 
 def record_a_second(path: Path, rig: Rig, run: Run) -> None:
-    """Write a second at rest, with the frames of three drives: what moves packs worse, and is further from the limit."""
+    """Write a second at rest, with the frames of three drives: what moves packs worse, further from the limit."""
     rng = np.random.default_rng(0)
     with RecordingWriter(path, rig, run) as writer:
         for k in range(RATE):

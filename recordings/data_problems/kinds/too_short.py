@@ -26,7 +26,6 @@ def find(recording: Recording) -> DataProblem | None:
         kind="too-short",
         joints=(),
         blocks=True,
-        why=f"The motion lasts {seconds:.2g} s. At {rate:.3g} Hz the model needs {shortest:.2g} s or more to tell its "
-        "parameters.",
+        why=f"The motion lasts {seconds:.2g} s. At {rate:.3g} Hz the parameters need {shortest:.2g} s or more.",
         remedy="Record some seconds of motion, with several speeds in both directions.",
     )
