@@ -27,14 +27,15 @@ from tests.running import printed
 ROBOTS: tuple[robots.Kind, ...] = ("default", "heavy", "light")
 Kinds = set[tuple[str, tuple[int, ...]]]
 """Kinds of data problems, with their joints."""
+Conclusion = tuple[str, list[tuple[str, list[int]]]]
+"""Verdict, and findings with their joints."""
 
 
 @dataclass(frozen=True)
 class Told:
     """What a diagnosis says of two recordings."""
 
-    conclusion: tuple[str, list[tuple[str, list[int]]]]
-    """Verdict, and findings with their joints."""
+    conclusion: Conclusion
     kinds: Kinds
     remedies: list[list[str]]
     """Words of the commands, without the program."""
@@ -58,7 +59,7 @@ def diagnosed(files: Sequence[Path]) -> Told:
     )
 
 
-def fault(mistake: Mistake, clean_files: Sequence[Path], conclusion: object, folder: Path) -> str:
+def fault(mistake: Mistake, clean_files: Sequence[Path], conclusion: Conclusion, folder: Path) -> str:
     """What is wrong with what is said of a `mistake` in recordings, and with where the remedies lead; nothing where
     all is right.
 
