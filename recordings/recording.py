@@ -63,10 +63,10 @@ class Run(ConfigSection):
 
     @property
     def drives_in_words(self) -> str:
-        """Whether a real robot moved."""
+        """Whether a real robot moved, where that is known."""
         if self.simulated:
             return "simulated: no real robot moved"
-        return "as imported: real, unless the data say otherwise" if self.trajectory == IMPORTED else "real"
+        return "not known: imported, and not said to be simulated" if self.trajectory == IMPORTED else "real"
 
     @property
     def start_in_words(self) -> str:

@@ -80,7 +80,10 @@ class WorkbenchSession:
         names = self.folder.recordings()
         if len(names) == 2 and self.recordings.validate is None and self.selection.step_list is None:
             train = self.recordings.train if self.recordings.train in names else names[0]  # it may be deleted
-            self.choose(train, next(name for name in names if name != train))
+            try:
+                self.choose(train, next(name for name in names if name != train))
+            except BadInput as error:  # of a name that not every system permits: nobody asked for this choice
+                self.jobs.show_message(str(error))
 
     def next_command(self) -> list[str]:
         """Words of the command that goes on in a terminal where the page was left."""

@@ -53,10 +53,15 @@ def wrapped(q: Floats) -> Floats:
 
 
 def short(recording: Recording) -> Recording:
-    rows = slice(800, 800 + int(0.3 * recording.run.rate))
+    return cut(recording, slice(800, 800 + int(0.3 * recording.run.rate)))
+
+
+def cut(recording: Recording, rows: slice) -> Recording:
+    """These `rows` of a recording, with their times."""
     names = ("position", "command", "voltage", "effort", "statusword", "error_code", "repeat", "lateness")
-    cut = {name: getattr(recording, name)[rows] for name in names}
-    return replace(recording, time=recording.time[: len(cut["position"])], **cut)
+    kept = {name: getattr(recording, name)[rows] for name in names}
+    run = recording.run.model_copy(update={"rate": recording.run.rate / (rows.step or 1)})
+    return replace(recording, run=run, time=recording.time[rows] - recording.time[rows][0], **kept)
 
 
 def spiky(tau: Floats) -> Floats:
@@ -130,6 +135,18 @@ def test_a_mistake_is_told_by_kind_and_joint_with_its_remedy(mistake: str, motio
 @pytest.mark.parametrize("seed", range(3))
 def test_nothing_is_said_of_what_is_right(seed: int) -> None:
     assert problems_of(robot(seed), robot(seed, "fig5b")) == []
+
+
+@pytest.mark.parametrize(("rate", "enough"), [(500, 0.55), (250, 0.55), (100, 0.8), (50, 1.6), (25, 3.2)])
+def test_slower_recordings_have_to_last_longer(rate: int, enough: float) -> None:
+    step = 500 // rate
+    shorter, long_enough = (
+        cut(robot(3), slice(600, 600 + int(500 * seconds), step)) for seconds in (0.75 * enough, enough)
+    )
+    (problem,) = problems_of(shorter)
+    assert problem.kind == "too-short"
+    assert f"At {rate} Hz" in problem.why
+    assert "too-short" not in {problem.kind for problem in problems_of(long_enough)}
 
 
 def test_a_single_axis_without_weight_has_the_sign_of_its_inertia() -> None:

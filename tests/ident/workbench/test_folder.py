@@ -95,6 +95,15 @@ def test_pair_is_chosen_although_the_first_choice_was_deleted(
     session.close()
 
 
+def test_pair_with_an_unsuitable_name_opens_and_says_why_it_is_not_chosen(tmp_path: Path) -> None:
+    for name in ("a", "run 08:15"):
+        shutil.copy(SAMPLES / "fig5a.mcap", tmp_path / f"{name}.mcap")
+    session = open_session([tmp_path])
+    assert session.recordings.train is None
+    assert "a plain file name" in session.jobs.message
+    session.close()
+
+
 def test_worker_refuses_a_huge_file(tmp_path: Path) -> None:
     """It neither exhausts the memory nor ends the page."""
     with (tmp_path / "huge.mcap").open("wb") as file:
