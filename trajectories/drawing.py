@@ -67,7 +67,8 @@ def _draw_views(figure: Figure, platform: Floats, rate: float, limits: Limits) -
         (0.05, 0.29), (1, 2), ("from above", "from the side"), outlines, strict=True
     ):
         view = figure.add_axes((x_offset, 0.06, 0.17, 0.27))
-        line = _coloured(P[:, [0, vertical]], speed)
+        segments = list(_segments(P[:, [0, vertical]]))
+        line = LineCollection(segments, array=speed[:-1], cmap=SPEED_COLOURS, lw=1.8, capstyle="round")
         view.add_collection(line)
         view.plot(*outline.T, color=QUIET, lw=0.8, ls="--")
         view.plot(P[0, 0], P[0, vertical], "o", color="black", ms=4)
@@ -100,10 +101,6 @@ def _draw_space(axes: Any, P: Floats, speed: Floats, radius: float, z: tuple[flo
 
 def _segments(points: Floats) -> Floats:
     return np.stack([points[:-1], points[1:]], axis=1)
-
-
-def _coloured(points: Floats, speed: Floats) -> LineCollection:
-    return LineCollection(list(_segments(points)), array=speed[:-1], cmap=SPEED_COLOURS, lw=1.8, capstyle="round")
 
 
 def _draw_joints(axes: Axes, time: Floats, values: Floats, label: str, bounds: tuple[float, float]) -> None:

@@ -28,7 +28,7 @@ _CENTRE = (0.0, 0.0)
 _MAX_POINTS = 4000
 
 
-def multisine(rig: Rig, joint: int, amplitude: float, rate: float | None = None) -> PlannedMotion:
+def multisine(rig: Rig, joint: int, amplitude: float) -> PlannedMotion:
     """A multisine of `joint` (1 ... n) about the middle of the workspace, or about zero on single axes.
 
     `amplitude`: largest deviation [rad or m]; it is smaller where speed or acceleration would be large. Schroeder's
@@ -39,7 +39,7 @@ def multisine(rig: Rig, joint: int, amplitude: float, rate: float | None = None)
     """
     if not 1 <= joint <= rig.dof:
         raise BadInput(f"--joint: 1 to {rig.dof} expected, {joint} found")
-    frequencies = lines(rig.rate if rate is None else rate)
+    frequencies = lines(rig.rate)
     shape = np.prod([np.minimum(1.0, corner / frequencies) for corner in _CORNERS], axis=0)
     number = np.arange(1, len(frequencies) + 1)
     phases = -np.pi * number * (number - 1) / len(frequencies)

@@ -134,8 +134,8 @@ class _TrajectoryRun:
         return JointMotion(position=position, velocity=velocity, acceleration=acceleration, torque=torque)
 
 
-def resolve(rig: Rig, config: SimConfig, sizer: EffectSizer | None = None) -> SimConfig:
-    """Convert the sizes of the effects to parameters; `sizer`: an existing one for this machine.
+def resolve(rig: Rig, config: SimConfig) -> SimConfig:
+    """Convert the sizes of the effects to parameters.
 
     Raises:
         BadInput: an effect is not valid or cannot have its size on this robot.
@@ -146,7 +146,7 @@ def resolve(rig: Rig, config: SimConfig, sizer: EffectSizer | None = None) -> Si
             raise BadInput(f"effect {spec.name}: a size or '{effect.strength()}' expected, both found; remove one")
     if all(spec.size is None for spec in config.effects):
         return config
-    sizer = sizer or EffectSizer(rig, config)
+    sizer = EffectSizer(rig, config)
     resolved = tuple(_resolve(sizer, spec, effect) for spec, effect in zip(config.effects, effects, strict=True))
     return config.model_copy(update={"effects": resolved})
 

@@ -7,7 +7,6 @@ diagnoses of events, which are made once for the same recordings.
 import hashlib
 import json
 from collections.abc import Callable, Sequence
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal, TypeVar
 
@@ -17,7 +16,7 @@ from pydantic import Field
 
 from ident.fleet.cause import METHOD, Cause, Origin, Verdict, cause, chosen_nights
 from ident.fleet.discoveries import Event, events
-from ident.fleet.series import Nights, Series, nights_and_series
+from ident.fleet.series import Nights, Series, moment, nights_and_series
 from ident.fleet.settings import FleetSettings
 from ident.fleet.store import Store
 from recordings.config import ConfigSection, validated
@@ -25,7 +24,6 @@ from recordings.errors import BadInput
 from recordings.files import replacement
 from recordings.limits import json_object
 
-_DAY = 86400.0
 _Content = TypeVar("_Content", bound=ConfigSection)
 
 
@@ -207,7 +205,7 @@ def _cause(store: Store, event: Event, series: Sequence[Series], settings: Fleet
 
 
 def _date(nights: Nights, night: int) -> str:
-    return str(datetime.fromtimestamp(nights.day[night] * _DAY, UTC).date())
+    return str(moment(nights.day[night]).date())
 
 
 def _fleet(store: Store) -> Path:

@@ -150,7 +150,9 @@ def _judged(
     chosen = min(equivalent, key=lambda candidate: (candidate.parameter_count, candidate.loss))
     explained = float(np.clip((screener.loss - chosen.loss) / lacking, 0.0, 1.0))
     alternatives = tuple(dict.fromkeys(other.term.name for other in equivalent if other is not chosen))
-    origins = {_origin(effects[candidate.term.name]) for candidate in equivalent}
+    origins: set[Origin] = {
+        "mechanics" if effects[candidate.term.name].linear else "measurement" for candidate in equivalent
+    }
     fades = _fades(screener, chosen, lacking, model.split.independent_rows)
     known = explained >= MIN_EXPLAINED and not fades
     share = np.sqrt(max(screener.loss - chosen.loss, 0.0) / screener.torque_after())
@@ -199,10 +201,6 @@ def _reason(name: str, explained: float, fades: bool) -> str:
         return f"No effect explains what is different since then; {name}, the nearest, {100 * explained:.0f} % of it"
     reason = f"{name} explains {100 * explained:.0f} % of what is different since then"
     return f"{reason}, but the difference grows or fades during each recording" if fades else reason
-
-
-def _origin(effect: Effect) -> Origin:
-    return "mechanics" if effect.linear else "measurement"
 
 
 def _unexplained(event: Event, names: tuple[tuple[str, ...], tuple[str, ...]], why: str) -> Cause:

@@ -2,22 +2,20 @@
 
 from collections import defaultdict
 from collections.abc import Sequence
-from datetime import UTC, datetime
+from datetime import datetime
 
 import numpy as np
 import plotly.graph_objects as go
 
 from ident.fleet.alarms import Alarm
 from ident.fleet.change_screening import base_name
-from ident.fleet.series import Nights, Series
+from ident.fleet.series import Nights, Series, moment
 from ident.output.figures import theme
-from recordings.recording import Floats
 
 _ROW = 22
 """Height of a robot [px]."""
 _PLOT = 190
 """Height of a row of trends [px]."""
-_DAY = 86400.0
 STATES = ("cannot be used", "as before", "changed, acknowledged", "changed")
 _COLOURS = (theme.MEASURED, theme.NOISE, theme.CATEGORIES[1], theme.CATEGORIES[2])
 _MOTION_SYMBOLS = theme.SYMBOLS
@@ -81,11 +79,6 @@ def trends(series: Sequence[Series], floors: Sequence[Series], alarms: Sequence[
     return figure
 
 
-def moment(day: float) -> datetime:
-    """The time so many days after 1970."""
-    return datetime.fromtimestamp(day * _DAY, UTC).replace(tzinfo=None)
-
-
 def _state(robot: str, start: datetime, alarms: Sequence[Alarm]) -> int:
     """Index in STATES of a recording that can be used."""
     concerned = [alarm for alarm in alarms if alarm.robot == robot and alarm.since <= str(start.date())]
@@ -101,7 +94,12 @@ def _trace(series: Series, show_legend: bool) -> go.Scatter:
     return go.Scatter(
         x=list(map(moment, series.nights.day[known])),
         y=series.value[known],
-        error_y={"array": _half(series)[known], "thickness": 1, "width": 0, "color": colour},
+        error_y={
+            "array": np.nan_to_num((series.high - series.low) / 2)[known],
+            "thickness": 1,
+            "width": 0,
+            "color": colour,
+        },
         mode="markers",
         name="whole robot" if series.joint is None else f"joint {series.joint}",
         legendgroup=str(series.joint),
@@ -113,10 +111,6 @@ def _trace(series: Series, show_legend: bool) -> go.Scatter:
         },
         hovertemplate="%{x|%Y-%m-%d}: %{y:.4g}",
     )
-
-
-def _half(series: Series) -> Floats:
-    return np.nan_to_num((series.high - series.low) / 2)
 
 
 def _mark(figure: go.Figure, alarm: Alarm, place: dict[str, int]) -> None:

@@ -3,6 +3,7 @@
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 
 import numpy as np
 import pyarrow as pa
@@ -68,6 +69,11 @@ class Series:
         value = self.value[self.known]
         half = (self.high - self.low)[self.known] / 2
         return bool(len(value) and (value > 0).all() and np.median(half / value) < _LARGEST_HALF_WIDTH)
+
+
+def moment(day: float) -> datetime:
+    """The time (UTC) so many days after 1970, without a zone."""
+    return datetime.fromtimestamp(day * _DAY, UTC).replace(tzinfo=None)
 
 
 def nights_and_series(table: pa.Table, kinds: Sequence[str] = KINDS) -> tuple[list[Nights], list[Series]]:

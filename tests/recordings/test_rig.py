@@ -16,6 +16,51 @@ from recordings.rig import Drive, Rig, Torque, load_rig, simulated_rig
 DRIVES = "".join(f"[[drives]]\nnode_id = {i}\n" for i in (1, 2, 3))
 
 AXES = 'name = "r"\nmechanism = "axes"\n'
+BUS = f'name = "r"\n{DRIVES}[bus]\n'
+WRONG_FILES = [
+    ('name = "r"\nspeed = 1\n' + DRIVES, "unknown key 'speed'"),
+    (DRIVES, "key 'name' is missing"),
+    ('name = "r"\nrate = "fast"\n' + DRIVES, "'rate': .*found 'fast'"),
+    ('name = "r"\nrate = 0\n' + DRIVES, "'rate': .*greater than 0.*found 0"),
+    ('name = "r"\n[limits]\nspeed = nan\n' + DRIVES, "'limits.speed'"),
+    ('name = "r"\n' + DRIVES.replace("2", "1"), "node_id, 1 stands in two"),
+    ('name = "r"\n' + DRIVES.replace("3", "128"), r"'drives\.2\.node_id': .*127.*found 128"),
+    ('name = "r"\n[[drives]]\nnode_id = 1\n', "three .*drives.*, 1 found"),
+    ('name = "r"\n' + DRIVES + "[torque]\ngain = [1.0, 2.0]\n", "torque.gain needs 3 numbers, 2 found"),
+    ('name = "r"\n' + DRIVES + "[geometry]\nL2 = 0.4\n", "too short to close .*L2 = 0.4 m found"),
+    ('name = "r"\n' + DRIVES + "[limits]\njoint_min = 2.0\n", "joint_min < joint_max expected, 2 and 1.4 found"),
+    ('name = "r"\n' + DRIVES + "[limits]\nworkspace_z = [-0.4, -1.0]\n", r"\[lowest, highest\] expected"),
+    ("name = ", "not valid TOML"),
+    ('name = "r"\n', "one of .*drives.* for each of 3 joints expected, none found"),
+    ('name = "r"\n[[axes]]\n' + DRIVES, 'axes belongs to the mechanism "axes", "delta" found'),
+    (AXES, r'mechanism "axes" needs an \[\[axes\]\] section'),
+    (AXES + "[[axes]]\n" + DRIVES, r"1 joints has as many \[\[drives\]\], 3 found"),
+    (AXES + "[[axes]]\n[geometry]\nL2 = 0.9\n", 'geometry belongs to the mechanism "delta", "axes" found'),
+    (AXES + '[[axes]]\ntype = "screw"\n', r"'axes\.0\.type'.*screw"),
+    (AXES + "[[axes]]\n[torque]\ngain = [1.0, 2.0]\n", "torque.gain needs 1 numbers, 2 found"),
+]
+WRONG_KEYS = [
+    ('units = { acceleration = "rpm" }', r"units.acceleration: counts/s\^2, rpm/s.*'rpm' found"),
+    ('units = { acceleration = "0 rpm/s" }', "'0 rpm/s' found"),
+    ('units = { acceleration = "nan rpm/s" }', "'nan rpm/s' found"),
+    ('accept_missing = ["606"]', "such as 6066 expected, '606' found"),
+    ("homed = { index = 0x6041, mask = 0x10000 }", "16-bit statusword.*0x10000 found"),
+    ("quick_stop_option = 3", "quick_stop_option.*1, 2, 5 or 6"),
+    ('torque_source = "current_actual"', "one torque_source for all drives expected"),
+]
+"""Of the last drive."""
+WRONG_BUSES = [
+    ('transport = "usb"\n', '\'bus\': a section with transport = "canopen" .* or "serial" expected'),
+    ('interfase = "virtual"\n', "unknown key 'bus.interfase'"),
+    ('transport = "serial"\nchannel = "can0"\n', "unknown key 'bus.channel'"),
+    ('transport = "serial"\nbaud = 300\n', "'bus.baud': .*1200.*found 300"),
+    ('transport = "serial"\nmax_load = 0.9\n', "'bus.max_load': .*0.8"),
+    ('transport = "serial"\nports = []\n', "'bus.ports'"),
+    ('transport = "serial"\nports = ["a", "b"]\n', "bus.ports: one line for all drives or 3 expected, 2 found"),
+    ('transport = "serial"\nports = ["a", "a", "b"]\n', "every port once expected"),
+    ('transport = "serial"\nprefixes = ["1 ", "2 "]\n', "bus.prefixes: none or 3 expected, 2 found"),
+    ('transport = "serial"\nprefixes = ["1 ", "2 ", "1 "]\n', "prefixes of their own"),
+]
 
 
 def load(folder: Path, text: str) -> Rig:
@@ -38,26 +83,9 @@ def test_short_rig_file_gets_the_defaults(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ('name = "r"\nspeed = 1\n' + DRIVES, "unknown key 'speed'"),
-        (DRIVES, "key 'name' is missing"),
-        ('name = "r"\nrate = "fast"\n' + DRIVES, "'rate': .*found 'fast'"),
-        ('name = "r"\nrate = 0\n' + DRIVES, "'rate': .*greater than 0.*found 0"),
-        ('name = "r"\n[limits]\nspeed = nan\n' + DRIVES, "'limits.speed'"),
-        ('name = "r"\n' + DRIVES.replace("2", "1"), "node_id, 1 stands in two"),
-        ('name = "r"\n' + DRIVES.replace("3", "128"), r"'drives\.2\.node_id': .*127.*found 128"),
-        ('name = "r"\n[[drives]]\nnode_id = 1\n', "three .*drives.*, 1 found"),
-        ('name = "r"\n' + DRIVES + "[torque]\ngain = [1.0, 2.0]\n", "torque.gain needs 3 numbers, 2 found"),
-        ('name = "r"\n' + DRIVES + "[geometry]\nL2 = 0.4\n", "too short to close .*L2 = 0.4 m found"),
-        ('name = "r"\n' + DRIVES + "[limits]\njoint_min = 2.0\n", "joint_min < joint_max expected, 2 and 1.4 found"),
-        ('name = "r"\n' + DRIVES + "[limits]\nworkspace_z = [-0.4, -1.0]\n", r"\[lowest, highest\] expected"),
-        ("name = ", "not valid TOML"),
-        ('name = "r"\n', "one of .*drives.* for each of 3 joints expected, none found"),
-        ('name = "r"\n[[axes]]\n' + DRIVES, 'axes belongs to the mechanism "axes", "delta" found'),
-        (AXES, r'mechanism "axes" needs an \[\[axes\]\] section'),
-        (AXES + "[[axes]]\n" + DRIVES, r"1 joints has as many \[\[drives\]\], 3 found"),
-        (AXES + "[[axes]]\n[geometry]\nL2 = 0.9\n", 'geometry belongs to the mechanism "delta", "axes" found'),
-        (AXES + '[[axes]]\ntype = "screw"\n', r"'axes\.0\.type'.*screw"),
-        (AXES + "[[axes]]\n[torque]\ngain = [1.0, 2.0]\n", "torque.gain needs 1 numbers, 2 found"),
+        *WRONG_FILES,
+        *((f'name = "r"\n{DRIVES}{line}\n', reason) for line, reason in WRONG_KEYS),
+        *((BUS + section, reason) for section, reason in WRONG_BUSES),
     ],
 )
 def test_invalid_rig_file_is_explained(tmp_path: Path, text: str, reason: str) -> None:
@@ -85,23 +113,6 @@ def test_axes_rig_loads_without_drives_unless_driven(tmp_path: Path) -> None:
         load_rig(path)
 
 
-@pytest.mark.parametrize(
-    ("line", "reason"),
-    [
-        ('units = { acceleration = "rpm" }', r"units.acceleration: counts/s\^2, rpm/s.*'rpm' found"),
-        ('units = { acceleration = "0 rpm/s" }', "'0 rpm/s' found"),
-        ('units = { acceleration = "nan rpm/s" }', "'nan rpm/s' found"),
-        ('accept_missing = ["606"]', "such as 6066 expected, '606' found"),
-        ("homed = { index = 0x6041, mask = 0x10000 }", "16-bit statusword.*0x10000 found"),
-        ("quick_stop_option = 3", "quick_stop_option.*1, 2, 5 or 6"),
-        ('torque_source = "current_actual"', "one torque_source for all drives expected"),
-    ],
-)
-def test_invalid_key_of_a_drive_is_explained(line: str, reason: str, tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match=reason):
-        load(tmp_path, 'name = "r"\n' + DRIVES + line + "\n")
-
-
 def test_current_as_torque_source_needs_its_scale(tmp_path: Path) -> None:
     text = AXES + '{}\n[[axes]]\n[[drives]]\nnode_id = 1\ntorque_source = "current_actual"\n{}\n'
     with pytest.raises(BadInput, match="needs rated_current"):
@@ -110,9 +121,6 @@ def test_current_as_torque_source_needs_its_scale(tmp_path: Path) -> None:
         load(tmp_path, text.format("", "rated_current = 4.2"))
     rig = load(tmp_path, text.format("torque = { per_ampere = [2.4] }", "rated_current = 4.2"))
     assert rig.drives[0].rated_current == 4.2
-
-
-BUS = f'name = "r"\n{DRIVES}[bus]\n'
 
 
 def test_transport_is_chosen_and_survives_a_round_trip(tmp_path: Path) -> None:
@@ -134,26 +142,6 @@ def test_serial_registers_and_status_bits_are_configurable(tmp_path: Path) -> No
     )
     bus = load(tmp_path, BUS + text).serial
     assert (bus.registers.voltage, bus.status.off, bus.setup) == ("r0x1e", 1, {"r0xc8": 256})
-
-
-@pytest.mark.parametrize(
-    ("section", "reason"),
-    [
-        ('transport = "usb"\n', '\'bus\': a section with transport = "canopen" .* or "serial" expected'),
-        ('interfase = "virtual"\n', "unknown key 'bus.interfase'"),
-        ('transport = "serial"\nchannel = "can0"\n', "unknown key 'bus.channel'"),
-        ('transport = "serial"\nbaud = 300\n', "'bus.baud': .*1200.*found 300"),
-        ('transport = "serial"\nmax_load = 0.9\n', "'bus.max_load': .*0.8"),
-        ('transport = "serial"\nports = []\n', "'bus.ports'"),
-        ('transport = "serial"\nports = ["a", "b"]\n', "bus.ports: one line for all drives or 3 expected, 2 found"),
-        ('transport = "serial"\nports = ["a", "a", "b"]\n', "every port once expected"),
-        ('transport = "serial"\nprefixes = ["1 ", "2 "]\n', "bus.prefixes: none or 3 expected, 2 found"),
-        ('transport = "serial"\nprefixes = ["1 ", "2 ", "1 "]\n', "prefixes of their own"),
-    ],
-)
-def test_invalid_bus_section_is_explained(tmp_path: Path, section: str, reason: str) -> None:
-    with pytest.raises(BadInput, match=reason):
-        load(tmp_path, BUS + section)
 
 
 def test_three_joints_are_a_delta_robot_and_others_axes_unless_said() -> None:

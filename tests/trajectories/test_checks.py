@@ -30,10 +30,6 @@ def refusal(trajectory: Trajectory, **limits: Any) -> tuple[str, float]:
     return str(caught.value), caught.value.time
 
 
-def test_default_limits_accept_a_built_in_trajectory(trajectory: Trajectory) -> None:
-    check(trajectory, RIG)
-
-
 def test_speed_error_names_joint_instant_value_limit_and_remedy(trajectory: Trajectory) -> None:
     message, time = refusal(trajectory, speed=3.0)
     row = int(np.argmax((np.abs(trajectory.joint_velocity) > 3.0).any(axis=1)))

@@ -1,22 +1,17 @@
 """Figure of a trajectory: every joint, limits in view, one repetition."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from recordings.rig import Limits, Rig, simulated_rig
+from recordings.rig import simulated_rig
+from tests.trajectories.test_checks import limited
 from trajectories import load
 from trajectories.drawing import LIMIT, draw
 from web.palette import JOINTS
 
 RIG = simulated_rig()
-
-
-def limited(**limits: Any) -> Rig:
-    return RIG.model_copy(update={"limits": Limits(**limits)})
 
 
 def panel(figure: Figure, title: str) -> Axes:

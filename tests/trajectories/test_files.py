@@ -116,16 +116,6 @@ def test_toml_file_is_read_as_fourier_series(tmp_path: Path) -> None:
     assert trajectory.platform[trajectory.repeat == 1, 0] == pytest.approx(expected, abs=1e-12)
 
 
-def test_fourier_derivatives_agree_with_finite_differences(tmp_path: Path) -> None:
-    path = tmp_path / "series.toml"
-    path.write_text(FOURIER)
-    sample = read_motion(path).sample
-    time, step = np.linspace(0, 4, 100), 1e-5
-    before, now, after = (sample(time + shift) for shift in (-step, 0.0, step))
-    assert (after[0] - before[0]) / (2 * step) == pytest.approx(now[1], abs=1e-8)
-    assert (after[1] - before[1]) / (2 * step) == pytest.approx(now[2], abs=1e-8)
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -4,27 +4,20 @@ Not in the paper. The voltage is noisy, so torque samples differ in precision (`
 divided by its standard deviation. The search region is ignored.
 """
 
-from dataclasses import dataclass
+from dataclasses import replace
 
-import numpy as np
 from numpy.random import Generator
 
+from ident.estimation.estimators import ls
+from ident.estimation.estimators.ls import Settings
 from ident.estimation.problem import Estimate, Problem, Progress
-from recordings.recording import Floats
 
+__all__ = ["WEIGHTED", "Settings", "estimate"]
 WEIGHTED = True
-
-
-@dataclass(frozen=True)
-class Settings:
-    """No settings."""
 
 
 def estimate(problem: Problem, generator: Generator, progress: Progress, settings: Settings) -> Estimate:
     """Minimise the sum of squared residuals, each divided by its variance."""
     assert problem.deviation is not None
     regressor, torque = problem.regressor / problem.deviation[:, None], problem.torque / problem.deviation
-    parameters: Floats = np.asarray(np.linalg.lstsq(regressor, torque, rcond=None)[0], np.float64)
-    objective = float(np.sum((torque - regressor @ parameters) ** 2))
-    progress(1, 1)
-    return Estimate(parameters, objective, np.array([objective]))
+    return ls.estimate(replace(problem, regressor=regressor, torque=torque), generator, progress, settings)

@@ -13,15 +13,11 @@ from drivers.serial.port import simulated
 from drivers.simulated.config import SimConfig
 from drivers.simulated.serial_rig import SerialRig
 from drivers.transports import serial as transport
-from recordings.buses import SerialBus, SerialRegisters
+from recordings.buses import SerialRegisters
 from recordings.errors import BadInput
 from recordings.recording import Pace
-from recordings.rig import Drive, Rig
-
-
-def rig(*ports: str, **bus: object) -> Rig:
-    section = SerialBus(ports=ports or ("simulated",), **bus)
-    return Rig(name="r", rate=20.0, bus=section, drives=tuple(Drive(node_id=i) for i in (1, 2, 3)))
+from recordings.rig import Rig
+from tests.drivers.transports.test_serial import rig
 
 
 @contextmanager

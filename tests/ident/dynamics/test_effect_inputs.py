@@ -11,15 +11,14 @@ from ident.dynamics.effects.library import library
 from ident.dynamics.structure import Term
 from ident.estimation.predicted_torque import TorquePredictor
 from recordings.recording import Floats, Recording
+from tests.ident.dynamics.given import effect_inputs
 
 BANDWIDTH = 20.0
 
 
 @pytest.fixture(scope="module")
-def inputs(make: object, truth: Floats) -> EffectInputs:
-    recording: Recording = make(cycles=2, rate=250.0)  # type: ignore[operator]
-    prepared = prepare(recording, "parallel", BANDWIDTH)
-    return TorquePredictor(prepared).effect_inputs(prepared.base_structure, truth)
+def inputs() -> EffectInputs:
+    return effect_inputs(2, cutoff=BANDWIDTH)
 
 
 def _inside(inputs: EffectInputs, x: Floats) -> Floats:

@@ -17,13 +17,16 @@ RATE = 1000.0
 PARAMETERS = {"m_p": 1.3, "T_g": 5.0, "I_1": 0.21, "I_2": 0.22, "I_3": 0.23, "m_d": 0.4}
 
 
-def _swaying(duration: float = 2.0) -> Motion:
+def swaying(duration: float = 2.0, rate: float = RATE) -> Motion:
     """Three joints, each with its own frequency and phase."""
-    time = np.arange(0.0, duration, 1 / RATE)[:, None]
+    time = np.arange(0.0, duration, 1 / rate)[:, None]
     omega, phase = 2 * np.pi * np.array([1.1, 1.6, 2.3]), np.array([0.0, 1.0, 2.0])
     angle = omega * time + phase
     return Motion(
-        0.3 + 0.25 * np.sin(angle), 0.25 * omega * np.cos(angle), -0.25 * omega**2 * np.sin(angle), np.cos(angle)
+        0.3 + 0.25 * np.sin(angle),
+        0.25 * omega * np.cos(angle),
+        -0.25 * omega**2 * np.sin(angle),
+        np.sign(np.cos(angle)),
     )
 
 
@@ -37,7 +40,7 @@ def _sine(omega: float, time: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def test_stiff_joints_have_the_torque_of_the_mechanism() -> None:
-    rig, motion = simulated_rig(), _swaying()
+    rig, motion = simulated_rig(), swaying()
     mechanism = mechanisms.create(rig)
     known = np.array([PARAMETERS.get(parameter.name, 0.0) for parameter in mechanism.parameters])
     expected = mechanism.regressor(motion) @ known + PARAMETERS["m_d"] * platform(rig.geometry, motion).torque_of_rods
@@ -48,7 +51,7 @@ def test_stiff_joints_have_the_torque_of_the_mechanism() -> None:
 
 
 def test_the_motor_share_is_no_part_of_the_arm_torque() -> None:
-    rig, motion = simulated_rig(), _swaying()
+    rig, motion = simulated_rig(), swaying()
     whole, half = (
         flexible_joints(rig, PARAMETERS, share, RATE).backlash_torque(motion, np.zeros(3)) for share in (0.0, 0.5)
     )
@@ -159,25 +162,8 @@ def test_a_load_on_the_arms_is_transmitted_like_a_weight_of_the_mechanism() -> N
         np.testing.assert_allclose(torques[1], torques[0], atol=1e-9)
 
 
-def test_screening_finds_motor_share_and_gap() -> None:
-    rig, motion = simulated_rig(), _swaying(6.0)
-    inertias = np.array([PARAMETERS["I_1"], PARAMETERS["I_2"], PARAMETERS["I_3"]])
-    light = {**PARAMETERS, "m_p": 0.3, "T_g": 0.3, "m_d": 0.0}
-    joints = flexible_joints(rig, light, 0.5, RATE)
-    residual = joints.backlash_torque(motion, np.array([0.0, 1e-3, 0.0])) - joints.backlash_torque(
-        motion, np.zeros(3)
-    )
-    smooth: Floats = np.apply_along_axis(lambda signal: np.convolve(signal, [0.25, 0.5, 0.25], "same"), 0, residual)
-    motor_shares, half_gaps = np.linspace(0.0, 0.9, 10), np.geomspace(1e-4, 1e-2, 9)
-    arms = flexible_joints(rig, light, 0.0, RATE)
-    reductions = arms.cost_reductions(motion, inertias, smooth, motor_shares, half_gaps)[:, :, 1]
-    best = np.unravel_index(np.argmax(reductions), reductions.shape)
-    assert motor_shares[best[0]] == pytest.approx(0.5)
-    assert half_gaps[best[1]] == pytest.approx(1e-3)
-
-
 def test_the_torque_is_nan_in_a_gap_of_the_motion_and_nowhere_else() -> None:
-    rig, motion = simulated_rig(), _swaying()
+    rig, motion = simulated_rig(), swaying()
     for signal in (motion.position, motion.velocity, motion.acceleration):
         signal[700:710] = np.nan
     joints = flexible_joints(rig, PARAMETERS, 0.3, RATE)

@@ -34,15 +34,6 @@ def test_values_of_a_term_are_found_in_the_vector() -> None:
     np.testing.assert_array_equal(shorter.local_values(0, x[~structure.parameter_mask(0)]), x[-3:-1, None])
 
 
-def test_columns_of_a_term_act_on_its_joints_only() -> None:
-    columns = np.random.default_rng(0).normal(size=(5, 3, 1))
-    by_instance = STRIBECK.by_instance(columns)
-    assert by_instance.shape == (5, 3, 2)
-    np.testing.assert_array_equal(by_instance[:, 0, 0], columns[:, 0, 0])
-    np.testing.assert_array_equal(by_instance[:, 2, 1], columns[:, 2, 0])
-    assert np.count_nonzero(by_instance) == 10
-
-
 def test_an_effect_takes_the_place_of_friction_on_its_joints() -> None:
     model = building.structure(building.record(2), "power_law_friction", joints=(1,))
     motion = building.motion_of(2)

@@ -11,11 +11,6 @@ FRICTION = Term("position_dependent_friction", load("position_dependent_friction
 STRIBECK = Term("stribeck", load("stribeck"), (0, 2))
 
 
-def test_joints_share_the_shapes_unless_the_effect_has_local_ones() -> None:
-    assert [shape.name for shape in STRIBECK.shapes] == ["v_s"]
-    assert [shape.name for shape in FRICTION.shapes] == ["low", "high", "low", "high"]
-
-
 def test_local_shapes_start_at_what_all_recordings_together_suggest() -> None:
     first = {"low": np.array([-1.0, -9.0, -0.2]), "high": np.array([0.5, 9.0, 0.3])}
     second = {"low": np.array([-0.8, -9.0, -0.4]), "high": np.array([0.7, 9.0, np.nan])}

@@ -123,12 +123,6 @@ def test_without_effects_it_is_the_mechanism() -> None:
     np.testing.assert_allclose(x, building.parameters(2), rtol=0.01)
 
 
-def test_shape_is_found_from_the_initial_guesses() -> None:
-    structure, x = fitted("stribeck", extra=stribeck, noise=0.01)
-    assert [term.name for term in structure.terms] == ["stribeck"]
-    np.testing.assert_allclose(x, [*building.parameters(), 0.8, 0.6], rtol=0.03)
-
-
 @pytest.mark.parametrize("names", [("stribeck", "joint_spring"), ("joint_spring", "stribeck")])
 def test_order_of_the_effects_does_not_matter(names: tuple[str, str]) -> None:
     structure, x = fitted(*names, extra=lambda motion: stribeck(motion) + 1.2 * motion.position, noise=0.01)

@@ -12,13 +12,9 @@ from ident.estimation.nonlinear_swarm import SwarmSearch
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from tests.ident import building
+from tests.ident.estimation.test_nonlinear_fit import BUMP, SPEED, stribeck
 
 BRIEF = {"particles": 8, "neighbours": 4, "iterations": 14}
-
-
-def stribeck(motion: Motion) -> Floats:
-    bump: Floats = 0.8 * np.exp(-((motion.velocity / 0.6) ** 2)) * motion.direction
-    return bump
 
 
 def search(*names: str, seed: int = 1, settings: dict[str, Any] = BRIEF, **options: Any) -> SwarmSearch:
@@ -39,7 +35,7 @@ def delayed(motion: Motion) -> Floats:
 
 def test_shape_and_linear_parameters_are_found_without_initial_guesses() -> None:
     result = search("stribeck", extra=stribeck, noise=0.01, settings={**BRIEF, "iterations": 24})
-    np.testing.assert_allclose(result.x, [*building.parameters(), 0.8, 0.6], rtol=0.05)
+    np.testing.assert_allclose(result.x, [*building.parameters(), BUMP, SPEED], rtol=0.05)
     assert (np.diff(result.history) <= 0).all()
     assert result.evaluations == BRIEF["particles"] * len(result.history)
 

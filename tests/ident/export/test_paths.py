@@ -14,7 +14,7 @@ from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 from recordings.rig import Axis, Rig, simulated_rig
 from tests.ident.kept_models import MODELS
-from trajectories import kinematics, library
+from trajectories import library
 
 RIG = simulated_rig()
 
@@ -138,9 +138,3 @@ def test_axes_have_no_platform(tmp_path: Path) -> None:
     assert paths.from_table(file, rig).motion.position.shape == (20, 1)
     with pytest.raises(BadInput, match="position_1 expected"):
         paths.from_table(table(tmp_path / "p.csv", {"time": np.arange(20) / 100, "x": np.zeros(20)}), rig)
-
-
-def test_the_whole_workspace_closes() -> None:
-    """The errors above name a line because no position within reach is refused."""
-    position = paths.from_trajectory("fig5a", RIG, 1, 100.0).motion.position
-    assert np.isfinite(kinematics.forward(RIG.geometry, position)).all()

@@ -9,13 +9,19 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
+from ident.fleet import alarms
+from ident.fleet.alarms import FleetFile
+from ident.fleet.engines import EngineOptions
 from ident.fleet.recording_rows import Row
+from ident.fleet.series import Nights, Series, nights_and_series
 from ident.fleet.settings import FleetSettings
-from ident.fleet.store import SCHEMA
+from ident.fleet.store import SCHEMA, Store
+from ident.fleet.update import Count, plan, update
 from recordings.recording import Floats, Recording
 
 FIRST = datetime(2026, 1, 5, 22, tzinfo=UTC)
 HALF_WIDTH = 0.01
+_OPTIONS = EngineOptions()
 
 
 def rows_of(
@@ -56,14 +62,45 @@ def rows_of(
     return rows
 
 
-@pytest.fixture(scope="session")
-def rows() -> Callable[..., list[Row]]:
-    return rows_of
+def step(nights: int = 20, since: int = 12) -> Floats:
+    """(nights,) a quantity that rises by 30 % of itself, and scatters by 1 %."""
+    scatter = np.random.default_rng(0).normal(0, 0.01, nights)
+    return 1 + scatter + 0.3 * (np.arange(nights) >= since)
 
 
-@pytest.fixture(scope="session")
-def table() -> Callable[[list[Row]], pa.Table]:
-    return lambda rows: pa.Table.from_pylist(rows, SCHEMA)
+def series_of(rows: list[Row]) -> tuple[list[Nights], list[Series]]:
+    return nights_and_series(pa.Table.from_pylist(rows, SCHEMA))
+
+
+def filled(folder: Path, *recordings: list[Row]) -> Store:
+    """A store with the rows of these recordings."""
+    store = Store(folder)
+    with store.locked():
+        for rows in recordings:
+            store.add(rows)
+    return store
+
+
+def saved(store: Store) -> FleetFile:
+    """Find and keep the alarms of a store, as `ident fleet` does."""
+    settings = FleetSettings()
+    found = tuple(alarms.find(store, settings))
+    alarms.save(
+        store, FleetFile(schema=1, settings=settings.digest, folders=("recordings",), recordings={}, alarms=found)
+    )
+    return alarms.load(store)
+
+
+def brought_up_to_date(
+    store: Store,
+    folder: Path,
+    engine: str = "serial",
+    options: EngineOptions = _OPTIONS,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Count:
+    settings = FleetSettings()
+    with store.locked():
+        return update(store, plan(store, [folder], settings), settings, engine, options, progress)
 
 
 @pytest.fixture(scope="session")

@@ -1,21 +1,15 @@
 """Alarms of a store: found, kept, acknowledged, and diagnosed once."""
 
-from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from ident.fleet import alarms
 from ident.fleet.cause import Cause
-from ident.fleet.recording_rows import Row
 from ident.fleet.settings import FleetSettings
 from ident.fleet.store import Store
 from recordings.errors import BadInput
-
-NIGHTS = 20
-SINCE = 12
-SETTINGS = FleetSettings()
+from tests.ident.fleet.conftest import filled, rows_of, saved, step
 
 
 def a_cause(**other: object) -> Cause:
@@ -36,12 +30,8 @@ def a_cause(**other: object) -> Cause:
 
 
 @pytest.fixture
-def store(tmp_path: Path, rows: Callable[..., list[Row]]) -> Store:
-    values = 1 + np.random.default_rng(0).normal(0, 0.01, NIGHTS) + 0.3 * (np.arange(NIGHTS) >= SINCE)
-    result = Store(tmp_path / "store")
-    with result.locked():
-        result.add(rows("r07", {"c_c1": values}))
-    return result
+def store(tmp_path: Path) -> Store:
+    return filled(tmp_path / "store", rows_of("r07", {"c_c1": step()}))
 
 
 @pytest.fixture
@@ -50,15 +40,6 @@ def diagnosed(monkeypatch: pytest.MonkeyPatch) -> list[object]:
     seen: list[object] = []
     monkeypatch.setattr(alarms, "cause", lambda event, series, settings: seen.append(event) or a_cause())
     return seen
-
-
-def saved(store: Store) -> alarms.FleetFile:
-    present = alarms.find(store, SETTINGS)
-    content = alarms.FleetFile(
-        schema=1, settings=SETTINGS.digest, folders=("recordings",), recordings={}, alarms=tuple(present)
-    )
-    alarms.save(store, content)
-    return alarms.load(store)
 
 
 def test_alarm_says_who_what_and_since_when(store: Store, diagnosed: list[object]) -> None:

@@ -6,15 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
 import pytest
 
 from ident.fleet.cause import RECORDINGS, cause, chosen_nights
 from ident.fleet.discoveries import Event, events
-from ident.fleet.recording_rows import Row
-from ident.fleet.series import Series, nights_and_series
+from ident.fleet.series import Series
 from ident.fleet.settings import FleetSettings
 from recordings.recording import Floats, Recording
+from tests.ident.fleet.conftest import rows_of, series_of, step
 
 NIGHTS, SINCE = 20, 12
 OTHER = (11, 12, 13)
@@ -22,13 +21,10 @@ OTHER = (11, 12, 13)
 
 
 @pytest.fixture
-def event_and_series(
-    rows: Callable[..., list[Row]], table: Callable[[list[Row]], pa.Table]
-) -> tuple[Event, list[Series]]:
+def event_and_series() -> tuple[Event, list[Series]]:
     """A step of one robot, with another motion before and after it."""
-    values = 1 + np.random.default_rng(0).normal(0, 0.01, NIGHTS) + 0.3 * (np.arange(NIGHTS) >= SINCE)
     motion = [[4.0, 0.9 if night in OTHER else 0.5] for night in range(NIGHTS)]
-    _, series = nights_and_series(table(rows("r1", {"c_c1": values}, motion=motion)))
+    _, series = series_of(rows_of("r1", {"c_c1": step(NIGHTS, SINCE)}, motion=motion))
     (event,) = events(series)
     return event, series
 
@@ -89,18 +85,13 @@ def with_outside_effect(recording: Recording, law: Callable[..., Floats]) -> Rec
 )
 def test_outside_effect_is_unknown_and_says_on_what_it_depends(
     tmp_path: Path,
-    rows: Callable[..., list[Row]],
-    table: Callable[[list[Row]], pa.Table],
     make: Callable[..., Recording],
     write: Callable[[Recording], Path],
     law: Callable[..., Floats],
     variables: set[str],
 ) -> None:
-    values = 1 + np.random.default_rng(0).normal(0, 0.01, NIGHTS) + 0.3 * (np.arange(NIGHTS) >= SINCE)
-    rows_with_paths = [
-        {**row, "path": str(tmp_path / Path(row["path"]).name)} for row in rows("r1", {"c_c2": values})
-    ]
-    _, series = nights_and_series(table(rows_with_paths))
+    rows = rows_of("r1", {"c_c2": step(NIGHTS, SINCE)})
+    _, series = series_of([{**row, "path": str(tmp_path / Path(row["path"]).name)} for row in rows])
     (event,) = events(series)
     for night in np.concatenate(chosen_nights(event)).tolist():
         path = Path(event.nights.paths[night])

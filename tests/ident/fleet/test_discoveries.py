@@ -1,19 +1,14 @@
 """Events of a fleet: all that are there, at their dates, and none by chance, season or motion."""
 
-from collections.abc import Callable
+from typing import Any
 
 import numpy as np
-import pyarrow as pa
-import pytest
 
 from ident.fleet.discoveries import Event, e_bh, events
-from ident.fleet.recording_rows import Row
-from ident.fleet.series import nights_and_series
 from recordings.recording import Floats
+from tests.ident.fleet.conftest import rows_of, series_of
 
 NIGHTS = 30
-Rows = Callable[..., list[Row]]
-Table = Callable[[list[Row]], pa.Table]
 
 
 def scatter(seed: int, size: float = 0.01) -> Floats:
@@ -24,25 +19,19 @@ def since(night: int) -> Floats:
     return (np.arange(NIGHTS) >= night).astype(float)
 
 
-@pytest.fixture
-def search(rows: Rows, table: Table) -> Callable[..., list[Event]]:
-    def run(values: dict[str, dict[str, Floats]], **options: object) -> list[Event]:
-        made = [row for robot, of_robot in values.items() for row in rows(robot, of_robot, **options)]
-        return events(nights_and_series(table(made))[1])
-
-    return run
+def search(values: dict[str, dict[str, Floats]], **options: Any) -> list[Event]:
+    rows = [row for robot, of_robot in values.items() for row in rows_of(robot, of_robot, **options)]
+    return events(series_of(rows)[1])
 
 
-def test_quiet_fleet_has_no_events(search: Callable[..., list[Event]]) -> None:
+def test_quiet_fleet_has_no_events() -> None:
     fleet = {
         f"r{robot}": {f"c_c{joint}": 1 + scatter(10 * robot + joint) for joint in (1, 2, 3)} for robot in range(12)
     }
     assert search(fleet) == []
 
 
-def test_event_of_one_robot_unites_its_series_and_names_the_strongest_first(
-    search: Callable[..., list[Event]],
-) -> None:
+def test_event_of_one_robot_unites_its_series_and_names_the_strongest_first() -> None:
     fleet = {f"r{robot}": {"c_c1": 1 + scatter(robot), "c_v1": 1 + scatter(50 + robot)} for robot in range(4)}
     fleet["r2"]["c_c1"] += 0.5 * since(17)
     fleet["r2"]["c_v1"] -= 0.1 * since(17)
@@ -52,12 +41,12 @@ def test_event_of_one_robot_unites_its_series_and_names_the_strongest_first(
     assert [each.series.name for each in event.changes] == ["c_c1", "c_v1"]
 
 
-def test_two_events_of_one_robot_are_both_found(search: Callable[..., list[Event]]) -> None:
+def test_two_events_of_one_robot_are_both_found() -> None:
     first, second = search({"r1": {"c_c1": 1 + scatter(1) + 0.4 * since(9) - 0.6 * since(20)}})
     assert (first.change.index, second.change.index) == (9, 20)
 
 
-def test_temperature_and_motion_explain(search: Callable[..., list[Event]]) -> None:
+def test_temperature_and_motion_explain() -> None:
     temperature = 20 + 8 * np.sin(np.arange(NIGHTS) / 10)
     warm = np.exp(-0.02 * (temperature - 20)) * (1 + scatter(2))
     assert search({"r1": {"c_v1": warm}}, temperature=temperature) == []
@@ -66,13 +55,13 @@ def test_temperature_and_motion_explain(search: Callable[..., list[Event]]) -> N
     assert search({"r1": {"c_v1": 1 + scatter(3) + 0.3 * since(15)}}, motion=motion) == []
 
 
-def test_change_within_the_intervals_is_none(search: Callable[..., list[Event]]) -> None:
+def test_change_within_the_intervals_is_none() -> None:
     tiny = 1 + scatter(4, 1e-5)
     assert search({"r1": {"c_c1": tiny + 5e-4 * since(15)}}) == []
     assert len(search({"r1": {"c_c1": tiny + 5e-2 * since(15)}})) == 1
 
 
-def test_two_nights_are_too_few_for_an_alarm(search: Callable[..., list[Event]]) -> None:
+def test_two_nights_are_too_few_for_an_alarm() -> None:
     assert search({"r1": {"c_c1": 1 + scatter(5) + 3 * since(NIGHTS - 2)}}) == []
 
 

@@ -6,12 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.fleet.engines import EngineOptions
-from ident.fleet.settings import FleetSettings
 from ident.fleet.store import Store
-from ident.fleet.update import plan, update
 from recordings.errors import BadInput
 from tests.fuzz import inputs, recordings
+from tests.ident.fleet.conftest import brought_up_to_date
 
 MUTATED, RANDOM = 60, 12
 
@@ -32,11 +30,10 @@ def corpus(folder: Path, sample: Path) -> set[str]:
 
 @pytest.mark.slow
 def test_every_file_has_a_row_and_every_failure_its_reason(tmp_path: Path, night: Callable[..., Path]) -> None:
-    folder, store, settings = tmp_path / "recordings", Store(tmp_path / "store"), FleetSettings()
+    folder, store = tmp_path / "recordings", Store(tmp_path / "store")
     folder.mkdir()
     paths = corpus(folder, night(tmp_path / "sample.mcap", 0))
-    with store.locked():
-        count = update(store, plan(store, [folder], settings), settings, "serial", EngineOptions())
+    count = brought_up_to_date(store, folder)
     rows = [row for row in store.table().to_pylist() if row["kind"] == "recording"]
     assert {row["path"] for row in rows} == paths
     assert {row["status"] for row in rows} == {"done", "failed"}

@@ -13,10 +13,9 @@ import pytest
 
 from benchmarks.fleet import cluster
 from ident.fleet.engines import EngineOptions
-from ident.fleet.settings import FleetSettings
 from ident.fleet.store import Store
-from ident.fleet.update import plan, update
 from recordings.errors import RunFailed
+from tests.ident.fleet.conftest import brought_up_to_date
 
 RECORDINGS = 8
 KILLED_AT = 3
@@ -30,10 +29,8 @@ def run(
     store: Path, folder: Path, engine: str, options: EngineOptions, progress: Progress = lambda done, total: None
 ) -> pa.Table:
     """Bring the `store` up to date, as `ident fleet` does, and return its rows."""
-    opened, settings = Store(store), FleetSettings()
-    with opened.locked():
-        update(opened, plan(opened, [folder], settings), settings, engine, options, progress)
-    return opened.table()
+    brought_up_to_date(Store(store), folder, engine, options, progress)
+    return Store(store).table()
 
 
 @pytest.fixture(scope="module")

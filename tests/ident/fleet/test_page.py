@@ -1,38 +1,27 @@
 """The page of a fleet holds the alarms first, every robot, and what cannot be used, and loads nothing."""
 
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from ident.fleet import alarms, page
-from ident.fleet.recording_rows import Row
-from ident.fleet.settings import FleetSettings
 from ident.fleet.store import Store
+from tests.ident.fleet.conftest import filled, rows_of, saved, step
 from tests.ident.fleet.test_alarms import a_cause
-
-NIGHTS = 20
 
 
 @pytest.fixture
-def store(tmp_path: Path, rows: Callable[..., list[Row]], monkeypatch: pytest.MonkeyPatch) -> Store:
+def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Store:
     monkeypatch.setattr(
         alarms, "cause", lambda *_: a_cause(effect=None, verdict="unknown-structure", depends_on=("load",))
     )
-    rng = np.random.default_rng(0)
-    result = Store(tmp_path / "store")
-    broken = {**rows("r02", {"c_c1": np.ones(1)})[0], "key": "x", "status": "failed", "reason": "it is <empty>"}
-    with result.locked():
-        changed = 1 + rng.normal(0, 0.01, NIGHTS) + 0.3 * (np.arange(NIGHTS) >= 12)
-        result.add(rows("r01", {"c_c1": changed, "c_c2": 1 + rng.normal(0, 0.01, NIGHTS)}))
-        result.add(rows("r02", {"c_c1": 1 + rng.normal(0, 0.01, NIGHTS)}))
-        result.add([broken])
-    settings = FleetSettings()
-    present = tuple(alarms.find(result, settings))
-    content = alarms.FleetFile(schema=1, settings=settings.digest, folders=("f",), recordings={}, alarms=present)
-    alarms.save(result, content)
+    quiet = 1 + np.random.default_rng(1).normal(0, 0.01, (2, 20))
+    broken = {**rows_of("r02", {"c_c1": np.ones(1)})[0], "key": "x", "status": "failed", "reason": "it is <empty>"}
+    other = rows_of("r02", {"c_c1": quiet[1]})
+    result = filled(tmp_path / "store", rows_of("r01", {"c_c1": step(), "c_c2": quiet[0]}), other, [broken])
+    saved(result)
     return result
 
 
@@ -56,7 +45,5 @@ def test_acknowledged_alarm_is_no_longer_open(store: Store) -> None:
 
 
 def test_empty_fleet_has_a_page(tmp_path: Path) -> None:
-    empty = Store(tmp_path / "empty")
-    with empty.locked():
-        content = alarms.FleetFile(schema=1, settings="x", folders=(), recordings={}, alarms=())
-        assert "No recording can be used." in page.render(empty, content)
+    empty = filled(tmp_path / "empty")
+    assert "No recording can be used." in page.render(empty, saved(empty))

@@ -1,22 +1,17 @@
 """Rows become series: sorted by time, motions told apart, gaps kept."""
 
-from collections.abc import Callable
-
 import numpy as np
-import pyarrow as pa
 
-from ident.fleet.recording_rows import Row
-from ident.fleet.series import motions, nights_and_series
+from ident.fleet.series import motions
+from tests.ident.fleet.conftest import rows_of, series_of
 
 
-def test_series_are_sorted_by_time_and_keep_gaps(
-    rows: Callable[..., list[Row]], table: Callable[[list[Row]], pa.Table]
-) -> None:
+def test_series_are_sorted_by_time_and_keep_gaps() -> None:
     values = np.array([1.0, np.nan, 3.0, 4.0])
-    made = rows("r02", {"c_c1": values}, temperature=np.array([20.0, 21.0, 22.0, 23.0])) + rows(
+    made = rows_of("r02", {"c_c1": values}, temperature=np.array([20.0, 21.0, 22.0, 23.0])) + rows_of(
         "r01", {"c_c2": values[:2]}
     )
-    nights, series = nights_and_series(table(made[::-1]))
+    nights, series = series_of(made[::-1])
     assert [each.robot for each in nights] == ["r01", "r02"]
     (c_c1,) = (each for each in series if each.name == "c_c1")
     np.testing.assert_array_equal(c_c1.value, values)
@@ -27,11 +22,9 @@ def test_series_are_sorted_by_time_and_keep_gaps(
     assert c_c1.logarithmic
 
 
-def test_quantity_that_may_be_zero_is_not_watched_by_its_logarithm(
-    rows: Callable[..., list[Row]], table: Callable[[list[Row]], pa.Table]
-) -> None:
+def test_quantity_that_may_be_zero_is_not_watched_by_its_logarithm() -> None:
     for values in (np.array([1.0, -1.0]), np.array([0.001, 0.002])):
-        _, (series,) = nights_and_series(table(rows("r01", {"c_c1": values})))
+        _, (series,) = series_of(rows_of("r01", {"c_c1": values}))
         assert not series.logarithmic
 
 

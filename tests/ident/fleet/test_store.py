@@ -3,7 +3,6 @@
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,26 +11,18 @@ import pytest
 from ident.fleet.recording_rows import Row
 from ident.fleet.store import SCHEMA, Store
 from recordings.errors import BadInput
-from tests.ident.fleet.conftest import rows_of
+from tests.ident.fleet.conftest import filled, rows_of
 
 
 @pytest.fixture
-def nights(rows: Callable[..., list[Row]]) -> list[list[Row]]:
+def nights() -> list[list[Row]]:
     """Rows of six recordings."""
-    flat = rows("r01", {"c_c1": np.arange(6.0)})
+    flat = rows_of("r01", {"c_c1": np.arange(6.0)})
     return [flat[i : i + 2] for i in range(0, 12, 2)]
 
 
-def filled(folder: Path, nights: list[list[Row]]) -> Store:
-    store = Store(folder)
-    with store.locked():
-        for night in nights:
-            store.add(night)
-    return store
-
-
 def test_table_is_the_same_in_any_order_and_after_joining(tmp_path: Path, nights: list[list[Row]]) -> None:
-    store, other = filled(tmp_path / "a", nights), filled(tmp_path / "b", nights[::-1])
+    store, other = filled(tmp_path / "a", *nights), filled(tmp_path / "b", *nights[::-1])
     before = store.table()
     assert before.schema.equals(SCHEMA)
     assert before.num_rows == 12
@@ -46,7 +37,7 @@ def test_table_is_the_same_in_any_order_and_after_joining(tmp_path: Path, nights
 def test_crash_between_joining_and_removing_repeats_nothing(
     tmp_path: Path, nights: list[list[Row]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    store = filled(tmp_path / "a", nights)
+    store = filled(tmp_path / "a", *nights)
     before = store.table()
     with monkeypatch.context() as patch:
         patch.setattr(Path, "unlink", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
@@ -56,7 +47,7 @@ def test_crash_between_joining_and_removing_repeats_nothing(
 
 
 def test_partly_written_file_is_no_part_of_the_table(tmp_path: Path, nights: list[list[Row]]) -> None:
-    store = filled(tmp_path / "a", nights)
+    store = filled(tmp_path / "a", *nights)
     (tmp_path / "a" / "recordings" / "one-x.parquet.part").write_bytes(b"PAR1")
     assert store.table().num_rows == 12
     (tmp_path / "a" / "recordings" / "one-x.parquet").write_bytes(b"PAR1")

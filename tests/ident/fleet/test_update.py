@@ -6,16 +6,10 @@ from typing import Any
 
 import pytest
 
-from ident.fleet.engines import EngineOptions
 from ident.fleet.settings import FleetSettings
 from ident.fleet.store import Store
-from ident.fleet.update import Count, plan, update
-
-
-def run(store: Store, folder: Path) -> Count:
-    settings = FleetSettings()
-    with store.locked():
-        return update(store, plan(store, [folder], settings), settings, "serial", EngineOptions())
+from ident.fleet.update import Count, plan
+from tests.ident.fleet.conftest import brought_up_to_date
 
 
 @pytest.fixture
@@ -30,19 +24,19 @@ def folder(tmp_path: Path, night: Callable[..., Path]) -> Path:
 
 def test_second_run_does_only_what_is_new(tmp_path: Path, folder: Path, night: Callable[..., Path]) -> None:
     store = Store(tmp_path / "store")
-    assert run(store, folder) == Count(seen=3, new=2, failed=2)  # both broken files have a row
+    assert brought_up_to_date(store, folder) == Count(seen=3, new=2, failed=2)  # both broken files have a row
     first = store.table()
-    assert run(store, folder) == Count(seen=3, new=0, failed=2)
+    assert brought_up_to_date(store, folder) == Count(seen=3, new=0, failed=2)
     assert store.table().equals(first)
     (folder / "again.mcap").write_bytes((folder / "a.mcap").read_bytes())
     night(folder / "b.mcap", 2)
-    assert run(store, folder) == Count(seen=5, new=1, failed=2)
+    assert brought_up_to_date(store, folder) == Count(seen=5, new=1, failed=2)
 
 
 def test_other_settings_say_what_is_done_again(tmp_path: Path, folder: Path) -> None:
     store = Store(tmp_path / "store")
     assert plan_of(store, folder, FleetSettings()).outdated == 0
-    run(store, folder)
+    brought_up_to_date(store, folder)
     work = plan_of(store, folder, FleetSettings(cutoff=20.0))
     assert (len(work.pending), work.outdated) == (2, 2)
 

@@ -11,16 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from ident.fleet import alarms
-from ident.fleet.alarms import FleetFile
-from ident.fleet.settings import FleetSettings
-from ident.fleet.store import Store
 from tests import axe, chromium
 from tests.conftest import launcher
-from tests.ident.fleet.conftest import rows_of
+from tests.ident.fleet.conftest import filled, rows_of, saved, step
 from tests.ident.fleet.test_alarms import a_cause
 
 ARTEFACTS = Path("runs") / "workbench-screenshots"
@@ -42,8 +38,6 @@ _FITS = """() => document.documentElement.scrollWidth <= document.documentElemen
     && [...document.querySelectorAll(".js-plotly-plot, .js-plotly-plot .main-svg")]
         .every(plot => plot.getBoundingClientRect().right <= innerWidth)"""
 """Whether nothing is wider than the window, as soon as all plots are drawn."""
-_NIGHTS = 20
-"""Nights of the fleet."""
 _MAX_TABS = 200
 """Presses of Tab after which a control counts as out of reach."""
 
@@ -116,14 +110,8 @@ def hidden(tmp_path_factory: pytest.TempPathFactory) -> NewFolder:
 def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return the store of a fleet with one open alarm."""
     monkeypatch.setattr(alarms, "cause", lambda *_: a_cause())
-    kept, settings = Store(tmp_path / "store"), FleetSettings()
-    values = 1 + np.random.default_rng(0).normal(0, 0.01, _NIGHTS) + 0.3 * (np.arange(_NIGHTS) >= 12)
-    with kept.locked():
-        kept.add(rows_of("r07", {"c_c1": values}))
-    content = FleetFile(
-        schema=1, settings=settings.digest, folders=("f",), recordings={}, alarms=tuple(alarms.find(kept, settings))
-    )
-    alarms.save(kept, content)
+    kept = filled(tmp_path / "store", rows_of("r07", {"c_c1": step()}))
+    saved(kept)
     return kept.folder
 
 

@@ -7,9 +7,9 @@ import pytest
 
 from ident.dynamics.effects.library import load
 from ident.dynamics.flexible_joints import flexible_joints
-from ident.dynamics.motion import Motion
 from recordings.recording import Floats
 from recordings.rig import simulated_rig
+from tests.ident.dynamics.test_flexible_joints import swaying
 
 RATE = 500.0
 LIGHT = {"m_p": 0.3, "T_g": 0.3, "I_1": 0.21, "I_2": 0.22, "I_3": 0.23, "m_d": 0.0}
@@ -19,11 +19,7 @@ class SwayingInputs:
     """Inputs of three joints that sway, each with its own frequency and phase."""
 
     def __init__(self) -> None:
-        time = np.arange(0.0, 6.0, 1 / RATE)[:, None]
-        omega = 2 * np.pi * np.array([1.1, 1.6, 2.3])
-        angle = omega * time + np.array([0.0, 1.0, 2.0])
-        position, velocity = 0.3 + 0.25 * np.sin(angle), 0.25 * omega * np.cos(angle)
-        self.motion = Motion(position, velocity, -0.25 * omega**2 * np.sin(angle), np.sign(velocity))
+        self.motion = swaying(6.0, RATE)
 
     def flexible_joints(self, share: float) -> Any:
         return flexible_joints(simulated_rig(), LIGHT, share, RATE)

@@ -6,21 +6,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.learned_curve import LearnedCurve, effect_file_text, learned_effect
 from ident.dynamics.effects.user_files import from_file
-from ident.estimation.predicted_torque import TorquePredictor
-from recordings.recording import Floats, Recording
+from tests.ident.dynamics.given import effect_inputs
 
 SPRING = LearnedCurve(2, "position", 3, "one", (-1.0, 0.0, 1.0), (-4.0, 0.0, 8.0))
 
 
 @pytest.fixture(scope="module")
-def inputs(make: object, truth: Floats) -> EffectInputs:
-    recording: Recording = make(cycles=1, rate=100.0)  # type: ignore[operator]
-    prepared: PreparedRecording = prepare(recording, "parallel", 20.0)
-    return TorquePredictor(prepared).effect_inputs(prepared.base_structure, truth)
+def inputs() -> EffectInputs:
+    return effect_inputs(1, 100.0, 20.0)
 
 
 def test_a_curve_is_linear_between_knots_and_acts_on_its_joint_only(inputs: EffectInputs) -> None:

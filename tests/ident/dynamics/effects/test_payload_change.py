@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from ident.data.prepared_recording import prepare
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Shapes
 from ident.dynamics.effects.library import load
-from ident.estimation.predicted_torque import TorquePredictor
-from recordings.recording import Floats, Recording
+from recordings.recording import Floats
+from tests.ident.dynamics.given import effect_inputs
 
 TRANSITION = 1e-3
 """Transition time of an almost instantaneous change [s]."""
@@ -21,10 +20,8 @@ def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
 
 
 @pytest.fixture(scope="module")
-def inputs(make: object, truth: Floats) -> EffectInputs:
-    recording: Recording = make(cycles=4, rate=250.0)  # type: ignore[operator]
-    prepared = prepare(recording, "parallel", 30.0)
-    return TorquePredictor(prepared).effect_inputs(prepared.base_structure, truth)
+def inputs() -> EffectInputs:
+    return effect_inputs(4)
 
 
 @pytest.mark.parametrize(("start", "stop"), [(3.3, None), (3.3, 5.9)])

@@ -14,18 +14,13 @@ from ident.dynamics.effects.library import load
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats
 from tests.ident import building
+from tests.ident.dynamics.effects import test_named_on_one_axis
 
 NAME = "position_dependent_friction"
 
 
 def rubbing(seed: int) -> building.Torque:
-    wave, phase = np.random.default_rng(seed).uniform((1.0, 0.0), (3.0, 2 * np.pi))
-
-    def torque(motion: Motion) -> Floats:
-        product: Floats = np.sin(wave * motion.position + phase) * motion.direction
-        return product
-
-    return building.of_size(torque, 0.03, shape=seed)
+    return building.of_size(test_named_on_one_axis.rubbing(np.random.default_rng(seed)), 0.03, shape=seed)
 
 
 def test_its_values_are_the_dry_friction_along_the_travel() -> None:

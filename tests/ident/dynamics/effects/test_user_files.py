@@ -5,13 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.data.prepared_recording import prepare
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Signal
 from ident.dynamics.effects.user_files import from_file
-from ident.estimation.predicted_torque import TorquePredictor
 from recordings.errors import BadInput
-from recordings.recording import Floats, Recording
+from tests.ident.dynamics.given import effect_inputs
 
 HEAD = """
 import sys
@@ -29,10 +27,8 @@ effect = Additive(**TEXT, parameters=(Quantity(name="a", unit="1", meaning="it")
 
 
 @pytest.fixture(scope="module")
-def inputs(make: object, truth: Floats) -> EffectInputs:
-    recording: Recording = make(cycles=1, rate=250.0)  # type: ignore[operator]
-    prepared = prepare(recording, "parallel", 30.0)
-    return TorquePredictor(prepared).effect_inputs(prepared.base_structure, truth)
+def inputs() -> EffectInputs:
+    return effect_inputs(1)
 
 
 @pytest.mark.parametrize(
@@ -60,14 +56,6 @@ def test_an_error_names_file_and_function(tmp_path: Path, inputs: EffectInputs, 
     np.testing.assert_array_equal(inputs.motion.velocity, before)
 
 
-def test_a_correct_function_is_unchanged(tmp_path: Path, inputs: EffectInputs) -> None:
-    path = tmp_path / "mine.py"
-    path.write_text(HEAD + ADDITIVE.format(body="return inputs.motion.position[..., None] ** 3"))
-    effect = from_file(path)
-    assert isinstance(effect, Additive)
-    np.testing.assert_array_equal(effect.columns(inputs, {})[..., 0], inputs.motion.position**3)
-
-
 def test_a_report_of_another_shape_is_refused(tmp_path: Path, inputs: EffectInputs) -> None:
     path = tmp_path / "mine.py"
     path.write_text(
@@ -85,10 +73,3 @@ effect = Signal(
     assert effect.report
     with pytest.raises(BadInput, match="an array of real numbers"):
         effect.report(np.zeros((5, 3)), inputs, {})
-
-
-def test_a_file_that_exits_is_an_error(tmp_path: Path) -> None:
-    path = tmp_path / "mine.py"
-    path.write_text("import sys\nsys.exit(0)\n")
-    with pytest.raises(BadInput, match=r"mine\.py: SystemExit 0"):
-        from_file(path)

@@ -61,11 +61,3 @@ def test_another_mechanism_has_no_such_form() -> None:
     bench = Rig(name="bench", mechanism="axes", axes=(Axis(),))
     with pytest.raises(BadInput, match="choose a method"):
         mechanisms.create(bench, "lagrange14")
-
-
-def test_inertia_and_gravity_are_what_the_columns_give() -> None:
-    mechanism, moving = mechanisms.create(RIG, "lagrange14"), motion()
-    forces = np.einsum("nij,nj->ni", mechanism.inertia(moving, THETA_HAT), moving.acceleration)
-    whole = mechanism.regressor(moving) @ THETA_HAT
-    np.testing.assert_array_equal(mechanism.nominal_torque(moving), mechanisms.create(RIG).nominal_torque(moving))
-    np.testing.assert_allclose(forces + mechanism.gravity(moving, THETA_HAT), whole, rtol=1e-9)

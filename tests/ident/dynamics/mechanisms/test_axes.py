@@ -31,25 +31,3 @@ def test_torque_is_newtons_law(motion: Motion) -> None:
     first = 0.2 * a[:, 0] + 0.3 * v[:, 0] + 0.4 * np.sign(v[:, 0]) + 0.5 * np.cos(q[:, 0]) + 0.6 * np.sin(q[:, 0])
     second = 7.0 * a[:, 1] + 0.8 * v[:, 1] + 0.9 * np.sign(v[:, 1]) + 1.1
     np.testing.assert_allclose(computed, np.stack([first, second, 0 * first], axis=1))
-
-
-def test_columns_are_nan_at_an_unknown_instant_of_that_joint_only(motion: Motion) -> None:
-    signals = {name: getattr(motion, name).copy() for name in ("position", "velocity", "acceleration", "direction")}
-    for values in signals.values():
-        values[7, 1] = np.nan
-    columns = mechanisms.create(RIG).regressor(Motion(**signals))
-    assert np.isnan(columns[7, 1]).any()
-    assert np.isfinite(columns[7, [0, 2]]).all()
-    assert np.isfinite(np.delete(columns, 7, axis=0)).all()
-
-
-def test_inertia_and_gravity_are_what_the_columns_give_at_rest() -> None:
-    mechanism = mechanisms.create(RIG)
-    values = np.linspace(1.0, 2.0, len(mechanism.parameters))
-    zero, q = np.zeros((4, 3)), np.linspace(-1.0, 1.0, 12).reshape(4, 3)
-    at_rest = Motion(q, zero, zero, zero)
-    gravity = mechanism.regressor(at_rest) @ values
-    np.testing.assert_allclose(mechanism.gravity(at_rest, values), gravity, rtol=1e-12)
-    for joint, unit in enumerate(np.eye(3)):
-        column = mechanism.regressor(Motion(q, zero, zero + unit, zero)) @ values - gravity
-        np.testing.assert_allclose(mechanism.inertia(at_rest, values)[:, :, joint], column, atol=1e-12)

@@ -128,16 +128,6 @@ def test_order_of_the_joints_is_the_users() -> None:
     np.testing.assert_allclose(other, straight[:, [2, 0, 1]], atol=1e-12)
 
 
-def test_inertia_and_gravity_are_what_the_columns_give_at_rest() -> None:
-    robot, at = mechanisms.create(rig()), motion()
-    values = np.linspace(1.0, 2.0, len(robot.parameters))
-    zero = np.zeros_like(at.position)
-    held = robot.regressor(Motion(at.position, zero, zero, zero)) @ values
-    np.testing.assert_allclose(robot.gravity(at, values), held, rtol=1e-12)
-    D = robot.inertia(at, values)
-    np.testing.assert_allclose(D, D.swapaxes(1, 2), atol=1e-9)
-
-
 def test_unknown_instants_are_nan_and_links_without_inertia_have_no_reference() -> None:
     robot, at = mechanisms.create(rig(urdf(inertial=False))), motion()
     at.position[3, 1] = np.nan

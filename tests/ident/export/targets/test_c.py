@@ -117,18 +117,6 @@ def _export_axes(model: Model, folder: Path) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("name", ["fig5a", "fig5b"])
-def test_c_equals_python_along_the_motions(name: str, delta: Model, by_gcc: Path) -> None:
-    stepped = Stepped(by_gcc)
-    stepped.warm([35.0] * 3)
-    path = paths.from_trajectory(name, rig_of(delta.file), 1, 500.0)
-    motion = (path.motion.position, path.motion.velocity, path.motion.acceleration)
-    expected = delta.torque(*motion, 1 / 500.0, path.time, np.full_like(motion[0], 35.0))
-    np.testing.assert_allclose(
-        stepped.torque(*motion, 1 / 500.0), expected, atol=1e-12 * np.abs(expected).max(), rtol=0
-    )
-
-
 def test_single_precision_is_close(delta: Model, tmp_path: Path) -> None:
     stepped = Stepped(compiled(export(delta, tmp_path, "float"), "gcc"), ctypes.c_float)
     q, qd, qdd = states()
