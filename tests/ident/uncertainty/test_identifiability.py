@@ -11,7 +11,6 @@ from ident.uncertainty.identifiability import UNIDENTIFIABLE, WEAK, identifiabil
 from ident.uncertainty.physical_consistency import coupling, inertia_matrix, violations
 from recordings.recording import Floats
 from tests.ident import building
-from tests.ident.conftest import TRUTH, make_recording
 
 
 def parameters(k: int) -> tuple[Parameter, ...]:
@@ -103,11 +102,3 @@ def test_inertia_matrix_of_independent_axes_is_the_diagonal_of_their_inertias(
         assert result.share == pytest.approx(0.0, abs=1e-12)
     single = mechanisms.create(building.bench()).regressor
     assert coupling(single, building.motion_of(), building.parameters()) is None
-
-
-def test_inertia_matrix_of_the_delta_robot_is_symmetric_positive_and_coupled() -> None:
-    recording = make_recording(cycles=1, rate=100.0)
-    mechanism = mechanisms.create(recording.rig)
-    D = inertia_matrix(mechanism.regressor, recording.position[::20], TRUTH)
-    np.testing.assert_allclose(D, D.swapaxes(1, 2), atol=1e-9)
-    assert (np.linalg.eigvalsh(D) > 0).all()
