@@ -26,7 +26,7 @@ def page() -> str:
     """The text of the page."""
     parts = [_INTRODUCTION]
     of_rooms = [path for room in ROOMS for path in sorted((ROOT / "ident" / room).rglob("*.py"))]
-    for path in [*of_rooms, ROOT / "ident" / "statistics.py"]:
+    for path in [*of_rooms, ROOT / "ident" / "basics" / "statistics.py"]:
         rows = list(_rows(path))
         if rows:
             module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
