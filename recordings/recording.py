@@ -141,7 +141,7 @@ class Recording:
 
         time: (n,) [s], increasing, need not be even.
         position, velocity, command: [rad] and [rad/s], or [m] and [m/s] of a prismatic joint.
-        effort [N m or N], voltage [V], current [A]: exactly one of them.
+        effort, voltage, current: exactly one of them, in [N m] or [N], [V], [A].
         temperature: of the drives [degC].
         cycle: (n,) number of the repetition; None: repetitions are found from the motion.
         rig: description of the machine or its file; None: the delta robot of the paper, which has three joints.
