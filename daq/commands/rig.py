@@ -56,7 +56,7 @@ def propose(eds: tuple[Path, ...], scan: bool, bus: str, nodes: str, out: Path, 
     for note in proposal.notes:
         say(f"note: {note}", "yellow")
     click.echo(f"{len(proposal.rig.drives)} drives, {transports.of(proposal.rig).describe(proposal.rig)}")
-    unknown = ', and put a value in place of each "?"' if '"?"' in proposal.text else ""
+    unknown = ', and put a value in place of each "?"' if proposal.asks else ""
     click.echo(f"written {out}; read its comments{unknown}")
     say_next("daq", "check", "--rig", out)
 

@@ -1,6 +1,7 @@
 """The commented rig file of a proposal."""
 
 import math
+import re
 import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -27,6 +28,11 @@ class RigProposal:
     notes: tuple[str, ...]
     rig: Rig
     """With placeholders for what the text asks."""
+
+    @property
+    def asks(self) -> bool:
+        """Whether a line that is in use holds what nothing says."""
+        return re.search(rf'^[^#\n]*= "{re.escape(ASK)}"', self.text, re.MULTILINE) is not None
 
 
 def propose(drives: Sequence[DriveFacts], bus: CanBus) -> RigProposal:
