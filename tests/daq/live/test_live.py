@@ -75,7 +75,7 @@ def page() -> Iterator[Any]:
 
 @pytest.mark.slow
 def test_page_shows_the_run_to_its_end(record: Record, page: Any, tmp_path: Path) -> None:
-    process = record("--cycles", "10")
+    process = record("--cycles", "25")
     page.goto(address(process))
     # The plotted values are compared with the file below. A busy browser may show none of the states on the way.
     page.wait_for_function("document.getElementById('position').data?.[0]?.x.length > 50")
