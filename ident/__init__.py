@@ -191,8 +191,6 @@ def diagnose(
 
     expect(Model | None, "a model of ident.fit or ident.load_model", model=model)
     expect(Callable, "a function", progress=progress)  # type: ignore[arg-type]
-    expect(Real | None, "a number", cutoff=cutoff)
-    expect(str, "a name", preprocessing=preprocessing)
     train, held_out = sources(files, "files", least=1), sources(validate, "validate")
     chosen = names(only, "only"), names(without, "without"), names(accept, "accept")
     options = DiagnosisOptions(preprocessing, cutoff, *chosen)

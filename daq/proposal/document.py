@@ -1,7 +1,6 @@
 """The commented rig file of a proposal."""
 
 import math
-import re
 import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -31,8 +30,9 @@ class RigProposal:
 
     @property
     def asks(self) -> bool:
-        """Whether a line that is in use holds what nothing says."""
-        return re.search(rf'^[^#\n]*= "{re.escape(ASK)}"', self.text, re.MULTILINE) is not None
+        """Whether a value that is in use is one that nothing says."""
+        content = tomllib.loads(self.text)
+        return bool(with_placeholders(content) != content)
 
 
 def propose(drives: Sequence[DriveFacts], bus: CanBus) -> RigProposal:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain, islice
+from numbers import Real
 
 import numpy as np
 
@@ -29,7 +30,7 @@ from ident.identification.chosen_effects import check_effect_name
 from ident.identification.model_file import ModelFile
 from ident.identification.prediction import check_model_rig, structure_of
 from recordings.data_problems import DataProblem
-from recordings.errors import BadInput
+from recordings.errors import BadInput, expect
 from recordings.reader import Source, opened
 from recordings.recording import Floats, Recording
 
@@ -49,6 +50,10 @@ class DiagnosisOptions:
     """Effects of the library that are left out."""
     accept: tuple[str, ...] = ()
     """Kinds of data problems in spite of which the recordings are used."""
+
+    def __post_init__(self) -> None:
+        expect(Real | None, "a number", cutoff=self.cutoff)
+        expect(str, "a name", preprocessing=self.preprocessing)
 
 
 @dataclass(frozen=True, eq=False)

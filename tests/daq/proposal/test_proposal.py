@@ -14,7 +14,7 @@ from daq.proposal.document import RigProposal, propose
 from daq.proposal.facts import DriveFacts, from_file
 from recordings.buses import CanBus
 from recordings.errors import BadInput
-from recordings.rig import load_rig
+from recordings.rig import Rig, load_rig
 from tests.drivers.simulated.dictionaries import (
     CURRENT,
     I32,
@@ -59,6 +59,20 @@ def test_a_current_needs_the_torque_constant(tmp_path: Path) -> None:
     assert "unknown: N m/A; torque constant of the motor [N m/A]" in silent.text
     for document in (silent, proposal(tmp_path, rated)):
         assert tomllib.loads(document.text)["torque"]["per_ampere"] == ["?"] * 3
+        assert document.asks
+
+
+@pytest.mark.parametrize(
+    ("text", "asks"),
+    [
+        ('per_ampere = ["?", "?"]', True),
+        ('[[drives]]\ngear = "?"', True),
+        ('voltage = { scale = "?" }', True),
+        ('name = "a"  # in place of "?"\n# gear = "?"', False),
+    ],
+)
+def test_only_a_value_in_use_is_asked_for(text: str, asks: bool) -> None:
+    assert RigProposal(text, (), Rig(name="any")).asks is asks
 
 
 def test_what_nothing_states_is_asked_for_and_no_command_takes_it(tmp_path: Path) -> None:
