@@ -7,14 +7,14 @@ export OPENBLAS_NUM_THREADS ?= 1
 # Where it is set, as in many containers, every test process would compile all modules and rewrite all assertions anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup demo demo-control test test-all test-fast test-slow test-realtime test-vcan lint faults fuzz hidden-effects golden mutants docs docs-output pictures bench samples lock
+.PHONY: setup demo demo-control test test-all test-fast test-slow test-whole test-realtime test-vcan lint faults fuzz hidden-effects watch-alarms fleet-years golden mutants docs docs-output pictures bench samples lock
 
 setup: $(READY)
 
 $(READY): pyproject.toml requirements.lock
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed; set PYTHON=...")'
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-compile -r requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	touch $@
 
@@ -46,8 +46,14 @@ test-fast: $(READY)
 	$(BIN)/python -m pytest -q $(SIDE_BY_SIDE) -m "not slow and not realtime"
 
 # One worker more than cores, because many of these tests wait: for a browser, a motion or another program.
+SLOW := $(SIDE_BY_SIDE:auto=$$(($$(nproc) + 1))) -m "slow and not realtime"
+
+# A quarter of the variations of each; `make test-whole` runs them all, which takes an hour or so on two cores.
 test-slow: $(READY)
-	$(BIN)/python -m pytest -q $(SIDE_BY_SIDE:auto=$$(($$(nproc) + 1))) -m "slow and not realtime"
+	$(BIN)/python -m pytest -q $(SLOW) --one-in 4
+
+test-whole: test $(READY)
+	$(BIN)/python -m pytest -q $(SLOW)
 
 # Beside nothing else; where this machine does not keep time, what was skipped for that is said with figures.
 test-realtime: $(READY)
@@ -88,6 +94,14 @@ PARTS ?= tuned chosen locked
 hidden-effects: $(READY)
 	for part in $(PARTS); do $(BIN)/python -m benchmarks.hidden_effects --plant foreign --part $$part || exit 1; done
 
+# How soon, and how falsely, `ident watch` raises its alarm. Takes hours, and goes on where it was stopped.
+watch-alarms: $(READY)
+	$(BIN)/python -m benchmarks.watch --folder build/watch
+
+# What one more night costs after three years of 200 robots, and whether small fleets have the alarms of their whole history.
+fleet-years: $(READY)
+	$(BIN)/python -m benchmarks.fleet.years build/fleet-years
+
 # Runs fit, compare and diagnose on kept recordings and compares all numbers with those that were kept.
 golden: $(READY)
 	$(BIN)/python -m tests.golden compare
@@ -118,12 +132,12 @@ pictures: demo
 	$(BIN)/python -m pytest -q tests/ident/workbench/test_mission.py -k "mouse or dropped"
 	cp $(PICTURES:%=runs/workbench-screenshots/%.png) docs/pictures/
 
-bench: $(READY) .venv/.bench
+bench: $(READY)
 	env -u OPENBLAS_NUM_THREADS $(BIN)/python -m benchmarks
 
-# What the benchmarks compare with, and what builds the documentation.
-.venv/.bench .venv/.docs: .venv/.%: requirements-%.lock $(READY)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-$*.lock
+# What builds the documentation.
+.venv/.docs: requirements-docs.lock $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-compile -r requirements-docs.lock
 	touch $@
 
 # Pins for every platform, without addresses; needs network.
@@ -131,7 +145,5 @@ lock: $(READY)
 	$(BIN)/python -m pip install --quiet uv
 	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --extra dev --generate-hashes \
 	    --no-emit-index-url --no-header pyproject.toml lock.in -o requirements.lock
-	for extra in bench docs; do \
-	    $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --extra $$extra --constraint requirements.lock \
-	        --generate-hashes --no-emit-index-url --no-header pyproject.toml -o requirements-$$extra.lock || exit 1; \
-	done
+	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --extra docs --constraint requirements.lock \
+	    --generate-hashes --no-emit-index-url --no-header pyproject.toml -o requirements-docs.lock

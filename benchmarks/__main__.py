@@ -15,9 +15,7 @@ from tests import timekeeping
 NAMES = (
     "reading",
     "cycle",
-    "certificate",
     "intervals",
-    "swarm",
     "nonlinear_swarm",
     "commands",
     "torque",

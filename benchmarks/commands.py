@@ -1,7 +1,7 @@
 """Measure time and peak memory of the commands `ident fit` and `ident diagnose` for several lengths of recordings.
 
-The recordings contain a hidden effect. `--against CHECKOUT` runs the two commands of this and of another checkout in
-turn on the same recordings, and prints the ratios of their times and of their peak memory.
+The recordings contain a hidden effect. `--against CHECKOUT` runs the commands of this and of another checkout in turn
+on the same recordings, the longest ones excepted, and prints the ratios of their times and of their peak memory.
 """
 
 import argparse
@@ -11,11 +11,11 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from benchmarks.long_recording import make
-from benchmarks.programs import program, ratio, record_demo
+from benchmarks.programs import ratio, record_demo
 
 SECONDS = (20.0, 600.0, 3600.0)
 """Lengths of the recordings [s]."""
@@ -32,95 +32,65 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--against", type=Path, metavar="CHECKOUT", help="compare with this checkout")
     against: Path | None = parser.parse_args().against
-    if against:
-        compare(against.resolve())
-    else:
-        measure()
+    if against:  # its files can be read here, not the other way round
+        os.environ["PYTHONPATH"] = str(against.resolve())
+    with tempfile.TemporaryDirectory() as folder:
+        for title, arguments in commands(Path(folder), () if against else SECONDS):
+            if against:
+                _compare(title, arguments, against.resolve())
+            else:
+                _measure(title, arguments)
 
 
-def compare(other: Path) -> None:
-    """Print the ratio of the times of this checkout and of the `other`, pair by pair."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        demo, held_out = record_demo(folder, "fig5a", "fig5b")
-        long = _long_and_fast(folder)
-        validate, page = ["--validate", str(held_out)], ["--report", str(folder / "page.html"), "--force"]
-        for title, arguments in (
-            ("fit", ["fit", str(demo), "-o", str(folder / "model.json"), "--force"]),
-            ("diagnose", ["diagnose", str(demo), "--json"]),
-            ("diagnose, another recording held out", ["diagnose", str(demo), *validate, "--json"]),
-            ("the same with its page", ["diagnose", str(demo), *validate, *page]),
-            (f"diagnose, {LONG:.0f} s at {FAST:.0f} Hz", ["diagnose", str(long), "--json"]),
-        ):
-            pairs = [(_ident(HERE, arguments), _ident(other, arguments)) for _ in range(PAIRS + 1)][1:]
-            here, there = zip(*pairs, strict=True)
-            _print_ratio(f"ident {title}", "s", *([each[0] for each in side] for side in (here, there)))
-            _print_ratio(
-                f"ident {title}: memory", "MB", *([each[1] / 1e6 for each in side] for side in (here, there))
-            )
+def commands(folder: Path, lengths: Sequence[float]) -> Iterator[tuple[str, list[object]]]:
+    """Yield the arguments of `ident` with their titles; the recordings in `folder` are made as they are needed.
 
-
-def _ident(code: Path, arguments: Sequence[str]) -> tuple[float, float]:
-    return run([sys.executable, "-c", "from ident.cli import main; main()", *arguments], code)
-
-
-def _print_ratio(title: str, unit: str, here: Sequence[float], there: Sequence[float]) -> None:
-    print(
-        f"command: {title}: {statistics.median(here):.2f} {unit} here, {statistics.median(there):.2f} {unit} there; "
-        f"ratio {ratio(here, there)}",
-        flush=True,
-    )
-
-
-def measure() -> None:
-    """Print time and memory. A first run fills the compilation cache and is not counted."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        _measure("ident --help", [program("ident"), "--help"])
-        demo, other = record_demo(folder, "fig5a", "fig5b")
-        run(_fit_command(demo, folder))
-        run(_diagnose_command(folder, demo))
-        _measure("ident fit, demo recording", _fit_command(demo, folder))
-        _measure("ident diagnose, demo recording", _diagnose_command(folder, demo))
-        _measure(
-            "ident diagnose, demo recording and another held out",
-            _diagnose_command(folder, demo, "--validate", str(other)),
-        )
-        title = f"ident diagnose, {LONG:.0f} s at {FAST:.0f} Hz, as many samples as in 10 min at 1 kHz"
-        _measure(title, _diagnose_command(folder, _long_and_fast(folder)))
-        for seconds in SECONDS:
-            path = folder / "long.mcap"
-            path.unlink(missing_ok=True)
-            make(demo, path, seconds)
-            title = f"{seconds:.0f} s at 500 Hz, {path.stat().st_size / 1e6:.0f} MB"
-            _measure(f"ident fit, {title}", _fit_command(path, folder))
-            _measure(f"ident diagnose, {title}", _diagnose_command(folder, path))
-
-
-def _long_and_fast(folder: Path) -> Path:
-    """Recording of LONG seconds at FAST samples per second."""
+    lengths: of further recordings [s].
+    """
+    yield "ident --help", ["--help"]
+    demo, held_out = record_demo(folder, "fig5a", "fig5b")
+    fit = ["-o", folder / "model.json", "--force"]
+    validate, page = ["--validate", held_out], ["--report", folder / "page.html", "--force"]
+    for arguments in (["fit", demo, *fit], ["diagnose", demo, *validate, *page]):
+        run(arguments)  # compiles
+    yield "ident fit", ["fit", demo, *fit]
+    if lengths:  # an older checkout draws them always
+        yield "the same with its pictures", ["fit", demo, *fit, "--pictures", folder / "pictures"]
+    yield "ident diagnose", ["diagnose", demo, "--json"]
+    yield "ident diagnose, another recording held out", ["diagnose", demo, *validate, "--json"]
+    yield "the same with its page", ["diagnose", demo, *validate, *page]
     (fast,) = record_demo(folder / "fast", "fig5a", rate=FAST)
-    path = folder / "long-and-fast.mcap"
-    make(fast, path, LONG)
-    return path
+    long = folder / "long.mcap"
+    make(fast, long, LONG)
+    yield f"ident diagnose, {LONG:.0f} s at {FAST:.0f} Hz", ["diagnose", long, "--json"]
+    for seconds in lengths:
+        long.unlink()
+        make(demo, long, seconds)
+        title = f"{seconds:.0f} s at 500 Hz, {long.stat().st_size / 1e6:.0f} MB"
+        yield f"ident fit, {title}", ["fit", long, *fit]
+        yield f"ident diagnose, {title}", ["diagnose", long, *page]
 
 
-def _fit_command(path: Path, folder: Path) -> list[str]:
-    out = ["-o", str(folder / "model.json"), "--pictures", str(folder / "pictures"), "--force"]
-    return [program("ident"), "fit", str(path), *out]
+def _measure(title: str, arguments: Sequence[object]) -> None:
+    seconds, memory = run(arguments)
+    print(f"command: {title}: {seconds:.2f} s, at most {memory:.0f} MB", flush=True)
 
 
-def _diagnose_command(folder: Path, path: Path, *more: str) -> list[str]:
-    return [program("ident"), "diagnose", str(path), *more, "--report", str(folder / "diagnosed.html"), "--force"]
+def _compare(title: str, arguments: Sequence[object], other: Path) -> None:
+    """Print the ratios of the times and peak memories of this checkout and of the `other`, pair by pair."""
+    pairs = [(run(arguments), run(arguments, other)) for _ in range(PAIRS + 1)][1:]
+    for index, unit in enumerate(("s", "MB")):
+        here, there = zip(*((one[index], two[index]) for one, two in pairs), strict=True)
+        print(
+            f"command: {title}: {statistics.median(here):.2f} {unit} here, {statistics.median(there):.2f} {unit} "
+            f"there; ratio {ratio(here, there)}",
+            flush=True,
+        )
 
 
-def _measure(title: str, command: Sequence[str]) -> None:
-    seconds, memory = run(command)
-    print(f"command: {title}: {seconds:.2f} s, at most {memory / 1e6:.0f} MB", flush=True)
-
-
-def run(command: Sequence[str], code: Path = HERE) -> tuple[float, float]:
-    """Run `command` to its end on the packages of `code`; return its duration [s] and peak memory [bytes]."""
+def run(arguments: Sequence[object], code: Path = HERE) -> tuple[float, float]:
+    """Run `ident` of the checkout `code` to its end; return its duration [s] and peak memory [MB]."""
+    command = [sys.executable, "-c", "from ident.cli import main; main()", *map(str, arguments)]
     start, environment = time.perf_counter(), os.environ | {"PYTHONPATH": str(code)}
     process = subprocess.Popen(
         command, cwd=code, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
@@ -129,7 +99,7 @@ def run(command: Sequence[str], code: Path = HERE) -> tuple[float, float]:
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
         raise SystemExit(f"{' '.join(command)} failed")
-    return time.perf_counter() - start, usage.ru_maxrss * 1024.0
+    return time.perf_counter() - start, usage.ru_maxrss * 1024e-6
 
 
 if __name__ == "__main__":

@@ -4,8 +4,6 @@
 it searches for the highest rate that the recorder's cycle keeps without a missed cycle.
 """
 
-import random
-import subprocess
 import sys
 import tempfile
 import time
@@ -18,30 +16,25 @@ import canopen
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.programs import claim
+from benchmarks.programs import DRIVES, claim
 from daq.cycle.clock import HostClock
 from daq.cycle.stream import _quiet_interpreter
 from drivers import transports
 from drivers.protocol import Amplifiers
 from drivers.simulated.mark import EDS
 from recordings.rig import Rig, load_rig
+from tests.running import free_port, served
 
-_RIG = """
+_RIG = f"""
 name = "bench"
-rate = {rate}
+rate = {{rate}}
 [bus]
 interface = "udp_multicast"
 channel = "239.74.163.2"
-port = {port}
+port = {{port}}
 max_load = 1.0
 bitrate = 10000000
-[[drives]]
-node_id = 1
-[[drives]]
-node_id = 2
-[[drives]]
-node_id = 3
-"""
+{DRIVES}"""
 
 
 @dataclass(frozen=True)
@@ -65,16 +58,9 @@ def simulated(rate: float) -> Iterator[Rig]:
     """Run `daq sim` in another process."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "rig.toml"
-        path.write_text(_RIG.format(rate=rate, port=random.randint(20000, 60000)))
-        command = [sys.executable, "-c", "from daq.cli import main; main()", "sim", "--rig", str(path)]
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-        try:
-            assert process.stdout is not None
-            process.stdout.readline()
+        path.write_text(_RIG.format(rate=rate, port=free_port()))
+        with served(Path(folder), "--rig", path):
             yield load_rig(path)
-        finally:
-            process.terminate()
-            process.communicate()
 
 
 def ours(rate: float, seconds: float) -> CycleTiming:

@@ -22,7 +22,7 @@ from benchmarks.hidden_effects.figures import Figure
 from benchmarks.hidden_effects.foreign import setting_of
 from benchmarks.programs import claim
 from ident.diagnosis.diagnosis import DiagnosisOptions, prepare_inputs
-from ident.diagnosis.split.parameter_intervals import confidence_intervals
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.dynamics.effects.library import library
 from ident.dynamics.structure import Term
 from ident.estimation import estimators
@@ -106,7 +106,7 @@ def of_diagnosis(folder: Path, truth: Truth, hidden: list[dict[str, Any]]) -> In
         )
     start = np.array([truth[entry.name] for entry in structure.parameters])
     solution = split.fit(structure, start)
-    intervals: Floats = confidence_intervals(split, solution)
+    intervals: Floats = FittedModel(split, solution).shape_intervals
     return {
         entry.name: (low, high)
         for entry, (low, high) in zip(structure.parameters, intervals.tolist(), strict=True)

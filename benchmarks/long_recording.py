@@ -1,5 +1,6 @@
 """Create recordings of any length by repeating one cycle of a recording, with all its frames and topics."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,6 @@ from recordings.chunk import MESSAGE_HEAD, located, message_record, rows, unpack
 from recordings.container import Batch, decode, open_records
 from recordings.container_writer import ContainerWriter, pack
 from recordings.files import new_file
-from recordings.metadata import rig_record, run_record
 from recordings.reader import read
 
 CHUNK = 500_000_000
@@ -31,15 +31,23 @@ def make(source: Path, path: Path, seconds: float) -> None:
     cycle = [part[(part["log"] >= start) & (part["log"] < start + period)] for part in messages]
     with new_file(path) as stream:
         writer = ContainerWriter(stream)
-        writer.metadata("rig", rig_record(recording.rig))
-        writer.metadata("run", run_record(recording.run.model_copy(update={"cycles": repetitions})))
+        for name, record in _descriptors(source, repetitions):
+            writer.metadata(name, record)
         for schema, channel in _descriptions(source):
-            writer.describe([schema], [channel])
+            writer.describe(schema, channel)
         for repetition in range(repetitions):
             for first in range(start, start + period, CHUNK):
                 chosen = [part[(part["log"] >= first) & (part["log"] < first + CHUNK)] for part in cycle]
                 _write_chunk(writer, [part for part in chosen if len(part)], repetition, period)
         writer.finish()
+
+
+def _descriptors(source: Path, repetitions: int) -> Iterator[tuple[str, dict[str, str]]]:
+    """Records of rig and run as they stand in `source`, so that the checkout that wrote them can read the copy."""
+    with source.open("rb") as stream:
+        rig, run, *_ = make_reader(stream).iter_metadata()
+    yield "rig", rig.metadata
+    yield "run", run.metadata | {"cycles": str(repetitions)}
 
 
 def _write_chunk(writer: ContainerWriter, parts: list[Batch], repetition: int, period: int) -> None:
@@ -65,7 +73,7 @@ def _messages(source: Path) -> list[Batch]:
         chunks = [decode(Chunk.read, body) for opcode, _, body in stream.records() if opcode == Opcode.CHUNK]
     for data in map(unpacked, chunks):
         for (channel, length), offsets in located(data)[0].items():
-            if topics[channel] != "/events":
+            if topics[channel] not in ("/events", *schemas.DESCRIPTION_TOPICS):
                 raw = rows(data, length, offsets)
                 layout = Layout.of(schemas.FIELDS[topics[channel]], raw[0, MESSAGE_HEAD.itemsize :].tobytes())
                 messages.append(raw.view(message_record(layout))[:, 0])

@@ -7,7 +7,6 @@ tests run in a copy of the tree, and finished mutants are not repeated: the same
 """
 
 import ast
-import json
 import os
 import random
 import shutil
@@ -23,12 +22,13 @@ from tempfile import TemporaryDirectory
 import click
 
 from benchmarks.hidden_effects.sources import ROOT, digest
+from benchmarks.hidden_effects.work import Answers
 
-RESULTS = Path("runs/mutants.jsonl")
+RESULTS = Path("runs/mutants")
 FAST = ("-q", "-x", "-p", "no:cacheprovider", "-m", "not slow and not realtime")
 PATIENCE = 4.0
 """Tests that take this many times as long as without a mutant do not end."""
-_NOT_COPIED = shutil.ignore_patterns(".git", ".venv", "runs", "build", "mutants.jsonl")
+_NOT_COPIED = shutil.ignore_patterns(".git", ".venv", "runs", "build")
 _PAIRS: tuple[tuple[type[ast.AST], type[ast.AST]], ...] = (
     (ast.Lt, ast.GtE),
     (ast.LtE, ast.Gt),
@@ -262,9 +262,8 @@ class Tests:
 @click.option("--count", default=20, show_default=True, help="Number of mutants.")
 @click.option("--folder", default="ident/diagnosis", show_default=True, help="Whose modules are changed.")
 @click.option("--list", "only_list", is_flag=True, help="Print the mutants and run nothing.")
-@click.option("--results", type=click.Path(path_type=Path), default=RESULTS, show_default=True)
 @click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
-def main(seed: int, count: int, folder: str, only_list: bool, results: Path, arguments: tuple[str, ...]) -> None:
+def main(seed: int, count: int, folder: str, only_list: bool, arguments: tuple[str, ...]) -> None:
     """Draw mutants and run the fast tests on each; ARGUMENTS: of pytest, by default the folder's own tests."""
     drawn = draw(folder, seed, count)
     print(f"seed {seed}: {len(drawn)} mutants of {folder}", flush=True)
@@ -272,21 +271,20 @@ def main(seed: int, count: int, folder: str, only_list: bool, results: Path, arg
         print("\n".join(mutant.text for mutant in drawn))
         return
     tree = digest((folder, "tests"))
-    known = _known(results, tree)
+    results = Answers(RESULTS)
+    killed = {number: line["killed"] for number, line in results.of(tree).items()}
     with TemporaryDirectory() as name:
         copy = Path(name) / "tree"
         shutil.copytree(ROOT, copy, ignore=_NOT_COPIED)
         tests = Tests(copy, arguments or (f"tests/{folder}",))
         _measure(tests)
         for number, mutant in enumerate(drawn, start=1):
-            if mutant.number not in known:
-                known[mutant.number] = tests.kill(mutant)
-                _append(
-                    results,
-                    {"tree": tree, "number": mutant.number, "change": mutant.text, "killed": known[mutant.number]},
-                )
-            print(f"{number:3} {'dies ' if known[mutant.number] else 'LIVES'} {mutant.text}", flush=True)
-    print(f"{sum(known[mutant.number] for mutant in drawn)} of {len(drawn)} die")
+            if mutant.number not in killed:
+                killed[mutant.number] = tests.kill(mutant)
+                line = {"case": mutant.number, "change": mutant.text, "killed": killed[mutant.number]}
+                results.append({"engine": tree, **line})
+            print(f"{number:3} {'dies ' if killed[mutant.number] else 'LIVES'} {mutant.text}", flush=True)
+    print(f"{sum(killed[mutant.number] for mutant in drawn)} of {len(drawn)} die")
 
 
 def _measure(tests: Tests) -> None:
@@ -296,19 +294,6 @@ def _measure(tests: Tests) -> None:
         raise SystemExit(f"{tests.said}\nthe tests fail without any mutant")
     tests.limit = PATIENCE * (time.monotonic() - start)
     print(f"the tests pass without a mutant in {tests.limit / PATIENCE:.0f} s", flush=True)
-
-
-def _known(results: Path, tree: str) -> dict[str, bool]:
-    """Whether mutants of the sources with the digest `tree` die, by their number, as far as known."""
-    lines = results.read_text(encoding="utf-8").splitlines() if results.exists() else []
-    entries = [entry for entry in map(json.loads, lines) if entry["tree"] == tree]
-    return {entry["number"]: entry["killed"] for entry in entries}
-
-
-def _append(results: Path, entry: dict[str, object]) -> None:
-    results.parent.mkdir(parents=True, exist_ok=True)
-    with results.open("a", encoding="utf-8") as file:
-        file.write(json.dumps(entry) + "\n")
 
 
 if __name__ == "__main__":

@@ -20,9 +20,9 @@ import numpy as np
 
 from benchmarks.hidden_effects import foreign, scoring
 from benchmarks.hidden_effects.cases import HiddenCase, Kind
-from benchmarks.hidden_effects.diagnosing import Answers, engine
+from benchmarks.hidden_effects.diagnosing import engine
 from benchmarks.hidden_effects.drawn_cases import drawn_cases
-from benchmarks.hidden_effects.work import run_all
+from benchmarks.hidden_effects.work import Answers
 from ident.diagnosis.judge.fitted_model import FittedModel
 from recordings.errors import BadInput
 from tests.foreign.pairs import TRAIN, VALIDATE
@@ -52,18 +52,8 @@ def main() -> None:
     parser.add_argument("--cases", type=int, default=60)
     parser.add_argument("--jobs", type=int, default=1)
     options = parser.parse_args()
-    ROOT.mkdir(parents=True, exist_ok=True)
-    answers, version, cases = Answers(ROOT), engine(), drawn(options.cases)
-    stored = answers.of(version)
-    for line in run_all(
-        partial(examine, version=version),
-        [case for case in cases if case.name not in stored],
-        options.jobs,
-        "case",
-        summary,
-    ):
-        answers.append(line)
-    lines = answers.of(version)
+    version, cases = engine(), drawn(options.cases)
+    lines = Answers(ROOT).completed(version, cases, partial(examine, version=version), options.jobs, summary)
     report([row_of(case, lines[case.name]) for case in cases if "impossible" not in lines[case.name]])
 
 

@@ -6,12 +6,12 @@ its five cycles; in every fourth case the payload is put down again. Recordings 
 
 import shutil
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import get_args
 
 import numpy as np
 
+import ident
 from drivers.simulated.effects.payload_change import PayloadChange
 from tests.foreign import reference_motion, robots
 from tests.foreign.pairs import TRAIN, VALIDATE, Setting, write_pair
@@ -67,16 +67,14 @@ def record(number: int, folder: Path) -> PayloadChange:
 
 
 def _run(number: int) -> bool:
-    from ident import diagnose
-
     folder = FOLDER / str(number)
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     effect = record(number, folder)
-    document = diagnose([folder / TRAIN], validate=folder / VALIDATE).document
+    document = ident.diagnose([folder / TRAIN], validate=folder / VALIDATE).document
     findings = [finding for finding in document.findings if finding.effect != "rod_inertia"]
     named = bool(findings) and "payload_change" in (findings[0].effect, *findings[0].confusable_with)
-    names = _listing([" or ".join((finding.effect, *finding.confusable_with)) for finding in findings])
+    names = ", ".join(" or ".join((finding.effect, *finding.confusable_with)) for finding in findings) or "nothing"
     floor, error = (
         np.round([value or np.nan for value in values], 4).tolist()
         for values in (document.noise_rms, document.steps[-1].held_out_rms)
@@ -87,10 +85,6 @@ def _run(number: int) -> bool:
         flush=True,
     )
     return named
-
-
-def _listing(names: Sequence[str]) -> str:
-    return ", ".join(names) or "nothing"
 
 
 if __name__ == "__main__":

@@ -1,18 +1,17 @@
-"""The installed programs as benchmarks run them, and what they measure with: recordings, times, ratios of pairs."""
+"""The installed programs as benchmarks run them, and what they measure with: recordings, ratios of pairs."""
 
 import statistics
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TypeVar
 
 from scipy import stats
 
 SEED = 9
 """Seed of the hidden effect of `make demo`."""
-T = TypeVar("T")
+DRIVES = "".join(f"[[drives]]\nnode_id = {number}\n" for number in (1, 2, 3))
+"""Three drives of a rig file."""
 
 
 def program(name: str) -> str:
@@ -38,13 +37,6 @@ def record_demo(folder: Path, *trajectories: str, rate: float = 500.0) -> list[P
     """Record each of `trajectories` at `rate` [Hz] into `folder`, with the hidden effect of `make demo`."""
     folder.mkdir(exist_ok=True)
     return [record(folder / f"{name}.mcap", name, "--rate", rate, "--hidden", SEED) for name in trajectories]
-
-
-def timed(function: Callable[[], T]) -> tuple[T, float]:
-    """Result and duration [s] of a call."""
-    start = time.perf_counter()
-    result = function()
-    return result, time.perf_counter() - start
 
 
 def ratio(values: Sequence[float], others: Sequence[float]) -> str:

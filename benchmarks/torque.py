@@ -9,11 +9,9 @@ from pathlib import Path
 import numpy as np
 
 import ident
-from benchmarks.programs import call, timed
-from ident.export import paths
-from ident.export.targets import ExportRequest, c
+from benchmarks.programs import call
+from ident.export import exporting, paths
 from ident.identification.model import Model, rig_of
-from recordings.recording import Floats
 from tests.documents import ROOT
 
 STATES = 10_000
@@ -41,19 +39,12 @@ int main(void) {{
 """
 
 
-def states() -> tuple[Floats, Floats, Floats]:
-    """Position, velocity and acceleration of random states."""
-    rng = np.random.default_rng(0)
-    limits = (0.5, 4.0, 60.0)
-    q, qd, qdd = (rng.uniform(-limit, limit, (STATES, 3)) for limit in limits)
-    return q, qd, qdd
-
-
 def api(model: Model) -> None:
-    """Time `Model.torque` after the first call."""
-    given = states()
-    model.torque(*given)
-    seconds = min(timeit.repeat(lambda: model.torque(*given), number=1, repeat=5))
+    """Time `Model.torque` of random positions, velocities and accelerations after the first call."""
+    rng = np.random.default_rng(0)
+    q, qd, qdd = (rng.uniform(-limit, limit, (STATES, 3)) for limit in (0.5, 4.0, 60.0))
+    model.torque(q, qd, qdd)
+    seconds = min(timeit.repeat(lambda: model.torque(q, qd, qdd), number=1, repeat=5))
     print(f"Model.torque: {STATES:,} states in {1e3 * seconds:.1f} ms")
 
 
@@ -65,14 +56,14 @@ def hour(model_path: Path, folder: Path, rate: int, ending: str) -> None:
     np.savetxt(
         table, np.column_stack([t, *q]), "%.10g", ",", header="time,position_1,position_2,position_3", comments=""
     )
-    _, elapsed = timed(lambda: call("ident", "torque", model_path, "--csv", table, "-o", out))
+    elapsed = timeit.timeit(lambda: call("ident", "torque", model_path, "--csv", table, "-o", out), number=1)
     print(f"ident torque: an hour at {rate} Hz to {ending} in {elapsed:.1f} s")
 
 
 def code(model: Model, folder: Path) -> None:
     """Time one call of the C code, and read its stack from the compiler."""
     path = paths.from_trajectory("fig5a", rig_of(model.file), 1)
-    c.write(ExportRequest(model, path, folder))
+    exporting.export(model, "c", folder, path)
     (folder / "timed.c").write_text(_TIMED.format(calls=CALLS))
     words = ["cc", "-std=c99", "-O2", "-fstack-usage", "timed.c", "delta_model.c", "-lm", "-o", "timed"]
     subprocess.run(words, cwd=folder, check=True)

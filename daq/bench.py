@@ -1,27 +1,19 @@
 """The rig on which a motion runs: its drives, or simulated ones inside this program."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from daq.cycle.stopping import check_stoppable
+from daq.hidden_seed import HiddenSeed
 from daq.simulation import configured, simulated
 from drivers import transports
 from drivers.simulated.seal import sealed_path
 from recordings.command_line import say
 from recordings.errors import BadInput, RunFailed
 from recordings.recording import Pace
-from recordings.rig import Rig, load_rig, simulated_rig
-
-
-def rig_from(path: Path | None, rate: float | None = None) -> Rig:
-    """Load the rig file `path`, or the simulated rig if it is None; `rate` [Hz] replaces its rate.
-
-    Raises:
-        BadInput: the file or the rate is not valid.
-    """
-    rig = simulated_rig() if path is None else load_rig(path)
-    return rig if rate is None else rig.at_rate(rate)
+from recordings.rig import Rig
 
 
 @dataclass(frozen=True)
@@ -31,14 +23,24 @@ class Bench:
     rig: Rig
     pace: Pace
     sim_file: Path | None = None
-    hidden: int | None = None
+    hidden: HiddenSeed | None = None
     """Seed from which hidden effects of the simulated machine are drawn."""
     seed: int | None = 0
     """Seed of the noise of the simulated rig; None: the drives are real."""
+    accepted: frozenset[str] = frozenset()
+    """What is accepted by name."""
+    payload: float = 0.0
+    """Mass that a simulated robot carries besides [kg]."""
 
     @classmethod
     def of(
-        cls, rig: Rig, pace: str | None = None, sim_file: Path | None = None, hidden: int | None = None, seed: int = 0
+        cls,
+        rig: Rig,
+        pace: str | None = None,
+        sim_file: Path | None = None,
+        hidden: HiddenSeed | None = None,
+        seed: int = 0,
+        accepted: Iterable[str] = (),
     ) -> "Bench":
         """The drives of `rig`; simulated ones run in lockstep unless `pace` says otherwise.
 
@@ -49,7 +51,8 @@ class Bench:
         if not is_simulated and (sim_file or hidden is not None):
             raise BadInput("--sim and --hidden are for drives simulated inside this program; give them to `daq sim`")
         lockstep = pace == "lockstep" or (pace is None and is_simulated)
-        return cls(rig, "lockstep" if lockstep else "realtime", sim_file, hidden, seed if is_simulated else None)
+        chosen: Pace = "lockstep" if lockstep else "realtime"
+        return cls(rig, chosen, sim_file, hidden, seed if is_simulated else None, frozenset(accepted))
 
     @property
     def simulated(self) -> bool:
@@ -67,9 +70,15 @@ class Bench:
         return self.rig.position_units[joint - 1]
 
     def announce(self, motion: str) -> None:
-        """Say on stderr what moves."""
+        """Say on stderr what moves.
+
+        Raises:
+            BadInput: real drives would, and nothing could ask this program to stop.
+        """
         if self.simulated:
             say("SIMULATED RIG: no real drive is connected; what is recorded comes from a simulated robot.", "yellow")
+        else:
+            check_stoppable()
         say(f"{self.rig.name}: {motion}, {self.pace}")
 
     @contextmanager
@@ -83,6 +92,8 @@ class Bench:
             yield
             return
         config = configured(self.rig, self.sim_file, self.hidden, recording and sealed_path(recording))
+        links = config.links.model_copy(update={"payload": config.links.payload + self.payload})
+        config = config.model_copy(update={"links": links})
         with simulated(self.rig, config, self.pace, self.seed) as machine:
             try:
                 yield

@@ -1,12 +1,15 @@
 """Options that several commands of `daq` have in common."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from daq.hidden_seed import HiddenSeed, hidden_seed
+from recordings.command_line import say_next
 
 if TYPE_CHECKING:
     from daq.bench import Bench
@@ -29,7 +32,16 @@ SIM = click.option(
     help="What the simulated machine really is: a sim file (TOML), or a shipped robot: heavy, light, paper_friction.",
 )
 HIDDEN = click.option(
-    "--hidden", type=click.IntRange(0), help="Hide effects drawn from this seed in the simulated machine."
+    "--hidden",
+    metavar="SEED[@S]",
+    callback=hidden_seed,
+    help="Hide effects drawn from this seed in the simulated machine; with @S they begin at that second.",
+)
+ACCEPT = click.option(
+    "--accept",
+    multiple=True,
+    type=click.Choice(["pose"]),
+    help="Accept by name what is refused: a pose that is whole motor turns from the last one.",
 )
 JSON = click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
 
@@ -44,25 +56,36 @@ class DriveOptions:
     rate: float | None = None
     pace: str | None = None
     sim_file: Path | None = None
-    hidden: int | None = None
+    hidden: HiddenSeed | None = None
     seed: int = 0
+    accept: tuple[str, ...] = ()
 
     def rig(self) -> "Rig":
         """The rig; raises BadInput where its file or the rate is not valid."""
-        from daq.bench import rig_from
+        from recordings.rig import load_rig, simulated_rig
 
-        return rig_from(self.rig_file, self.rate)
+        rig = load_rig(self.rig_file) if self.rig_file else simulated_rig()
+        return rig if self.rate is None else rig.at_rate(self.rate)
 
     def bench(self) -> "Bench":
         """The rig and its drives; raises BadInput where an option does not suit them."""
         from daq.bench import Bench
 
-        return Bench.of(self.rig(), self.pace, self.sim_file, self.hidden, self.seed)
+        return Bench.of(self.rig(), self.pace, self.sim_file, self.hidden, self.seed, self.accept)
 
     @property
     def words(self) -> tuple[object, ...]:
         """What a command that comes next repeats."""
-        return ("--rig", self.rig_file) if self.rig_file else ()
+        options = {"--rig": self.rig_file, "--sim": self.sim_file}
+        return tuple(word for pair in options.items() if pair[1] for word in pair)
+
+
+def say_next_recording(rig: "Rig", drives: DriveOptions) -> None:
+    """Say what records a first motion: the built-in ones move a delta robot, other joints need one of their own."""
+    if rig.mechanism == "delta":
+        say_next("daq", "record", "--traj", "fig5a", *drives.words)
+    else:
+        say_next("ident", "design", *replace(drives, sim_file=None).words)
 
 
 def drive_options(*options: Callable[[Command], Command]) -> Callable[[Command], Command]:

@@ -10,7 +10,7 @@ from recordings.data_problems import DataProblem
 from recordings.reader import read
 
 _CHECK = (*IDENT, "check", "--problems", "--json")
-_TIMEOUT = 120.0
+_TIMEOUT = 600.0
 """Longest time that the check may take [s]."""
 
 

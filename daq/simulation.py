@@ -3,9 +3,12 @@
 from collections.abc import Sequence
 from itertools import cycle
 from pathlib import Path
+from typing import Any
 
+from daq.hidden_seed import HiddenSeed
 from drivers.simulated import transports as simulations
-from drivers.simulated.config import SimConfig, SimDrive, load_sim
+from drivers.simulated.config import EffectSpec, SimConfig, SimDrive, SimEvent, load_sim
+from drivers.simulated.effect import build
 from drivers.simulated.habits import habits_from
 from drivers.simulated.service import Service
 from recordings.command_line import say
@@ -17,12 +20,12 @@ from recordings.rig import Rig
 def configured(
     rig: Rig,
     sim: Path | None,
-    hidden: int | None,
+    hidden: HiddenSeed | None,
     truth: Path | None,
     eds: Sequence[Path] = (),
     habits: Sequence[str] = (),
 ) -> SimConfig:
-    """Load the machine to simulate from the sim file, or draw its effects from the seed `hidden`.
+    """Load the machine to simulate from the sim file, or draw its effects by `hidden`.
 
     `eds`, `habits`: dictionaries (one for all drives or one per joint) and settings KEY=VALUE of all drives; they
     replace those of the sim file.
@@ -39,17 +42,26 @@ def configured(
 
     config = with_dictionaries(SimConfig() if sim is None else load_sim(sim), eds, habits)
     if hidden is not None:
-        if config.effects:
-            raise BadInput("either --hidden or a sim file with [[effects]] expected, both found; choose one")
-        config = config.model_copy(update={"effects": draw(hidden, rig, config)})
-    if not config.effects:
+        if config.all_effects:
+            raise BadInput(
+                "either --hidden or a sim file with [[effects]] or [[events]] expected, both found; choose one"
+            )
+        config = config.model_copy(update=_drawn(draw(hidden.seed, rig, config), hidden.at))
+    if not config.all_effects:
         return config
     if truth is not None and truth.exists():
         raise BadInput(f"{truth} exists and sealed truths are never overwritten; move it or choose another name")
     config = resolve(rig, config)
     if truth is not None:
-        seal(truth, truth_about(rig, config, hidden))
+        seal(truth, truth_about(rig, config, None if hidden is None else hidden.seed))
     return config
+
+
+def _drawn(effects: Sequence[EffectSpec], at: float | None) -> dict[str, Any]:
+    """What a sim file would say of `effects` that are there from the beginning, or begin `at` a time [s]."""
+    if at is None:
+        return {"effects": effects}
+    return {"events": tuple(SimEvent(at=at, effect=build(effect).at(at).spec()) for effect in effects)}
 
 
 def with_dictionaries(config: SimConfig, eds: Sequence[Path], habits: Sequence[str]) -> SimConfig:
@@ -83,8 +95,11 @@ def simulated(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> Service:
             f"the simulated machine is a delta robot with {len(config.drive_of_each_joint)} drives, "
             f"{len(rig.drives)} found in the rig file; connect them, or describe a delta robot"
         )
-    if config.drives and rig.bus.transport != "canopen":
-        raise BadInput("[[drives]], --eds and --habit are for drives on a CAN bus, serial lines found; drop them")
+    if (config.drives or any(event.trouble for event in config.events)) and rig.bus.transport != "canopen":
+        raise BadInput(
+            "[[drives]], a trouble in [[events]], --eds and --habit are for drives on a CAN bus, serial lines found; "
+            "drop them"
+        )
     service = simulations.of(rig).serve(rig, config, pace, seed)
     service.warn = lambda text: say(f"warning: {text}", "yellow")
     return service

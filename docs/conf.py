@@ -3,9 +3,12 @@
 import importlib
 import inspect
 import json
+import os
 import re
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterator, Sequence
 from importlib.metadata import version as installed_version
+from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 import click
@@ -14,10 +17,18 @@ from sphinx.application import Sphinx
 from sphinx.pycode import ModuleAnalyzer
 
 import ident.cli
+from ident.dynamics.effects.library import library
+
+sys.path.insert(0, str(Path(__file__).parent))  # for `typeset` and the two below
+import effect_pictures
+import gallery
 
 project = "delta-workbench"
 version = installed_version(project)
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "typeset"]
+html_math_renderer = "mathml"
+html_static_path = ["static"]
+html_css_files = ["equations.css"]
 myst_enable_extensions = ["dollarmath"]
 exclude_patterns = ["examples"]
 autodoc_typehints_format = "short"
@@ -43,9 +54,16 @@ def _fill_in(app: Sphinx, page: str, source: list[str]) -> None:
     for comment, text in (
         (r"keys of ([\w.]+)\.(\w+)", _keys),
         (r"commands of (\w+): ([\w.]+)", _commands),
-        (r"effects of the library", _effects),
+        (r"effects of the library", lambda: _effects(app, page)),
+        (r"example (\w+)", lambda name: _example(app, page, name)),
     ):
         source[0] = re.sub(f"<!-- {comment} -->", lambda match, text=text: text(*match.groups()), source[0])
+
+
+def _example(app: Sphinx, page: str, name: str) -> str:
+    """An example of the gallery, run now in a folder beside the site."""
+    folder = Path(app.outdir).parent / "gallery" / name
+    return gallery.shown(name, folder, os.path.relpath(folder, (Path(app.srcdir) / page).parent))
 
 
 def _commands(name: str, module: str) -> str:
@@ -90,18 +108,35 @@ def _default(value: Any) -> str:
     return f"`{re.sub(r'[0-9.]{8,}', lambda match: f'{float(match[0]):.6g}', json.dumps(value))}`"
 
 
-def _effects() -> str:
-    """One section per effect, as `ident effects --json` has it."""
-    effects = json.loads(CliRunner().invoke(ident.cli.program, ["effects", "--json"]).stdout)["effects"]
-    return "\n".join(line for effect in effects for line in _effect(effect))
+def _effects(app: Sphinx, page: str) -> str:
+    """One section per effect, as `ident effects --json` has it, with its picture and what imitates it."""
+    described = json.loads(CliRunner().invoke(ident.cli.program, ["effects", "--json"]).stdout)["effects"]
+    checked = {each.effect: each.confusable_with for each in ident.check(effect_pictures.SAMPLE).effects}
+    folder = Path(app.outdir).parent / "effects"
+    link = os.path.relpath(folder, (Path(app.srcdir) / page).parent)
+    for name, effect in library().items():
+        if _drawn(effect.mechanisms):
+            effect_pictures.draw(name, effect, folder / f"{name}.png")
+    return "\n".join(line for each in described for line in _effect(each, checked.get(each["name"], ()), link))
 
 
-def _effect(effect: dict[str, Any]) -> list[str]:
+def _drawn(mechanisms: Sequence[str]) -> bool:
+    """Whether the robot or the axis of the pictures can have an effect of these mechanisms."""
+    return not {"delta", "axes"}.isdisjoint(mechanisms)
+
+
+def _effect(effect: dict[str, Any], imitations: Sequence[str], link: str) -> list[str]:
     scope = "one set for the whole robot" if effect["whole_robot"] else "one set per joint"
     rows = [f"| `{q['name']}` | {q['unit']} | {q['meaning']} |" for q in effect["parameters"]]
+    others = {"Contains": effect["contains"], "On this motion also explained by": imitations}
+    named = [f"- {title} {', '.join(f'`{name}`' for name in names)}." for title, names in others.items() if names]
     return [
         f"## {effect['name']}\n",
-        f"{effect['sentence']} {effect['symptom']}\n",
+        f"{effect['sentence']}\n",
+        *([f"![Torque of {effect['name']}]({link}/{effect['name']}.png)\n"] if _drawn(effect["mechanisms"]) else []),
+        f"- In the residual: {effect['symptom']}",
+        *named,
+        f"- To see it, record: {effect['record']}.",
         f"- Usual causes: {effect['causes']}.",
         f"- What to do: {effect['remedy']}.",
         f"- Equation: {_equation(effect)}, {scope}; mechanisms: {', '.join(effect['mechanisms'])}.\n",

@@ -37,6 +37,8 @@ STATUS_BITS: dict[DriveState, int] = {state: value for _, value, state in _PATTE
 
 TARGET_FOLLOWED = 0x1000
 """Statusword bit 12 in the cyclic modes: the drive follows the target."""
+LIMIT_ACTIVE = 0x0800
+"""Statusword bit 11: a limit of the drive itself holds the axis back."""
 FOLLOWING_ERROR = 0x2000
 """Statusword bit 13 in the position modes."""
 

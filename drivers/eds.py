@@ -1,8 +1,8 @@
 """Object dictionaries of drives in EDS and DCF files (CiA 306).
 
 canopen parses the file. Its known limitations are mended here: it opens files only in the locale's encoding, leaves a
-signed default in hexadecimal unsigned, needs a section of device information, drops the number of entries of a
-compact array, and answers every sub-index of a variable and of an array.
+signed default in hexadecimal unsigned, needs a section of device information, reads one entry of a compact array and
+no value, and answers every sub-index of a variable and of an array.
 """
 
 import io
@@ -31,6 +31,7 @@ _LARGEST_FILE = 5_000_000
 
 _MOST_ENTRIES = 254
 """Sub-indexes of an object."""
+_ENTRY_KEYS = ("ParameterName", "DataType", "AccessType", "LowLimit", "HighLimit", "DefaultValue", "PDOMapping")
 
 
 @dataclass(frozen=True)
@@ -134,8 +135,8 @@ def _parse(text: str, node_id: int) -> Dictionary:
     logging.getLogger("canopen").setLevel(logging.CRITICAL)
     with warnings.catch_warnings():  # it logs by a method that Python has deprecated
         warnings.simplefilter("ignore", DeprecationWarning)
-        parsed: Any = import_eds(io.StringIO(text), node_id)
-    entries = dict(_entries(parsed, _compact_arrays(text)))
+        parsed: Any = import_eds(io.StringIO(text + _compact_entries(text)), node_id)
+    entries = dict(_entries(parsed))
     return Dictionary(
         entries,
         parsed.device_information.product_name or "",
@@ -152,24 +153,26 @@ def _text(path: Path) -> str:
         return content.decode("latin-1")
 
 
-def _compact_arrays(text: str) -> dict[int, int]:
-    """Number of entries of the arrays whose file gives one description for all."""
+def _compact_entries(text: str) -> str:
+    """Sections of the entries of arrays whose file gives one description for all (CompactSubObj), with the values of
+    a DCF."""
     file = RawConfigParser(inline_comment_prefixes=(";",))
     file.read_string(text)
-    return {
-        int(section, 16): min(int(file.get(section, "CompactSubObj"), 0), _MOST_ENTRIES)
-        for section in file.sections()
-        if file.has_option(section, "CompactSubObj")
-    }
+    lines, given = [""], {section.lower() for section in file.sections()}
+    for section in file.sections():
+        count = min(int(file.get(section, "CompactSubObj", fallback="0"), 0), _MOST_ENTRIES)
+        for sub in range(1, count + 1):
+            if (entry := f"{section}sub{sub:x}".lower()) not in given:
+                value = file.get(f"{section}Value", str(sub), fallback=None)
+                keys = {key: file.get(section, key, fallback=None) for key in _ENTRY_KEYS} | {"ParameterValue": value}
+                lines += [f"[{entry}]", "ObjectType=0x7", *(f"{key}={keys[key]}" for key in keys if keys[key])]
+    return "\n".join(lines)
 
 
-def _entries(parsed: Any, compact: Mapping[int, int]) -> Iterator[tuple[Address, ObjectDescription]]:
+def _entries(parsed: Any) -> Iterator[tuple[Address, ObjectDescription]]:
     for item in parsed.values():
         for variable in [item] if isinstance(item, ODVariable) else item.values():
             yield (variable.index, variable.subindex), _description(variable)
-    for index, count in compact.items():
-        for sub in range(2, count + 1):
-            yield (index, sub), _description(parsed[index][sub])
 
 
 def _description(variable: Any) -> ObjectDescription:

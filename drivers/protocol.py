@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Literal, Protocol, runtime_checkable
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,9 @@ SIMULATED = "delta-workbench simulated drive"
 Setpoint = Any
 """Targets of one cycle in the driver's wire format, made by `Amplifiers.encode` before the cycle starts."""
 
-Verdict = Literal["fine", "noted", "accepted", "will be written", "problem"]
-"""Result of a comparison. noted: worth knowing; accepted: a missing protection that the rig file accepts."""
+Verdict = Literal["fine", "noted", "accepted", "will be written", "problem", "proved", "consistent", "not shown"]
+"""Result of a comparison. noted: worth knowing; accepted: a missing protection that the rig file accepts; proved: by
+a reference from outside; consistent: nothing contradicts it; not shown: nothing could have."""
 
 Report = Callable[[Level, str, str], None]
 """Callback for messages to the user: level ("info", "warning", "error"), source, message."""
@@ -61,10 +62,19 @@ class Identity:
     device: str
     vendor_id: int
     product_code: int
-    revision: int
+    revision: int | None
+    """None: the drive does not tell it."""
     simulated: bool
     lockstep: bool
     """Simulated, and its time advances only with SYNC."""
+    serial_number: int = 0
+    """0: the drive does not tell it."""
+    firmware: str = ""
+    """Version of its software; "": not told."""
+    position: float | None = None
+    """Where the joint stands [rad or m]; None: not known, such as before homing."""
+    started: int = 0
+    """Number of this start of a simulated drive, which has no other past; 0: real, or it does not tell."""
 
 
 @dataclass(frozen=True)
@@ -107,14 +117,6 @@ class Sample:
     """What is known of each answer that is missing, "" where nothing is; None: nothing of any."""
 
 
-class HomingState(Enum):
-    """Progress of a homing."""
-
-    RUNNING = "running"
-    DONE = "done"
-    FAILED = "failed"
-
-
 class Amplifiers(Protocol):
     """All drives of one rig, on one bus. `goal` may be set at any time and takes effect with the next exchange."""
 
@@ -134,8 +136,10 @@ class Amplifiers(Protocol):
             RunFailed: a drive stops answering.
         """
 
-    def configure(self) -> None:
+    def configure(self, *, decided: bool = False) -> None:
         """Write the set-up (mode, PDO maps, limits, watchdogs) and read it back; ready for `exchange`.
+
+        `decided`: refuse a drive that states two units of position, of which no small motion has decided one yet.
 
         Raises:
             RunFailed: a drive refuses, or reads back something else.
@@ -166,31 +170,3 @@ class Amplifiers(Protocol):
 
     def close(self) -> None:
         """Release the drives and leave the bus. Never raises."""
-
-
-@runtime_checkable
-class HomingAmplifiers(Protocol):
-    """Amplifiers that can search the zero of a joint (1 ... n) by themselves. Begin with `configure`."""
-
-    def configure(self, *, referenced: bool = True) -> None:
-        """See `Amplifiers`; `referenced`: refuse drives without their zero reference."""
-
-    def is_homed(self, joint: int) -> bool | None:
-        """Whether the drive has its zero reference; None: it does not say."""
-
-    def prepare_homing(self, joint: int) -> None:
-        """Set the drive up for homing, without power.
-
-        Raises:
-            BadInput: the drive has no homing, or its settings do not fit.
-            RunFailed: the drive refuses.
-        """
-
-    def start_homing(self, joint: int) -> None:
-        """Let the enabled drive begin with the next `exchange`."""
-
-    def homing_state(self, joint: int) -> HomingState:
-        """State by the last answer; call once per `exchange`."""
-
-    def finish_homing(self, joint: int) -> None:
-        """Return to following targets, without power."""

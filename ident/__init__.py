@@ -17,11 +17,12 @@ from typing import TYPE_CHECKING, Any
 
 from ident.basics.arguments import names, paths, sources
 from recordings.errors import BadInput, RunFailed, expect
+from recordings.notebook import cell_progress
 
 if TYPE_CHECKING:
     from ident.diagnosis.diagnosis import StatusCallback
     from ident.diagnosis.document.result import DiagnosisResult
-    from ident.diagnosis.visibility.visibility_document import CheckDocument
+    from ident.diagnosis.visibility.check import CheckDocument
     from ident.estimation.problem import Progress
     from ident.identification.model import Model
     from ident.residuals.analysis import ResidualAnalysis
@@ -52,10 +53,10 @@ def read(path: File, *, map: Mapping[str, str] | None = None, rig: File | Rig | 
         BadInput: the file is missing, cannot be read, or does not hold what a recording needs.
     """
     from recordings import reader
-    from recordings.importing import in_memory, own_recording
+    from recordings.importing import in_memory, is_ours
 
     expect(str | Path, "a path", path=path)
-    if map is None and rig is None and own_recording.recognises(Path(path)):
+    if map is None and rig is None and is_ours(Path(path)):
         return reader.read(Path(path))
     return in_memory.of_file(Path(path), map, rig)
 
@@ -76,7 +77,7 @@ def fit(
     seed: int = 0,
     settings: Mapping[str, Any] | None = None,
     accept: str | Sequence[str] = (),
-    progress: Progress = lambda *_: None,
+    progress: Progress | None = None,
 ) -> Model:
     """Fit the dynamic model, Eq. (26), to the recordings `files` of one rig together.
 
@@ -88,6 +89,7 @@ def fit(
     preprocessing, cutoff: method and low-pass [Hz]; None: the cut-off is chosen from the spectra.
     physical: allow only friction that opposes motion (search methods).
     accept: kinds of data problems in spite of which the recordings are used.
+    progress: function that is told how many steps of how many are done; None: a notebook shows them.
 
     Raises:
         ImplausibleData: a recording cannot be what it is said to be.
@@ -116,7 +118,9 @@ def fit(
         intervals=intervals,
         accept=names(accept, "accept"),
     )
-    return fit_and_test(sources(files, "files", least=1), sources(validate, "validate"), options, progress)
+    with cell_progress() as show:
+        steps = progress or (lambda done, total, *_: show("fitting", done, total))
+        return fit_and_test(sources(files, "files", least=1), sources(validate, "validate"), options, steps)
 
 
 def load_model(path: File, *, effect_files: File | Sequence[File] = ()) -> Model:
@@ -167,7 +171,7 @@ def diagnose(
     only: str | Sequence[str] = (),
     without: str | Sequence[str] = (),
     accept: str | Sequence[str] = (),
-    progress: StatusCallback = lambda text: None,
+    progress: StatusCallback | None = None,
 ) -> DiagnosisResult:
     """Find the physical effects that the model of the recordings `files` lacks, with the evidence.
 
@@ -178,6 +182,7 @@ def diagnose(
     only: effects to add in this order, without any others.
     without: effects of the library to leave out.
     accept: as in `fit`.
+    progress: function that is told the current activity; None: a notebook shows it.
 
     Raises:
         ImplausibleData: a recording cannot be what it is said to be.
@@ -190,13 +195,14 @@ def diagnose(
     from ident.identification.model import Model
 
     expect(Model | None, "a model of ident.fit or ident.load_model", model=model)
-    expect(Callable, "a function", progress=progress)  # type: ignore[arg-type]
+    expect(Callable | None, "a function", progress=progress)  # type: ignore[arg-type]
     train, held_out = sources(files, "files", least=1), sources(validate, "validate")
     chosen = names(only, "only"), names(without, "without"), names(accept, "accept")
     options = DiagnosisOptions(preprocessing, cutoff, *chosen)
     # A file of the user is executed once: what the model was loaded with is there already.
     effects = model.library if model and not effect_files else library(paths(effect_files, "effect_files"))
-    return diagnosed(train, held_out, effects, options, progress, model.file if model else None)
+    with cell_progress() as show:
+        return diagnosed(train, held_out, effects, options, progress or show, model.file if model else None)
 
 
 def check(
@@ -205,12 +211,12 @@ def check(
     share: float = 0.03,
     effect_files: File | Sequence[File] = (),
     accept: str | Sequence[str] = (),
-    progress: StatusCallback = lambda text: None,
+    progress: StatusCallback | None = None,
 ) -> CheckDocument:
     """Tell what the recordings `files` can show: of which effects, from which size on, and what is wrong with them.
 
-    share: size of the effects, as RMS of their torque relative to that of the joint.
-    effect_files, accept: as in `fit`.
+    share: size of the effects, as RMS of their torque relative to that of the joint: above 0, at most 1.
+    effect_files, accept: as in `fit`; progress: as in `diagnose`.
 
     Raises:
         ImplausibleData: a recording cannot be what it is said to be.
@@ -221,5 +227,9 @@ def check(
     from ident.dynamics.effects.library import library
 
     expect(Real, "a number", share=share)
-    effects = library(paths(effect_files, "effect_files"))
-    return check(sources(files, "files", least=1), effects, share, progress, names(accept, "accept"))
+    if not 0 < share <= 1:
+        raise BadInput(f"share: more than 0 and at most 1 expected, {share} found; 0.03 is 3 % of the torque")
+    expect(Callable | None, "a function", progress=progress)  # type: ignore[arg-type]
+    effects, seen = library(paths(effect_files, "effect_files")), sources(files, "files", least=1)
+    with cell_progress() as show:
+        return check(seen, effects, share, progress or show, names(accept, "accept"))

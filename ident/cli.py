@@ -4,7 +4,6 @@ import gc
 import json
 import os
 import subprocess
-from pathlib import Path
 from typing import Any
 
 from ident import commands
@@ -39,22 +38,21 @@ def _program(**options: Any) -> None:
     try:
         program(**options)
     except ForeignFile as error:
-        advice = _how_to_import(error.path)
-        raise BadInput(f"{error}\n{advice}" if advice else str(error)) from None
+        raise BadInput(_how_to_import(error)) from None
 
 
-def _how_to_import(path: Path) -> str | None:
-    """The `daq import` command that reads `path`, or why none does, as `daq` says; None where it says neither."""
+def _how_to_import(foreign: ForeignFile) -> str:
+    """What was found, and the `daq import` command that reads it, or why none does, as far as `daq` says so."""
     from ident.workbench.programs.running import daq_command
 
     try:
-        arguments = [*daq_command(), "import", str(path), "--guess", "--json"]
+        arguments = [*daq_command(), "import", str(foreign.path), "--guess", "--json"]
         done = subprocess.run(
             arguments, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=_LONGEST_GUESS
         )
         if done.returncode:
-            return done.stderr.strip().removeprefix("error: ")
+            return f"{foreign.found}\n{done.stderr.strip().removeprefix('error: ')}"
         guess = json.loads(done.stdout)
     except (BadInput, OSError, ValueError, subprocess.TimeoutExpired):
-        return None
-    return None if guess["missing"] else f"next: {guess['command']}"
+        return str(foreign)
+    return str(foreign) if guess["missing"] else f"{foreign}\nnext: {guess['command']}"

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from ident.basics import plugins
+from ident.basics.model_name import model_stem
 from recordings.command_line import FiniteRange, NameChoice, refuse_existing, repeated, say_next
 from recordings.errors import BadInput
+from recordings.next_command import free_name
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -21,6 +23,21 @@ if TYPE_CHECKING:
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 FILE = click.Path(path_type=Path)
+
+
+class PlaceType(click.Path):
+    """A path, or the URL of a place in an object store."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        """See click."""
+        from ident.fleet.places import reached
+
+        return reached(str(value))
+
+
+PLACE = PlaceType()
+ALARM = 3
+"""Exit code: done, and an alarm is open."""
 
 
 def _leave_out_adopted() -> None:
@@ -106,7 +123,7 @@ class DataCommand(RuledCommand):
             from functools import partial
 
             from ident.data_problems.implausible import ImplausibleData
-            from ident.output.console.problems import show_implausible
+            from ident.output.console.printing import show_implausible
             from recordings.data_problems import healing
 
             if not isinstance(error, ImplausibleData):
@@ -132,6 +149,11 @@ def again(*options: str) -> list[str]:
         values = value if isinstance(value, tuple) else [value]
         words += repeated(option, (f"{each:g}" if isinstance(each, float) else each for each in values))
     return words
+
+
+def c_export(model: Path) -> list[object]:
+    """Words that write the `model` in C: the end of a road, for nothing comes after it."""
+    return ["ident", "export", model, "--to", "c", "-o", free_name(model.with_name(f"{model_stem(model.name)}_c"))]
 
 
 def excludes(option: str, *others: str, note: str = "") -> Rule:
@@ -250,3 +272,13 @@ def show_result(as_json: bool, document: Callable[[], Mapping[str, Any]], show: 
         from rich.console import Console
 
         show(Console())
+
+
+def print_listing(head: Sequence[str], rows: Sequence[Sequence[str]], title: str) -> None:
+    """Print a table of words."""
+    from rich.console import Console
+
+    from ident.output.console.printing import print_table
+    from ident.output.tables import ResultTable
+
+    print_table(Console(), ResultTable(head, rows, words=range(len(head)), title=title))

@@ -1,6 +1,6 @@
 """Writing samples that are complete arrays, in blocks; `RecordingWriter` writes one SYNC at a time."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from recordings import schemas
 from recordings.cdr import HEADER, Layout
-from recordings.chunk import RECORD_HEAD, message_record
+from recordings.chunk import MESSAGE_HEAD, RECORD_HEAD, message_record
 from recordings.container import Batch
 from recordings.container_writer import ContainerWriter, Packed, pack
+from recordings.description import description_messages
 from recordings.files import new_file
 from recordings.metadata import rig_record, run_record
 from recordings.recording import Floats, Ints, Run
@@ -22,6 +23,7 @@ from recordings.rig import Rig
 
 ROWS = 4096
 """Samples in one chunk."""
+Values = dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,11 +57,18 @@ def write(path: Path, rig: Rig, run: Run, samples: SampleTable) -> None:
         BadInput: the file exists, or cannot be created.
         OSError: the file cannot be written; the partial file is removed.
     """
+    description = description_messages(rig)
     with new_file(path) as stream:
         writer = ContainerWriter(stream)
-        channels = _register(writer, schemas.ALL_TOPICS if samples.extra else schemas.TOPICS)
+        channels = {}
+        for schema, channel in message_types():
+            if channel.topic not in schemas.OPTIONAL_TOPICS or samples.extra:
+                writer.describe(schema, channel)
+                channels[channel.topic] = channel.id
         writer.metadata("rig", rig_record(rig))
         writer.metadata("run", run_record(run.model_copy(update={"exit_status": None})))
+        if description:
+            writer.chunk(pack(_single(samples, channels[topic], payload) for topic, payload in description.items()))
         for chunk in encode(samples, channels):
             writer.chunk(chunk)
         if run.exit_status is not None:  # at the end, so that a truncated file has no exit status
@@ -74,32 +83,18 @@ def message_types() -> Iterator[tuple[Schema, Channel]]:
         yield schema, Channel(id=number, topic=topic, message_encoding="cdr", metadata={}, schema_id=number)
 
 
-def _register(writer: ContainerWriter, topics: Collection[str]) -> dict[str, int]:
-    described = [each for each in message_types() if each[1].topic in topics]
-    for schema, channel in described:
-        writer.describe([schema], [channel])
-    return {channel.topic: channel.id for _, channel in described}
-
-
 def encode(samples: SampleTable, channels: Mapping[str, int]) -> Iterator[Packed]:
     """Yield chunks of `ROWS` samples each; `channels` maps each topic to its channel."""
     for first in range(0, len(samples.stamp), ROWS):
         block = slice(first, first + ROWS)
-        yield pack(_messages(samples, block, topic, channels[topic]) for topic in _topics(samples))
+        contents = _contents(samples, block)
+        yield pack(_messages(samples, block, topic, channels[topic], *content) for topic, content in contents.items())
 
 
-def _topics(samples: SampleTable) -> Iterator[str]:
-    yield "/joint_states"
-    if samples.command is not None:
-        yield "/joint_commands"
-    yield "/amplifiers"
-    if samples.extra:
-        yield "/extra"
-
-
-def _messages(samples: SampleTable, block: slice, topic: str, channel: int) -> Batch:
-    """Message records of one topic, one for each sample of `block`."""
-    strings, values = _contents(samples, block, topic)
+def _messages(
+    samples: SampleTable, block: slice, topic: str, channel: int, strings: Sequence[str], values: Values
+) -> Batch:
+    """Message records of one topic, one for each sample of `block`, with these names and values by field."""
     dof = samples.position.shape[1]
     sequences = {name: len(strings) if name in ("name", "value") else dof for name in ("name", "value", *values)}
     # Sequences of quantities that were not measured are empty, as usual in ROS.
@@ -107,7 +102,7 @@ def _messages(samples: SampleTable, block: slice, topic: str, channel: int) -> B
     texts = {"header.frame_id": "", **{f"name.{i}": name for i, name in enumerate(strings)}}
     known = {name: len(text.encode()) + 1 for name, text in texts.items()} | lengths
     layout = Layout(schemas.FIELDS[topic], lambda name, _: known[name])
-    records = _records(samples, block, channel, layout)
+    records = _records(samples, block, channel, message_record(layout))
     message = records["message"]
     message["encapsulation"] = int.from_bytes(HEADER, "little")
     for length in layout.lengths:
@@ -121,21 +116,33 @@ def _messages(samples: SampleTable, block: slice, topic: str, channel: int) -> B
     return records
 
 
-def _contents(samples: SampleTable, block: slice, topic: str) -> tuple[list[str], dict[str, NDArray[Any]]]:
-    """Names in the messages of a topic, and the values by field."""
+def _single(samples: SampleTable, channel: int, payload: bytes) -> Batch:
+    """The record of the only message of a topic, at the first sample."""
+    record = _records(samples, slice(1), channel, np.dtype([*MESSAGE_HEAD.descr, ("message", f"V{len(payload)}")]))
+    record["message"] = np.void(payload)
+    return record
+
+
+def _records(samples: SampleTable, block: slice, channel: int, dtype: np.dtype[Any]) -> Batch:
+    """Message records of a channel, one for each sample of `block`, of which `message` is still empty."""
+    records = np.zeros(len(samples.stamp[block]), dtype)
+    records["opcode"] = Opcode.MESSAGE
+    records["length"] = records.itemsize - RECORD_HEAD
+    records["channel"] = channel
+    records["log"] = samples.log[block]
+    records["publish"] = samples.stamp[block]
+    return records
+
+
+def _contents(samples: SampleTable, block: slice) -> dict[str, tuple[Sequence[str], Values]]:
+    """Names in the messages, and the values by field, of each topic."""
     n, dof = samples.position[block].shape
-    if topic == "/joint_states":
-        measured = {"position": samples.position, "velocity": samples.velocity, "effort": samples.effort}
-        return list(samples.joints), {name: value[block] for name, value in measured.items() if value is not None}
-    if topic == "/joint_commands":
-        assert samples.command is not None
-        return list(samples.joints), {"position": samples.command[block]}
-    if topic == "/extra":
-        return list(samples.extra), {"value": np.column_stack([value[block] for value in samples.extra.values()])}
+    measured = {"position": samples.position, "velocity": samples.velocity, "effort": samples.effort}
+    states = {name: value[block] for name, value in measured.items() if value is not None}
     gap, zeros = np.full((n, dof), np.nan), np.zeros((n, dof), np.int64)
     stamps = np.zeros((n, dof), [("sec", "<i4"), ("nanosec", "<u4")])
     _fill_time(stamps, samples.stamp[block, None])
-    return [], {
+    amplifiers = {
         "cycle": samples.cycle[block],
         "repeat": samples.repeat[block],
         "lateness": gap[:, 0],
@@ -144,17 +151,14 @@ def _contents(samples: SampleTable, block: slice, topic: str) -> tuple[list[str]
         "statusword": zeros if samples.statusword is None else samples.statusword[block],
         "error_code": zeros if samples.error_code is None else samples.error_code[block],
     }
-
-
-def _records(samples: SampleTable, block: slice, channel: int, layout: Layout) -> Batch:
-    """Message records with only the record header filled in."""
-    records = np.zeros(len(samples.stamp[block]), message_record(layout))
-    records["opcode"] = Opcode.MESSAGE
-    records["length"] = records.itemsize - RECORD_HEAD
-    records["channel"] = channel
-    records["log"] = samples.log[block]
-    records["publish"] = samples.stamp[block]
-    return records
+    contents: dict[str, tuple[Sequence[str], Values]] = {"/joint_states": (samples.joints, states)}
+    if samples.command is not None:
+        contents["/joint_commands"] = samples.joints, {"position": samples.command[block]}
+    contents["/amplifiers"] = (), amplifiers
+    if samples.extra:
+        further = np.column_stack([value[block] for value in samples.extra.values()])
+        contents["/extra"] = tuple(samples.extra), {"value": further}
+    return contents
 
 
 def _fill_time(time: NDArray[Any], stamp: Ints) -> None:

@@ -1,8 +1,9 @@
 """The section [bus] of the rig description: the connection to the drives, one class per transport."""
 
+from ipaddress import ip_address
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from recordings.config import ConfigSection, Positive, validated
 from recordings.errors import BadInput
@@ -10,19 +11,46 @@ from recordings.errors import BadInput
 Mask = Annotated[int, Field(ge=0, lt=2**32)]
 
 
+_UDP_GROUP, _UDP_PORT, _UDP_PORTS = "239.74.163.2", 43113, 10_000
+"""Group and port of python-can's udp_multicast, and how many ports groups are spread over."""
+
+
 class CanBus(ConfigSection):
-    """A CAN bus. `interface` and `channel` as in python-can."""
+    """A CAN bus. `interface`, `channel`, `bitrate` and `options` as in python-can."""
 
     transport: Literal["canopen"] = "canopen"
-    interface: Literal["virtual", "udp_multicast", "socketcan"] = "virtual"
-    channel: str = "delta"
-    port: Annotated[int, Field(ge=1024, le=65535)] = 43113
-    """UDP port, for udp_multicast only."""
+    interface: Annotated[str, Field(pattern="^[a-z0-9_-]+$")] = "virtual"
+    """Any interface of python-can, e.g. socketcan, pcan, kvaser, ixxat, vector, slcan, gs_usb; virtual: simulated
+    drives inside this program; udp_multicast: those of another program."""
+    channel: Annotated[str, BeforeValidator(str)] = "delta"
+    """Text or number."""
+    port: Annotated[int, Field(ge=1024, le=65535)] | None = None
+    """UDP port, for udp_multicast only; None: one of this group, 43113 of python-can's group 239.74.163.2."""
     bitrate: Annotated[int, Field(gt=0)] = 1_000_000
+    """[bit/s]; passed on to the adapter, except with socketcan (`ip link`)."""
+    options: dict[str, str | int | float | bool] = Field(default_factory=dict)
+    """Further arguments of this interface of python-can, e.g. { index = 0 } for gs_usb."""
     max_load: Annotated[float, Field(gt=0, le=1)] = 0.8
     """Largest bus load of the cycle in the worst case, as a fraction."""
     sync: Literal["host", "kernel"] = "host"
     """Sender of SYNC in real time: the cycle, or the kernel (broadcast manager), which a busy host does not delay."""
+
+    @property
+    def udp_port(self) -> int:
+        """Port of udp_multicast: a group without one has its own, since a socket hears all groups of its port.
+
+        Raises:
+            BadInput: the channel is no address.
+        """
+        if self.port is not None:
+            return self.port
+        try:
+            group = int(ip_address(self.channel))
+        except ValueError:
+            raise BadInput(
+                f"bus.channel: address of a multicast group expected, e.g. 239.74.163.2, {self.channel!r} found"
+            ) from None
+        return _UDP_PORT + (group - int(ip_address(_UDP_GROUP))) % _UDP_PORTS
 
     @model_validator(mode="after")
     def _check_sync(self) -> Self:

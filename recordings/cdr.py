@@ -84,22 +84,18 @@ def _flatten(body: str, prefix: str, definitions: Mapping[str, str]) -> Iterable
         match = _FIELD.match(declaration)
         if match is None:
             raise ValueError(f"not a field of a message: {declaration!r}")
-        yield from _fields(match, prefix, definitions)
-
-
-def _fields(match: re.Match[str], prefix: str, definitions: Mapping[str, str]) -> Iterable[Field]:
-    type_name, name = _strip_msg(match["type"]), prefix + match["name"]
-    count = 1 if match["array"] is None else None if match["bound"] or not match["count"] else int(match["count"])
-    if type_name == "string" and count in (1, None):
-        yield Field(name, "s", count)
-    elif type_name in _PRIMITIVES:
-        yield Field(name, _PRIMITIVES[type_name], count)
-    elif type_name in definitions and match["array"] is None:
-        # Removing the definition on the way down keeps a type from containing itself.
-        remaining = {defined: text for defined, text in definitions.items() if defined != type_name}
-        yield from _flatten(definitions[type_name], name + ".", remaining)
-    else:
-        raise ValueError(f"type {match['type']}{match['array'] or ''} of {name!r} is not known")
+        type_name, name = _strip_msg(match["type"]), prefix + match["name"]
+        count = 1 if match["array"] is None else None if match["bound"] or not match["count"] else int(match["count"])
+        if type_name == "string" and count in (1, None):
+            yield Field(name, "s", count)
+        elif type_name in _PRIMITIVES:
+            yield Field(name, _PRIMITIVES[type_name], count)
+        elif type_name in definitions and match["array"] is None:
+            # Removing the definition on the way down keeps a type from containing itself.
+            remaining = {defined: text for defined, text in definitions.items() if defined != type_name}
+            yield from _flatten(definitions[type_name], name + ".", remaining)
+        else:
+            raise ValueError(f"type {match['type']}{match['array'] or ''} of {name!r} is not known")
 
 
 @dataclass(frozen=True)
@@ -216,20 +212,17 @@ class Encoder:
         for slot in layout.slots:
             if slot.field.codes == "s":
                 template[slot.offset : slot.end] = strings[slot.field.name]
-        self._compile_struct(template, [slot for slot in layout.slots if slot.field.codes != "s"])
-
-    def _compile_struct(self, template: bytearray, slots: list[_Slot]) -> None:
-        codes, values, end = ["<"], 0, 0
+        # Values stand between constants: what the template holds before each slot of values, and behind the last.
+        codes, values, end = "<", 0, 0
         self._constants: list[tuple[int, bytes]] = []
-        for slot in slots:
-            codes.append(f"{slot.offset - end}s")
-            self._constants.append((values, bytes(template[end : slot.offset])))
-            codes.append(slot.field.codes * slot.count)
-            values += 1 + len(slot.field.codes) * slot.count
-            end = slot.end
-        codes.append(f"{len(template) - end}s")
+        for slot in layout.slots:
+            if slot.field.codes != "s":
+                self._constants.append((values, bytes(template[end : slot.offset])))
+                codes += f"{slot.offset - end}s{slot.field.codes * slot.count}"
+                values += 1 + len(slot.field.codes) * slot.count
+                end = slot.end
         self._constants.append((values, bytes(template[end:])))
-        self._struct = struct.Struct("".join(codes))
+        self._struct = struct.Struct(f"{codes}{layout.size - end}s")
 
     def pack(self, values: list[Any]) -> bytes:
         """Pack one message from its values in order, without strings and lengths; a time is seconds, nanoseconds.

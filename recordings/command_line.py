@@ -21,8 +21,12 @@ import click
 from recordings.errors import BadInput, RunFailed, did_you_mean
 
 
-def refuse_existing(*paths: Path | None, force: bool = False, read: Sequence[Path] = ()) -> None:
+def refuse_existing(
+    *paths: Path | None, force: bool = False, read: Sequence[Path] = (), recording: bool = False
+) -> None:
     """Check before the work that no output replaces a file without `force`, or an input (`read`) in any case.
+
+    recording: whether the output is one.
 
     Raises:
         BadInput: two of the `paths` are the same; one of them exists and `force` is False; or it is an input, is
@@ -35,7 +39,7 @@ def refuse_existing(*paths: Path | None, force: bool = False, read: Sequence[Pat
             raise BadInput(f"{path} is one of the inputs and would be replaced; give the output another name")
         if outputs.count(path.resolve()) > 1:
             raise BadInput(f"outputs with different names expected, {path} found twice; give one another name")
-        if path.suffix == ".mcap":
+        if path.suffix == ".mcap" and not recording:
             raise BadInput(f"{path}: an output expected, a recording's name (.mcap) found; give it another ending")
         if path.exists() and not (path.is_file() or path.is_dir()):
             raise BadInput(f"{path}: a file or a folder expected, something else found; choose another name")
@@ -127,6 +131,7 @@ class CommandFolder(click.Group):
 
     def __init__(self, package: ModuleType, **attrs: Any) -> None:
         super().__init__(context_settings={"help_option_names": ["--help", "-h"]}, **attrs)
+        click.version_option(package_name="delta-workbench")(self)
         self._package = package
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -161,40 +166,39 @@ class CommandFolder(click.Group):
 
 
 def run(program: Callable[..., Any]) -> NoReturn:
-    """Run a click program and exit: 0 done, 1 the run failed, 2 bad usage or bad input."""
+    """Run a click program and exit: 0 done, 1 the run failed, 2 bad usage or bad input, 3 an alarm."""
+    sys.exit(_exit_code(program))
+
+
+def _exit_code(program: Callable[..., Any]) -> int:
     try:
         program(standalone_mode=False)
-        code = 0
     except click.exceptions.Exit as exit_request:
-        code = exit_request.exit_code
+        return exit_request.exit_code
     except click.ClickException as error:
         error.show()
-        code = 2
+        return 2
     except BadInput as error:
-        code = _print_error(error, 2)
+        return _print_error(error, 2)
     except RunFailed as error:
-        code = _print_error(error, 1)
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("interrupted", err=True)
-        code = 1
+        return _print_error(error, error.exit_code)
     except BrokenPipeError:
         # The reader of the output (`| head`) has closed it; redirect stdout so that the flush at exit does not fail.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        code = 0
     except OSError as error:
         prefix = f"{error.filename}: " if error.filename else ""
-        code = _print_error(f"{prefix}{error.strerror or error}", 2)
-    except Exception as error:
+        return _print_error(f"{prefix}{error.strerror or error}", 2)
+    except BaseException as error:
         if not _interrupted(error):
             raise
         click.echo("interrupted", err=True)
-        code = 1
-    sys.exit(code)
+        return 1
+    return 0
 
 
 def _interrupted(error: BaseException | None) -> bool:
     """Whether Ctrl-C caused `error`: an interrupted compiler raises errors about its own state."""
-    while error is not None and not isinstance(error, KeyboardInterrupt):
+    while error is not None and not isinstance(error, KeyboardInterrupt | click.Abort):
         error = error.__cause__ or error.__context__
     return error is not None
 

@@ -1,6 +1,7 @@
 """Reading TOML files into validated, immutable descriptions."""
 
 import json
+import textwrap
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
@@ -34,6 +35,8 @@ _LARGEST_FILE = 1_000_000
 """Size limit [bytes]."""
 _LARGEST = 1e12
 """Largest accepted number, in SI units."""
+_KEYS_WIDTH = 400
+"""Characters for the keys that an error names beside the first: what `daq rig propose` asks of three drives."""
 
 
 def read_toml(path: Path, model: type[ModelT], what: str) -> ModelT:
@@ -61,17 +64,21 @@ def validated(content: Any, model: type[ModelT], where: str) -> ModelT:
     """Check `content` against `model`; `where` names its origin in errors.
 
     Raises:
-        BadInput: naming the first offending key, what was expected and what was found.
+        BadInput: naming the first offending key, what was expected and what was found, and the other keys.
     """
     try:
         # In JSON mode, strict types still accept an array as a tuple and 1 as a float, as TOML means them.
         return model.model_validate_json(json.dumps(content, default=str))
     except ValidationError as error:
-        first = error.errors()[0]
-        # Parts in angle brackets are tags of unions (see `recordings.buses`), not keys of the file.
-        key = ".".join(str(part) for part in first["loc"] if not str(part).startswith("<"))
-        further = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
-        raise BadInput(f"{where}: {_explain(key, first)}{further}") from None
+        first, *others = error.errors()
+        keys = textwrap.shorten(", ".join(map(_key, others)), _KEYS_WIDTH, placeholder=" ...")
+        further = f" (and {len(others)} more: {keys})" if others else ""
+        raise BadInput(f"{where}: {_explain(_key(first), first)}{further}") from None
+
+
+def _key(error: Any) -> str:
+    # Parts in angle brackets are tags of unions (see `recordings.buses`), not keys of the file.
+    return ".".join(str(part) for part in error["loc"] if not str(part).startswith("<"))
 
 
 def _explain(key: str, error: Any) -> str:
@@ -81,7 +88,7 @@ def _explain(key: str, error: Any) -> str:
     if error["type"] == "extra_forbidden":
         return f"unknown key '{key}'; check the spelling or remove it"
     if error["type"] == "missing":
-        return f"key '{key}' is missing"
+        return f"key '{key}' is missing; add it"
     if error["type"] == "value_error":
         return f"{key + ': ' if key else ''}{error['ctx']['error']}"
     return f"'{key}': {error['msg'][0].lower()}{error['msg'][1:]}, found {error['input']!r}"

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from recordings.cdr import Field, Layout, parse_schema
 from recordings.chunk import MESSAGE_HEAD, RECORD, RECORD_HEAD, located, message_record, rows, unpacked
-from recordings.errors import BadInput, ForeignFile
+from recordings.errors import BadInput, ForeignFile, file_errors
 from recordings.kinds import kind_of
 from recordings.limits import Allowance
 
@@ -79,10 +79,9 @@ def load(
     Raises:
         BadInput: the file is missing, not MCAP, or damaged.
     """
-    loader = _RecordLoader(path, topics, condense)
+    loader = RecordLoader(path, topics, condense)
     with open_records(path, most) as stream:
-        loader.load(stream)
-    return loader.container
+        return loader.load(stream)
 
 
 @contextmanager
@@ -92,8 +91,11 @@ def open_records(path: Path, most: int | None = None) -> Iterator["RecordStream"
     Raises:
         BadInput: the file is missing, is not MCAP, or cannot be read, now or later.
     """
-    with _reading(path):
-        file = path.open("rb")
+    with file_errors(f"recording {path}"):
+        try:
+            file = path.open("rb")
+        except IsADirectoryError:
+            raise ForeignFile(f"recording {path}: a file expected, a folder found; name a file in it", path) from None
     with file:
         stream = RecordStream(path, file, most)
         magic = stream.read(0, len(MAGIC))
@@ -105,24 +107,12 @@ def open_records(path: Path, most: int | None = None) -> Iterator["RecordStream"
         yield stream
 
 
-@contextmanager
-def _reading(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except FileNotFoundError:
-        raise BadInput(f"recording {path} does not exist; check the path") from None
-    except IsADirectoryError:
-        raise ForeignFile(f"recording {path}: a file expected, a folder found; name a file in it", path) from None
-    except OSError as error:
-        raise BadInput(f"recording {path} cannot be read: {error.strerror}") from None
-
-
 class RecordStream:
     """A file, or its first `most` bytes, read record by record, because a long recording may not fit into memory."""
 
     def __init__(self, path: Path, file: BinaryIO, most: int | None) -> None:
         self._path, self._file = path, file
-        with _reading(path):
+        with file_errors(f"recording {path}"):
             size = file.seek(0, os.SEEK_END)
         self.end = size if most is None else min(most, size)
         """Number of bytes that were written."""
@@ -164,12 +154,14 @@ class RecordStream:
 
     def read(self, start: int, end: int) -> bytes:
         """Read the bytes from `start` to `end`."""
-        with _reading(self._path):
+        with file_errors(f"recording {self._path}"):
             self._file.seek(start)
             return self._file.read(max(0, end - start))
 
 
-class _RecordLoader:
+class RecordLoader:
+    """Decodes the records of a file: all of them, or one after the other while the file is written."""
+
     def __init__(self, path: Path, topics: Collection[str], condense: Callable[[Batch], Batch] = _unchanged) -> None:
         self.container = Container(path)
         self._topics = topics
@@ -180,13 +172,38 @@ class _RecordLoader:
         self._layouts: dict[tuple[str, int], Layout] = {}
         """The last one by topic and message length."""
 
-    def load(self, stream: RecordStream) -> None:
-        try:
+    def take(self, opcode: int, body: bytes) -> None:
+        """Decode the next record of a file that is still written.
+
+        Raises:
+            BadInput: the record is damaged.
+        """
+        self._allowance = Allowance()  # of a chunk: what was taken from those before is used up
+        with self._decoding():
+            if opcode == Opcode.CHUNK:
+                self._load_chunk(body, ())
+            else:
+                self._describe(opcode, body)
+
+    def load(self, stream: RecordStream) -> Container:
+        """Decode all records of `stream`.
+
+        Raises:
+            BadInput: the file is damaged.
+        """
+        with self._decoding():
             self._load_records(stream)
+        return self.container
+
+    @contextmanager
+    def _decoding(self) -> Iterator[None]:
+        try:
+            yield
         except BadInput:
             raise
         except DECODE_ERRORS as error:
-            reason = str(error) or type(error).__name__
+            of_bytes = isinstance(error, UnicodeError | struct.error)
+            reason = "a record holds something else than it says" if of_bytes else str(error) or type(error).__name__
             raise BadInput(
                 f"recording {self.container.path} is damaged: {reason}; restore it from a copy, save what is intact "
                 "with `daq recover`, or record again"
@@ -201,10 +218,7 @@ class _RecordLoader:
                 continue
             self._load_chunk(chunk, index)
             chunk, index = None, []
-            if opcode == Opcode.METADATA:
-                record = decode(Metadata.read, body)
-                self.container.metadata.setdefault(record.name, {}).update(record.metadata)
-            elif opcode == Opcode.CHUNK:
+            if opcode == Opcode.CHUNK:
                 chunk = body  # its index follows
             elif opcode == Opcode.DATA_END:
                 _check_crc(body, stream.checksum)
@@ -227,6 +241,9 @@ class _RecordLoader:
             self._channels[channel.id] = channel.topic
             if channel.topic in self._topics:
                 self.container.fields[channel.topic] = self._fields(channel)
+        elif opcode == Opcode.METADATA:
+            record = decode(Metadata.read, body)
+            self.container.metadata.setdefault(record.name, {}).update(record.metadata)
 
     def _fields(self, channel: Channel) -> tuple[Field, ...]:
         schema = self._schemas[channel.schema_id]

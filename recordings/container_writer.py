@@ -77,24 +77,19 @@ class ContainerWriter:
         self._stream = stream
         self._position = 0
         self._crc = 0
-        self._schemas: dict[int, Schema] = {}
-        self._channels: dict[int, Channel] = {}
+        self._described: dict[tuple[type, int], Schema | Channel] = {}
         self._chunks: list[ChunkIndex] = []
         self._metadata: list[MetadataIndex] = []
         self._counts: Counter[int] = Counter()
         self._write(MAGIC)
         self._record(Header(PROFILE, LIBRARY))
 
-    def describe(self, schemas: Iterable[Schema], channels: Iterable[Channel]) -> None:
+    def describe(self, *descriptions: Schema | Channel) -> None:
         """Write schemas and channels; known ones are skipped."""
-        for schema in schemas:
-            if schema.id not in self._schemas:
-                self._schemas[schema.id] = schema
-                self._record(schema)
-        for channel in channels:
-            if channel.id not in self._channels:
-                self._channels[channel.id] = channel
-                self._record(channel)
+        for each in descriptions:
+            if (type(each), each.id) not in self._described:
+                self._described[type(each), each.id] = each
+                self._record(each)
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Write one metadata record."""
@@ -143,20 +138,23 @@ class ContainerWriter:
         self._write(covered + zlib.crc32(covered).to_bytes(4, "little") + MAGIC)
 
     def _summary(self) -> Iterable[tuple[Opcode, list[Any]]]:
+        schemas, channels = (
+            [each for (kind, _), each in self._described.items() if kind is wanted] for wanted in (Schema, Channel)
+        )
         filled = [chunk for chunk in self._chunks if chunk.message_index_offsets]
         statistics = Statistics(
             attachment_count=0,
-            channel_count=len(self._channels),
+            channel_count=len(channels),
             channel_message_counts=defaultdict(int, self._counts),
             chunk_count=len(self._chunks),
             message_count=self._counts.total(),
             message_end_time=max((chunk.message_end_time for chunk in filled), default=0),
             message_start_time=min((chunk.message_start_time for chunk in filled), default=0),
             metadata_count=len(self._metadata),
-            schema_count=len(self._schemas),
+            schema_count=len(schemas),
         )
-        yield Opcode.SCHEMA, list(self._schemas.values())
-        yield Opcode.CHANNEL, list(self._channels.values())
+        yield Opcode.SCHEMA, schemas
+        yield Opcode.CHANNEL, channels
         yield Opcode.STATISTICS, [statistics]
         yield Opcode.CHUNK_INDEX, self._chunks
         yield Opcode.METADATA_INDEX, self._metadata

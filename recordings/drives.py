@@ -68,6 +68,18 @@ class HomedBit(ConfigSection):
         return self
 
 
+class WatchedObject(ConfigSection):
+    """Integer object that is polled, and whose changes are recorded as events."""
+
+    index: Annotated[int, Field(ge=0x1000, le=0x9FFF)]
+    """0x60B9 and 0x60BA to 0x60BD for a touch probe; that of the maker for Safe Torque Off."""
+    sub: Annotated[int, Field(ge=0, le=254)] = 0
+    mask: Annotated[int, Field(gt=0, lt=2**32)] | None = None
+    """The bits that count; None: the number, which is signed."""
+    name: str = ""
+    """What events call it."""
+
+
 class Homing(ConfigSection):
     """Search of the zero by the drive itself (CiA 402 mode 6), for `daq home`."""
 
@@ -96,8 +108,14 @@ class Drive(ConfigSection):
     """One amplifier and its joint; joints are numbered in the order of the file."""
 
     node_id: NodeId
+    axis: Annotated[int, Field(ge=1, le=4)] = 1
+    """Axis of a node that has several, on CANopen: the objects of axis 2 stand at 6800h instead of 6000h, those of
+    axis 3 at 7000h; its PDOs are 65 to 128. Objects of the manufacturer are named as they stand on the node."""
     counts_per_turn: Annotated[int, Field(gt=0)] = 8192
     """Encoder counts per turn of the motor."""
+    counts_source: Literal["assumed", "measured"] = "assumed"
+    """"measured": the joint was seen to move as far as commanded, by eye (`daq jog`) or by `daq axis-check`. `daq
+    record` asks for it where 608Fh of the drive contradicts 6091h and 6092h."""
     gear: Positive = 21.0
     """Motor turns per turn of the joint."""
     sign: Literal[1, -1] = 1
@@ -113,6 +131,9 @@ class Drive(ConfigSection):
     """Object that indicates a valid zero; None: always valid (absolute encoder)."""
     homing: Homing | None = None
     """How the drive searches its zero; None: absolute encoder, nothing to search."""
+    watched: tuple[WatchedObject, ...] = ()
+    """States that are recorded beside the motion, on CANopen: touch probe, Safe Torque Off. They are polled by SDO,
+    one object of one drive after the other, and so are voltages with `transfer = "sdo"`: less often then."""
     dcf: str | None = None
     """Device configuration file (CiA 306), relative to the working folder; its values are written first."""
     eds: str | None = None
@@ -127,14 +148,18 @@ class Drive(ConfigSection):
     torque_offset: bool = False
     """Whether the torque offset (object 60B2, thousandths of the rated torque) is sent with every target; `daq record
     --feedforward` sets it. On a serial line: whether the register torque_offset is written."""
-    torque_source: Literal["voltage", "torque_actual", "current_actual"] = "voltage"
+    torque_source: Literal["voltage", "torque_actual", "current_actual", "none"] = "voltage"
     """What the torque is found from: the motor's voltage by the torque map; torque actual (6077) times rated_torque;
-    or current actual (6078) times rated_current and torque.per_ampere. The last two are recorded as effort."""
+    or current actual (6078) times rated_current and torque.per_ampere, which are recorded as effort; none: positions
+    only, for commissioning."""
     units: AssumedUnits = AssumedUnits()
     accept_missing: tuple[ObjectIndex, ...] = ()
     """Objects of safety that this drive lacks and the rig is driven without, e.g. ["6066"]; see `daq check`."""
     assume_mode: bool = False
     """Whether to try `mode` on a drive that does not list its modes (6502h absent or 0)."""
+    target_followed_bit: bool = True
+    """Whether bit 12 of the statusword says that the drive follows its target; false for a drive that leaves it at 0:
+    then only the following error shows it."""
     quick_stop_option: Literal[1, 2, 5, 6] = 2
     """Object 605A: stop on the slow down ramp (1, 5) or the quick stop ramp (2, 6); 5 and 6 stay powered at rest, and
     are then switched off by the host."""
@@ -154,6 +179,16 @@ class Drive(ConfigSection):
                 f'torque_offset needs mode = "cyclic" (mode 8), "{self.mode}" found: mode 7 has no 60B2h'
             )
         return self
+
+    @property
+    def address(self) -> str:
+        """Node id, and the axis unless it is the first one."""
+        return f"node {self.node_id}" + (f" axis {self.axis}" if self.axis > 1 else "")
+
+    @property
+    def measures_effort(self) -> bool:
+        """Whether the drive sends its torque or current."""
+        return self.torque_actual or self.torque_source in ("torque_actual", "current_actual")
 
     @property
     def counts_per_radian(self) -> float:

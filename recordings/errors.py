@@ -1,7 +1,8 @@
 """The two error classes of the commands; all packages raise these or subclasses of them."""
 
 import shlex
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import UnionType
 
@@ -20,8 +21,13 @@ def expect(kind: type | UnionType, words: str, /, **arguments: object) -> None:
         TypeError: one is not; it is named.
     """
     for name, value in arguments.items():
-        if not isinstance(value, kind):
+        if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):  # True is no number
             raise TypeError(f"{name}: {words} expected, {type(value).__name__} found")
+
+
+def printable(text: str) -> str:
+    """Return `text` with a question mark for each control character, which names and values of others' files hold."""
+    return "".join(character if character.isprintable() else "?" for character in text)
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
@@ -38,10 +44,29 @@ class RunFailed(RuntimeError):
     When it is raised, the amplifiers are already disabled and the recording is closed.
     """
 
+    exit_code = 1
+
+
+class StoppedByAlarm(RunFailed):
+    """The run was stopped in order, because an alarm was raised. Exit code 3."""
+
+    exit_code = 3
+
+
+@contextmanager
+def file_errors(name: str) -> Iterator[None]:
+    """Say as BadInput why a file, which errors call `name`, does not exist or cannot be read in the block."""
+    try:
+        yield
+    except FileNotFoundError:
+        raise BadInput(f"{name} does not exist; check the path") from None
+    except OSError as error:
+        raise BadInput(f"{name} cannot be read: {error.strerror}; check the path") from None
+
 
 class ForeignFile(BadInput):
     """A file that is no recording of this program, and may be brought in with `daq import`."""
 
     def __init__(self, message: str, path: Path) -> None:
         super().__init__(f"{message}; if another program wrote it: daq import {shlex.quote(str(path))} --guess")
-        self.path = path
+        self.found, self.path = message, path

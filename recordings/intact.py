@@ -72,19 +72,19 @@ class IntactRecords:
         """The content of a record."""
         return self._stream.read(span.start + RECORD_HEAD, span.end)
 
-    def checksum(self, end: int) -> int:
-        """CRC-32 of everything before `end`."""
+    def checksum(self, start: int, end: int) -> int:
+        """CRC-32 of everything from `start` to `end`."""
         crc = 0
-        for first in range(0, end, _BLOCK):
+        for first in range(start, end, _BLOCK):
             crc = zlib.crc32(self._stream.read(first, min(first + _BLOCK, end)), crc)
         return crc
 
-    def of(self, opcode: int) -> Iterator[Any]:
-        """Yield the decoded records of one kind; those whose content is damaged are left out."""
+    def decoded(self, opcode: int) -> Iterator[tuple[Span, Any]]:
+        """Yield the records of one kind with their places; those whose content is damaged are left out."""
         for span in self.spans:
             if span.opcode == opcode:
                 try:
-                    yield decode(_KINDS[opcode].read, self.body(span))
+                    yield span, decode(_KINDS[opcode].read, self.body(span))
                 except DECODE_ERRORS:
                     continue
 

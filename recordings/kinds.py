@@ -38,17 +38,13 @@ def kind_of(path: Path, head: bytes) -> tuple[str, str] | None:
     if path.is_dir():
         return "a folder without metadata.yaml", "name a file in it"
     if head.startswith(b"PK\x03\x04"):
-        return _zipped(path)
+        with path.open("rb") as stream:
+            content = stream.read(1 << 16)
+        kind = next((kind for mark, kind in _ZIPPED if mark in content), None)
+        return (kind, _SHEET) if kind else ("a ZIP archive", _UNPACK)
     for magic, kind, remedy in _KINDS:
         if head.startswith(magic):
             return kind, remedy or _OTHER
     if b"\0" in head and not head.startswith((b"\xff\xfe", b"\xfe\xff")):
         return "binary data of an unknown kind", _OTHER
     return None
-
-
-def _zipped(path: Path) -> tuple[str, str]:
-    with path.open("rb") as stream:
-        head = stream.read(1 << 16)
-    kind = next((kind for mark, kind in _ZIPPED if mark in head), None)
-    return (kind, _SHEET) if kind else ("a ZIP archive", _UNPACK)

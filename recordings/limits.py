@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from recordings.errors import BadInput
+from recordings.errors import BadInput, file_errors
 
 _SMALL = 32_000_000
 """Memory that the smallest file may take [bytes]."""
@@ -38,14 +38,15 @@ class Allowance:
         self._left = _SMALL
 
     def take(self, size: int, packed: int = 0) -> None:
-        """Take `size` bytes for what takes `packed` bytes of the file.
+        """Take `size` bytes for what takes `packed` bytes of the file; what is refused takes nothing.
 
         Raises:
             ValueError: that is more than a file of this size may take.
         """
-        self._left += _RATIO * packed - size
-        if self._left < 0:
+        left = self._left + _RATIO * packed - size
+        if left < 0:
             raise ValueError(f"it unpacks to more than {_RATIO} times its size, as no measurement does")
+        self._left = left
 
 
 def bounded_text(path: Path, what: str, most: int = LARGEST_TEXT) -> str:
@@ -66,13 +67,8 @@ def bounded_content(path: Path, what: str, most: int) -> bytes:
     Raises:
         BadInput: it is missing, too large, or cannot be read.
     """
-    try:
-        with path.open("rb") as stream:
-            content = stream.read(most + 1)
-    except FileNotFoundError:
-        raise BadInput(f"{what} {path} does not exist; check the path") from None
-    except OSError as error:
-        raise BadInput(f"{what} {path} cannot be read: {error.strerror}; check the path") from None
+    with file_errors(f"{what} {path}"), path.open("rb") as stream:
+        content = stream.read(most + 1)
     if len(content) > most:
         raise BadInput(f"{what} {path}: at most {most // 1000} kB expected, more found; check that it is one")
     return content

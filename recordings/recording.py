@@ -1,5 +1,7 @@
 """Contents of a recording as arrays: the input of all later stages."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,6 +16,7 @@ from recordings.files import sha256
 from recordings.notebook import html_table
 from recordings.rig import Rig
 from recordings.schemas import Level
+from recordings.urdf import Vector
 
 if TYPE_CHECKING:
     import pandas
@@ -25,6 +28,8 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 Words = NDArray[np.uint16]
 """16-bit words as the drives send them; they take a quarter of the memory of floats."""
+_MAX_STEP = 1.5
+"""Rows are lost where the time between two is longer than this many cycles."""
 
 
 def lateness_quantiles(lateness: Floats) -> dict[str, float]:
@@ -50,6 +55,8 @@ class Run(ConfigSection):
     """SHA-256 of the model, or the table, whose torque was fed forward; None: no feed-forward."""
     torque_age: float | None = None
     """By how much the reported torque is older than the position of the same sample [s]; None: not known."""
+    torque_window: float | None = None
+    """Time over which a reported torque is averaged [s]; None: from one sample to the next."""
     seed: int | None = None
     """Seed of the noise of the simulated rig; None where no random numbers were drawn."""
     start: str
@@ -57,7 +64,7 @@ class Run(ConfigSection):
     robot: str | None = None
     """Name of the robot, where it is not that of the rig."""
     exit_status: int | None = None
-    """0 done, 1 failed, None interrupted."""
+    """0 done, 1 failed, 3 stopped by an alarm, None interrupted."""
     reason: str | None = None
     """Reason for the end of the run."""
 
@@ -66,7 +73,7 @@ class Run(ConfigSection):
         """Whether a real robot moved, where that is known."""
         if self.simulated:
             return "simulated: no real robot moved"
-        return "not known: imported, and not said to be simulated" if self.trajectory == IMPORTED else "real"
+        return _NOT_KNOWN.get(self.trajectory, "real")
 
     @property
     def start_in_words(self) -> str:
@@ -76,6 +83,12 @@ class Run(ConfigSection):
 
 IMPORTED = "imported"
 """Name of the trajectory of a recording that another program measured."""
+LOST = "unknown"
+"""Name of the trajectory where the record of the run is lost."""
+_NOT_KNOWN = {
+    IMPORTED: "not known: imported, and not said to be simulated",
+    LOST: "not known: the record of the run is lost",
+}
 
 
 @dataclass(frozen=True)
@@ -119,6 +132,8 @@ class Recording:
     events: tuple[LoggedEvent, ...]
     extra: Mapping[str, Floats] = field(default_factory=dict)
     """Further values (n,) by name, imported with the samples."""
+    beyond: tuple[tuple[float, Vector], ...] = ()
+    """Masses [kg], NaN for an unknown one, and their places [m] that it carries beyond the payload of its rig."""
     known_digest: str | None = None
     """SHA-256 of what the recording was made of; None: that of the file `path`."""
 
@@ -135,8 +150,8 @@ class Recording:
         command: ArrayLike | None = None,
         temperature: ArrayLike | None = None,
         cycle: ArrayLike | None = None,
-        rig: "str | Path | Rig | None" = None,
-    ) -> "Recording":
+        rig: str | Path | Rig | None = None,
+    ) -> Recording:
         """Make a recording of measurements in memory: arrays (n, dof), or (n,) of one joint; NaN is a gap.
 
         time: (n,) [s], increasing, need not be even.
@@ -158,8 +173,8 @@ class Recording:
 
     @classmethod
     def from_frame(
-        cls, frame: "pandas.DataFrame", *, map: Mapping[str, str] | None = None, rig: "str | Path | Rig | None" = None
-    ) -> "Recording":
+        cls, frame: pandas.DataFrame, *, map: Mapping[str, str] | None = None, rig: str | Path | Rig | None = None
+    ) -> Recording:
         """Make a recording of a data frame with the columns of CSV import, as `to_frame` gives them.
 
         map: the column and unit of a quantity, as {"effort_1": "i1:A*0.12"}, where it has another name.
@@ -175,7 +190,7 @@ class Recording:
             raise TypeError(f"frame: a data frame expected, {type(frame).__name__} found")
         return of_columns("frame", {str(name): frame[name].to_numpy() for name in frame.columns}, map, rig)
 
-    def to_frame(self) -> "pandas.DataFrame":
+    def to_frame(self) -> pandas.DataFrame:
         """The samples as a data frame with the columns of CSV import.
 
         Raises:
@@ -236,6 +251,7 @@ class Recording:
             rows = np.where(np.isfinite(self.command), np.arange(len(self.command))[:, None], 0)
             target = np.take_along_axis(self.command, np.maximum.accumulate(rows, axis=0), axis=0)
             target = np.concatenate([np.full((1, target.shape[1]), np.nan), target[:-1]])
+            target[1:][self._gaps_in_time > 0] = np.nan
         error: Floats = np.where(np.isfinite(self.command), target - self.position, np.nan)
         return error
 
@@ -244,6 +260,17 @@ class Recording:
         """Number of lost samples per joint (dof,)."""
         counts: Ints = np.isnan(self.position).sum(axis=0, dtype=np.int64)
         return counts
+
+    @property
+    def longest_gap(self) -> float:
+        """Longest time without any row [s]; 0 where none is lost."""
+        return float(self._gaps_in_time.max(initial=0.0))
+
+    @property
+    def _gaps_in_time(self) -> Floats:
+        """(n - 1,) time between two rows [s]; 0 where no row is lost between them."""
+        steps = np.diff(self.time)
+        return np.where(steps > _MAX_STEP / self.run.rate, steps, 0.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,13 +17,14 @@ from recordings.container_writer import ContainerWriter, Packed
 from recordings.errors import BadInput
 from recordings.files import new_file
 from recordings.intact import IntactRecords, Span
-from recordings.limits import Allowance
 from recordings.metadata import rig_record, run_record, software
-from recordings.recording import Ints, Run
+from recordings.recording import LOST, Ints, Run
 from recordings.rig import Rig
 
 _SAMPLES = "/amplifiers"
 """Topic with one message for each sample, which holds the SYNC counter."""
+_CRC = 4
+"""Size of a checksum [bytes]: the last field of the footer."""
 
 
 @dataclass(frozen=True)
@@ -67,9 +68,7 @@ def rewrite(
         with new_file(out) as target:
             rewriter = _Rewriter(source, intact, ContainerWriter(target))
             rewriter.copy_intact()
-            if samples is not None:
-                rewriter.add(samples)
-            rewriter.finish(run, rig)
+            rewriter.finish(run, samples, rig)
         return rewriter.summary(_cycles(out))
 
 
@@ -85,7 +84,6 @@ class _Rewriter:
         self._topics: dict[int, str] = {}
         self._metadata: dict[str, dict[str, str]] = {}
         self._messages = self._chunks = 0
-        self._allowance = Allowance()
         self._first, self._last = 2**63, 0
         self._damaged: list[Span] = []
 
@@ -101,13 +99,11 @@ class _Rewriter:
                 f"recording {self._source} holds no intact data, so there is nothing to recover; record again"
             )
 
-    def add(self, samples: SampleTable) -> None:
-        """Append `samples`."""
-        for packed in encode(samples, {topic: channel for channel, topic in self._topics.items()}):
+    def finish(self, run: Mapping[str, str], samples: SampleTable | None, rig: Rig | None) -> None:
+        """Write `samples`, `run`, what stands for records that are lost, and the end."""
+        channels = {topic: channel for channel, topic in self._topics.items()}
+        for packed in () if samples is None else encode(samples, channels):
             self._writer.chunk(packed)
-
-    def finish(self, run: Mapping[str, str], rig: Rig | None) -> None:
-        """Write `run`, what stands for records that are lost, and the end."""
         for _, known in message_types():
             if known.topic in schemas.TOPICS:  # every recording has them, with messages or without
                 self._describe_if_lost(known.id)
@@ -143,26 +139,26 @@ class _Rewriter:
         return tuple(name for name, is_valid in valid.items() if not is_valid(self._metadata.get(name, {})))
 
     def _is_altered(self) -> bool:
-        ends = self._ends
-        stated = int.from_bytes(self._intact.body(ends[0]), "little") if ends else 0  # 0: written without a checksum
-        return stated not in (0, self._intact.checksum(ends[0].start) if ends else 0)
-
-    @property
-    def _ends(self) -> list[Span]:
-        """Of the data: one, or none where the file is cut off."""
-        return [span for span in self._intact.spans if span.opcode == Opcode.DATA_END]
+        """Whether the data, or the summary behind it with the head of its footer, is not as its checksum says."""
+        data = [(end.data_section_crc, 0, span.start) for span, end in self._intact.decoded(Opcode.DATA_END)]
+        summary = [
+            (footer.summary_crc, footer.summary_start, span.end - _CRC)
+            for span, footer in self._intact.decoded(Opcode.FOOTER)
+        ]
+        # 0: written without a checksum
+        return any(stated not in (0, self._intact.checksum(start, end)) for stated, start, end in data + summary)
 
     def _lost_rows(self, cycles: Ints) -> int | None:
         """Number of samples that the indexes of chunks announce, or that the SYNC counter leaves out."""
         channels = {channel for channel, topic in self._topics.items() if topic == _SAMPLES}
-        for statistics in self._intact.of(Opcode.STATISTICS):
+        for _, statistics in self._intact.decoded(Opcode.STATISTICS):
             counts = statistics.channel_message_counts
             written = sum(int(counts.get(channel, 0)) for channel in channels)
             return max(written - len(cycles), 0)
-        if not self._ends:
+        if not any(span.opcode == Opcode.DATA_END for span in self._intact.spans):
             return None  # nothing tells what came behind the last sample
-        indexes = self._intact.of(Opcode.MESSAGE_INDEX)
-        announced = sum(len(index.records) for index in indexes if index.channel_id in channels)
+        indexes = self._intact.decoded(Opcode.MESSAGE_INDEX)
+        announced = sum(len(index.records) for _, index in indexes if index.channel_id in channels)
         gaps = int(np.ptp(cycles)) + 1 - len(np.unique(cycles)) if len(cycles) else 0
         return max(announced - len(cycles), gaps) or None
 
@@ -177,7 +173,7 @@ class _Rewriter:
             self._describe(span.opcode, self._intact.body(span))
 
     def _repack(self, chunk: Chunk) -> Packed:
-        data = unpacked(chunk, self._allowance)
+        data = unpacked(chunk)
         messages, other_records = located(data)
         for opcode, body in other_records:
             self._describe(opcode, body)
@@ -194,11 +190,11 @@ class _Rewriter:
 
     def _describe(self, opcode: int, body: bytes) -> None:
         if opcode == Opcode.SCHEMA:
-            self._writer.describe([container.decode(Schema.read, body)], [])
+            self._writer.describe(container.decode(Schema.read, body))
         elif opcode == Opcode.CHANNEL:
             channel = container.decode(Channel.read, body)
             self._topics[channel.id] = channel.topic
-            self._writer.describe([], [channel])
+            self._writer.describe(channel)
 
     def _describe_if_lost(self, channel: int) -> None:
         """Describe a `channel` as this program does, if its description is lost."""
@@ -206,7 +202,7 @@ class _Rewriter:
             for schema, known in message_types():
                 if known.id == channel:
                     self._topics[channel] = known.topic
-                    self._writer.describe([schema], [known])
+                    self._writer.describe(schema, known)
 
 
 def _is_rig(record: Mapping[str, str]) -> bool:
@@ -228,7 +224,7 @@ def _is_run(record: Mapping[str, str]) -> bool:
 def _unknown_run(first: int) -> Run:
     """What stands for a record `run` that is lost; first: time of the first message [ns]."""
     return Run(
-        trajectory="unknown",
+        trajectory=LOST,
         trajectory_digest="",
         period=0.0,
         cycles=0,

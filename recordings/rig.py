@@ -160,10 +160,10 @@ class Rig(Chain):
                 else f"a rig with {self.dof} joints has as many"
             )
             raise ValueError(f"{robot} [[drives]], {len(self.drives)} found")
-        ids = [drive.node_id for drive in self.drives]
-        for node_id in ids:
-            if ids.count(node_id) > 1:
-                raise ValueError(f"every drive needs its own node_id, {node_id} stands in two [[drives]]")
+        places = [drive.address for drive in self.drives]
+        for place in places:
+            if places.count(place) > 1:
+                raise ValueError(f"every drive needs its own node_id or axis, {place} stands in two [[drives]]")
         if len(self.torque.gain) != self.dof:
             raise ValueError(f"torque.gain needs {self.dof} numbers, {len(self.torque.gain)} found")
         if len(self.torque.per_ampere) not in (0, self.dof):
@@ -191,6 +191,8 @@ class Rig(Chain):
             raise ValueError(f"bus.ports: one line for all drives or {self.dof} expected, {len(bus.ports)} found")
         if len(bus.prefixes) not in (0, self.dof):
             raise ValueError(f"bus.prefixes: none or {self.dof} expected, {len(bus.prefixes)} found")
+        if any(drive.watched for drive in self.drives):
+            raise ValueError("watched: objects of drives on a CAN bus expected, a serial line found; remove it")
 
     def _check_keys_of_mechanism(self) -> None:
         if self.mechanism == "axes" and not self.axes:
@@ -298,7 +300,11 @@ class Rig(Chain):
         return validated(self.model_dump(mode="json") | {"rate": rate}, Rig, "--rate")
 
 
-_KEYS_OF_MECHANISM = {"delta": ("geometry", "nominal"), "axes": ("axes",), "urdf": tuple(Chain.model_fields)}
+_KEYS_OF_MECHANISM = {
+    "delta": ("geometry", "nominal"),
+    "axes": ("axes",),
+    "urdf": tuple(name for name in Chain.model_fields if name != "payload"),
+}
 """Keys that describe one mechanism alone."""
 
 

@@ -115,6 +115,34 @@ float64[] value
     _TIME,
 )
 
+STRING = "string data\n"
+
+_TRANSFORM = """\
+MSG: geometry_msgs/TransformStamped
+std_msgs/Header header
+string child_frame_id
+geometry_msgs/Transform transform
+"""
+_VECTOR_AND_TURN = """\
+MSG: geometry_msgs/Transform
+geometry_msgs/Vector3 translation
+geometry_msgs/Quaternion rotation
+"""
+_VECTOR = "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
+_QUATERNION = "MSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"
+
+
+def transforms(definition: str) -> str:
+    """Text of a message type that consists of transforms."""
+    return _schema(definition, _TRANSFORM, _HEADER, _TIME, _VECTOR_AND_TURN, _VECTOR, _QUATERNION)
+
+
+TF_MESSAGE = "tf2_msgs/msg/TFMessage", transforms("geometry_msgs/TransformStamped[] transforms\n")
+"""Name and text of the message type of /tf and /tf_static."""
+
+DESCRIPTION_TOPICS = {"/robot_description": ("std_msgs/msg/String", STRING), "/tf_static": TF_MESSAGE}
+"""Topics of one message each, for programs that draw the robot; of none where nothing says where the axes are."""
+
 TOPICS = {
     "/joint_states": ("sensor_msgs/msg/JointState", JOINT_STATE),
     "/joint_commands": ("sensor_msgs/msg/JointState", JOINT_STATE),
@@ -128,9 +156,9 @@ TOPICS = {
 OPTIONAL_TOPICS = {"/extra": ("delta_msgs/msg/NamedValues", EXTRA)}
 """Topics only of imported recordings and of recordings whose drives are read one after the other."""
 
-ALL_TOPICS = TOPICS | OPTIONAL_TOPICS
-FIELDS = {topic: parse_schema(text) for topic, (_, text) in ALL_TOPICS.items()}
-"""Message fields by topic."""
+ALL_TOPICS = TOPICS | DESCRIPTION_TOPICS | OPTIONAL_TOPICS
+FIELDS = {topic: parse_schema(text) for topic, (_, text) in (TOPICS | OPTIONAL_TOPICS).items()}
+"""Message fields by topic, of what is sampled."""
 
 POSITION_DELAY, VOLTAGE_DELAY, TORQUE_OFFSET = "position_delay", "voltage_delay", "torque_offset"
 """Prefixes of names in /extra, followed by _1 ... _n."""

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 from pydantic import Field, model_validator
 
 from recordings.config import ConfigSection, Positive
-from recordings.errors import BadInput
+from recordings.limits import bounded_text
 
 JointType = Literal["revolute", "prismatic"]
 Vector = tuple[float, float, float]
@@ -52,24 +52,51 @@ class MotorCoupling(ConfigSection):
     """Turns of the motor, counted at joint `of`, per turn of joint `by`."""
 
 
-class Payload(ConfigSection):
-    """A load on the link that the last of `joints` moves."""
+class Loop(ConfigSection):
+    """A point of one link that stays at a point of another, as a ball joint holds them together."""
 
-    mass: Positive
-    """[kg]"""
+    a: str
+    """Name of a link of the URDF."""
+    b: str
+    """Name of the other link."""
+    point_a: Vector = (0.0, 0.0, 0.0)
+    """The point in the frame of `a` [m]."""
+    point_b: Vector = (0.0, 0.0, 0.0)
+    """The point in the frame of `b` [m]."""
+
+
+class Payload(ConfigSection):
+    """A load on the platform of a delta robot, or on what the last joint moves."""
+
+    mass: Positive | Literal["unknown"]
+    """[kg]. "unknown" makes it a parameter of a fit together with a recording of a known payload, or of none."""
     com: Vector = (0.0, 0.0, 0.0)
-    """Its centre of mass in the frame of this link [m]."""
+    """Its centre of mass [m]: in the frame of the last link, or of the rig's `tool`; of an axis with x along the arm
+    at angle zero and y along the axis. On a delta robot's platform, which does not turn, any place is the same."""
+
+    @property
+    def known_mass(self) -> float:
+        """[kg]; NaN where it is unknown."""
+        return math.nan if self.mass == "unknown" else self.mass
 
 
 class Chain(ConfigSection):
-    """Keys of the mechanism "urdf": any tree of links."""
+    """Keys of the mechanism "urdf": any tree of links, and loops that its joints close."""
 
     urdf: str = ""
     """The URDF: its path, relative to the rig file; a recording holds its text. Meshes are never opened."""
     joints: tuple[str, ...] = ()
     """Names of the joints that are driven, in the order of the recording's columns."""
     fixed: dict[str, float] = Field(default_factory=dict)
-    """Positions of other movable joints, by name [rad or m]; 0 where none is given."""
+    """Positions of other movable joints, by name [rad or m]; 0 where none is given. Those within `loops` are fixed
+    only if they stand here."""
+    loops: tuple[Loop, ...] = ()
+    """Points that stay together. Joints between them that are neither driven nor fixed follow the driven ones."""
+    start: dict[str, float] = Field(default_factory=dict)
+    """Near which positions the loops close, by joint [rad or m]; 0 where none is given. It tells on which side of a
+    stretched pose the joints that follow are."""
+    tool: str = ""
+    """Link that carries a payload; none: the one that the last of `joints` moves."""
     gravity: Vector = (0.0, 0.0, -9.81)
     """Acceleration of gravity in the frame of the URDF's root [m/s^2]."""
     couplings: tuple[MotorCoupling, ...] = ()
@@ -77,7 +104,8 @@ class Chain(ConfigSection):
     motor_inertia: bool = True
     """Whether the inertia of each motor is a parameter of its own."""
     payload: Payload | None = None
-    """What is mounted. Identified parameters of the last link include it, and so does the reference model."""
+    """What is mounted. Identified parameters include it, and so does the reference model. Where recordings differ,
+    they include that of the first one, and what the others have beyond it is known."""
 
     @property
     def chain(self) -> "Chain":
@@ -102,21 +130,29 @@ class Chain(ConfigSection):
             self._check_joints({joint.name: joint for joint in read_joints(self.urdf)})
         return self
 
+    @property
+    def following(self) -> tuple[str, ...]:
+        """Names of the joints that follow the driven ones, in the order of the URDF."""
+        above = {joint.child: joint for joint in read_joints(self.urdf)}
+
+        def way(link: str) -> set[str]:
+            return {above[link].name} | way(above[link].parent) if link in above else set()
+
+        within = {name for loop in self.loops for name in way(loop.a) ^ way(loop.b)}
+        others = (joint.name for joint in above.values() if joint.type and joint.name in within)
+        return tuple(name for name in others if name not in (*self.joints, *self.fixed))
+
     def _check_joints(self, known: dict[str, UrdfJoint]) -> None:
         movable = ", ".join(name for name, joint in known.items() if joint.type)
         if not self.joints:
             raise ValueError(f"joints: names of the driven joints expected, none found; the URDF has {movable}")
-        for name in (*self.joints, *self.fixed):
-            key = "joints" if name in self.joints else "fixed"
-            if name not in known or known[name].type is None:
-                found = "a fixed one" if name in known else "no joint of that name"
-                raise ValueError(f"{key}: movable joints of the URDF expected ({movable}), '{name}' found, {found}")
-            if self.joints.count(name) + (name in self.fixed) > 1:
-                raise ValueError(f"{key}: every joint once in joints or fixed expected, '{name}' twice found")
+        self._check_names(known, movable)
+        if self.loops and not self.following:
+            raise ValueError("loops: joints within them that are neither driven nor fixed expected, none found")
         for joint in known.values():
-            if joint.mimics and {joint.name, joint.mimics} & set(self.joints):
+            if joint.mimics and {joint.name, joint.mimics} & {*self.joints, *self.following}:
                 raise ValueError(
-                    f"urdf: driven joints that move by themselves expected, but {joint.name} mimics {joint.mimics}; "
+                    f"urdf: joints that move by themselves expected, but {joint.name} mimics {joint.mimics}; "
                     "remove <mimic>, and fix the joint or declare the motor's turning by couplings"
                 )
         numbers = range(1, len(self.joints) + 1)
@@ -127,6 +163,21 @@ class Chain(ConfigSection):
                     f"by = {coupling.by} found"
                 )
 
+    def _check_names(self, known: dict[str, UrdfJoint], movable: str) -> None:
+        """Raise ValueError unless all joints and links that keys name are those of the URDF."""
+        named = {"joints": self.joints, "fixed": self.fixed, "start": self.start}
+        for key, name in ((key, name) for key, names in named.items() for name in names):
+            if name not in known or known[name].type is None:
+                found = "a fixed one" if name in known else "no joint of that name"
+                raise ValueError(f"{key}: movable joints of the URDF expected ({movable}), '{name}' found, {found}")
+            if self.joints.count(name) + (name in self.fixed) > 1:
+                raise ValueError(f"{key}: every joint once in joints or fixed expected, '{name}' twice found")
+        links = {link for joint in known.values() for link in (joint.parent, joint.child)}
+        ends = [("loops", end) for loop in self.loops for end in (loop.a, loop.b)]
+        for key, link in (*ends, *[("tool", self.tool)] * bool(self.tool)):
+            if link not in links:
+                raise ValueError(f"{key}: links of the URDF expected ({', '.join(sorted(links))}), '{link}' found")
+
 
 def with_text(content: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Replace the path of a URDF in the `content` of a rig file in `folder` by the text of that file.
@@ -136,13 +187,7 @@ def with_text(content: dict[str, Any], folder: Path) -> dict[str, Any]:
     """
     if not isinstance(name := content.get("urdf"), str):
         return content
-    path = folder / name
-    try:
-        return content | {"urdf": path.read_text(encoding="utf-8")}
-    except FileNotFoundError:
-        raise BadInput(f"URDF {path} does not exist; correct 'urdf' in the rig file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInput(f"URDF {path} cannot be read: {error}; check the file") from None
+    return content | {"urdf": bounded_text(folder / name, "'urdf' of the rig file:")}
 
 
 @lru_cache(maxsize=16)

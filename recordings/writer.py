@@ -3,8 +3,9 @@
 import contextlib
 import os
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
+from itertools import chain
 from pathlib import Path
 from types import TracebackType
 from typing import Any, NoReturn, Self
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from recordings import schemas
 from recordings.cdr import Encoder
 from recordings.container_writer import LIBRARY, PROFILE
+from recordings.description import description_messages
 from recordings.errors import BadInput, RunFailed
 from recordings.files import create
 from recordings.metadata import clean, rig_record, run_record
@@ -100,7 +102,9 @@ class RecordingWriter:
         self._mcap: Any = Writer(self._stream, enable_data_crcs=True)
         try:
             self._mcap.start(profile=PROFILE, library=LIBRARY)
-            self._channels = {topic: self._register(topic) for topic in schemas.TOPICS}
+            self._description = description_messages(rig)
+            topics = *schemas.TOPICS, *schemas.DESCRIPTION_TOPICS
+            self._channels = {topic: self._register(topic) for topic in topics}
             self._mcap.add_metadata("rig", rig_record(rig))
             self._mcap.add_metadata("run", run_record(run))
             self._stream.flush()
@@ -117,11 +121,13 @@ class RecordingWriter:
         effort: Numbers | None = None,
     ) -> None:
         """Write measured joint positions [rad], NaN where lost; velocities [rad/s] and efforts [N m] if measured."""
-        self._joint_state("/joint_states", stamp_ns, log_ns, position, velocity, effort)
+        encoder = joint_state_encoder(self._joints, velocity is not None, effort is not None)
+        measured = [values for values in (position, velocity, effort) if values is not None]
+        self._add("/joint_states", stamp_ns, log_ns, encoder, chain(*measured))
 
     def joint_commands(self, stamp_ns: int, log_ns: int, position: Numbers) -> None:
         """Write the joint reference [rad] sent for this SYNC."""
-        self._joint_state("/joint_commands", stamp_ns, log_ns, position, None, None)
+        self._add("/joint_commands", stamp_ns, log_ns, joint_state_encoder(self._joints), position)
 
     def amplifiers(
         self,
@@ -139,13 +145,10 @@ class RecordingWriter:
 
         `voltage_stamp_ns` holds the measurement times of the voltages if they differ from the SYNC instant.
         """
-        stamp = divmod(stamp_ns, 10**9)
-        if voltage_stamp_ns is None:
-            voltage_stamps = [*stamp] * len(self._joints)
-        else:
-            voltage_stamps = [number for instant in voltage_stamp_ns for number in divmod(instant, 10**9)]
-        values = [*stamp, cycle, repeat, lateness, *voltage, *voltage_stamps, *statusword, *error_code]
-        self._add("/amplifiers", stamp_ns, log_ns, self._amplifiers.pack(values))
+        instants = [stamp_ns] * len(self._joints) if voltage_stamp_ns is None else voltage_stamp_ns
+        voltage_stamps = [number for instant in instants for number in divmod(instant, 10**9)]
+        values = (cycle, repeat, lateness, *voltage, *voltage_stamps, *statusword, *error_code)
+        self._add("/amplifiers", stamp_ns, log_ns, self._amplifiers, values)
 
     def extra(self, stamp_ns: int, log_ns: int, values: Mapping[str, float]) -> None:
         """Write further values of this SYNC; the names must be the same in every call."""
@@ -153,13 +156,11 @@ class RecordingWriter:
             texts = {"header.frame_id": ""} | {f"name.{i}": name for i, name in enumerate(values)}
             self._extra = Encoder(schemas.FIELDS["/extra"], texts, {"name": len(values), "value": len(values)})
             self._channels["/extra"] = self._register("/extra")
-        payload = self._extra.pack([*divmod(stamp_ns, 10**9), *values.values()])
-        self._add("/extra", stamp_ns, log_ns, payload)
+        self._add("/extra", stamp_ns, log_ns, self._extra, values.values())
 
     def platform_reference(self, stamp_ns: int, log_ns: int, xyz: Numbers) -> None:
         """Write the platform position [m] of the reference."""
-        payload = self._point.pack([*divmod(stamp_ns, 10**9), *xyz])
-        self._add("/platform_reference", stamp_ns, log_ns, payload)
+        self._add("/platform_reference", stamp_ns, log_ns, self._point, xyz)
 
     def can(
         self,
@@ -173,17 +174,15 @@ class RecordingWriter:
         extended: bool = False,
         error: bool = False,
     ) -> None:
-        """Write one CAN frame with at most 8 bytes; `sent` is False for received frames."""
-        encoder = self._sent if sent else self._received
-        stamp = divmod(stamp_ns, 10**9)
-        payload = encoder.pack([*stamp, arbitration_id, rtr, extended, error, len(data), *data.ljust(8, b"\0")])
-        self._add("/can", stamp_ns, log_ns, payload)
+        """Write one CAN frame, of CAN FD its first 8 bytes; `sent` is False for received frames."""
+        data = data[:8]
+        values = (arbitration_id, rtr, extended, error, len(data), *data.ljust(8, b"\0"))
+        self._add("/can", stamp_ns, log_ns, self._sent if sent else self._received, values)
 
     def event(self, log_ns: int, level: schemas.Level, source: str, message: str) -> None:
         """Write an event: a state change, EMCY, missed cycle, or a stop and its reason."""
         encoder = Encoder(schemas.FIELDS["/events"], {"name": source, "msg": message, "file": "", "function": ""}, {})
-        payload = encoder.pack([*divmod(log_ns, 10**9), schemas.LEVELS[level], 0])
-        self._add("/events", log_ns, log_ns, payload)
+        self._add("/events", log_ns, log_ns, encoder, (schemas.LEVELS[level], 0))
 
     def close(self, exit_status: int, reason: str) -> None:
         """Write the end of the run and the summary; without effect on a closed recording."""
@@ -218,28 +217,16 @@ class RecordingWriter:
         channel: int = self._mcap.register_channel(topic, "cdr", schema)
         return channel
 
-    def _joint_state(
-        self,
-        topic: str,
-        stamp_ns: int,
-        log_ns: int,
-        position: Numbers,
-        velocity: Numbers | None,
-        effort: Numbers | None,
-    ) -> None:
-        encoder = joint_state_encoder(self._joints, velocity is not None, effort is not None)
-        values: list[float] = [*divmod(stamp_ns, 10**9), *position]
-        for measured in (velocity, effort):
-            if measured is not None:
-                values.extend(measured)
-        self._add(topic, stamp_ns, log_ns, encoder.pack(values))
-
-    def _add(self, topic: str, stamp_ns: int, log_ns: int, payload: bytes) -> None:
+    def _add(self, topic: str, stamp_ns: int, log_ns: int, encoder: Encoder, values: Iterable[float]) -> None:
+        """Write a message that begins with its stamp, and flush now and then."""
+        payload = encoder.pack([*divmod(stamp_ns, 10**9), *values])
         if not self._open:
             raise RecordingFailed(f"recording {self._path} is closed; nothing more can be recorded")
         try:
             if self._flushed is None:
                 self._flushed = log_ns
+                for about, message in self._description.items():
+                    self._mcap.add_message(self._channels[about], log_ns, message, stamp_ns)
             elif log_ns - self._flushed >= FLUSH_INTERVAL:
                 # Recorded time, not the wall clock, so that a simulated run is reproducible byte for byte.
                 self._mcap.flush()

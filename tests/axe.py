@@ -18,8 +18,9 @@ _SMALL_CONTROLS = """() => [...document.querySelectorAll(
 def findings(page: Any) -> list[str]:
     """Serious findings of axe-core on `page`, which includes a contrast below 4.5:1, and controls that are small."""
     page.evaluate(files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8"))
-    # The thousands of points in plots take minutes, in which the page does not answer its server.
-    options = "{exclude: ['.main-svg']}, {resultTypes: ['violations'], preload: false}"
+    # The thousands of points in plots take minutes, in which the page does not answer its server; if it does not, the
+    # server's library fades a notice in.
+    options = "{exclude: ['.main-svg', '.nicegui-error-popup']}, {resultTypes: ['violations'], preload: false}"
     violations = page.evaluate(f"axe.run({options})")["violations"]
     serious = [
         f"{violation['id']}: {node['html'][:150]}: {[check['message'] for check in node['any']]}"

@@ -28,4 +28,6 @@ def tab() -> Iterator[Any]:
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.set_default_timeout(1e3 * PATIENCE)
         yield page
+        if not page.is_closed():
+            print(page.inner_text("body"))  # what a test that failed saw
         browser.close()

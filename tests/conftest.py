@@ -5,9 +5,11 @@ import importlib
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,19 +28,46 @@ if (_worker := os.environ.get("PYTEST_XDIST_WORKER")) is not None:
         from numba.core.caching import _CacheLocator
 
         for _file in _ROOT.glob("ident/**/__pycache__/*.nb[ci]"):
-            _folder = _cache / _CacheLocator.get_suitable_cache_subpath(str(_file.parents[1] / "module.py"))
+            _place: Any = _CacheLocator  # Numba has no types
+            _folder = _cache / _place.get_suitable_cache_subpath(str(_file.parents[1] / "module.py"))
             _folder.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(_file, _folder / _file.name)
 
-# What the user of this machine has adopted is no part of any test.
+# What the user of this machine has adopted, and where drives stood, is no part of any test.
 os.environ["DELTA_WORKBENCH_EFFECTS"] = ""
+os.environ["DELTA_WORKBENCH_POSES"] = ""
 
 # On CI the examples are always the same; elsewhere they are drawn again each time.
 # There is no time limit, because the machine may be busy.
-_ANY_SPEED = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
+_ANY_SPEED: dict[str, Any] = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
 settings.register_profile("desk", **_ANY_SPEED)
 settings.register_profile("ci", derandomize=True, **_ANY_SPEED)
 settings.load_profile("ci" if os.environ.get("CI") == "true" else "desk")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add what `make test-slow` asks for."""
+    parser.addoption("--one-in", type=int, default=1, help="run one in so many variations of each slow test")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Of the variations of each slow test, keep the first, and one in `--one-in` of the others."""
+    seen: Counter[str] = Counter()
+    kept = []
+    for item in items:
+        name = item.nodeid.partition("[")[0]
+        seen[name] += (slow := item.get_closest_marker("slow") is not None)
+        if not slow or (seen[name] - 1) % config.getoption("--one-in") == 0:
+            kept.append(item)
+    items[:] = kept
+
+
+def pytest_runtest_setup() -> None:
+    """Listen to Ctrl-C, which some tests send to themselves.
+
+    A shell lets what it starts in the background ignore it, and so does a run that a signal has ended.
+    """
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_finish() -> None:
@@ -49,6 +78,14 @@ def pytest_collection_finish() -> None:
     """
     gc.collect()
     gc.freeze()
+
+
+@pytest.fixture
+def no_collection() -> Iterator[None]:
+    """Keep garbage collection out of a test that interrupts itself: its callbacks swallow an interrupt."""
+    gc.disable()
+    yield
+    gc.enable()
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,17 @@ from pathlib import Path
 from tests.documents import ROOT
 
 PAGE = ROOT / "docs" / "explanation" / "constants.md"
-ROOMS = ("data", "data_problems", "diagnosis", "estimation", "fleet", "residuals", "uncertainty")
+ROOMS = (
+    "data",
+    "data_problems",
+    "diagnosis",
+    "estimation",
+    "fleet",
+    "residuals",
+    "sequential",
+    "uncertainty",
+    "watch",
+)
 _GUARDS = {"_TINY", "TINY", "_SEED"}
 """Guards against division by zero, and seeds, shape no verdict."""
 _INTRODUCTION = """# The constants behind a verdict

@@ -16,14 +16,17 @@ from recordings.reader import read, read_can
 from recordings.recording import CanFrames, Recording
 from tests.conftest import launcher
 
+DRIVES = "".join(f"[[drives]]\nnode_id = {node}\n" for node in (1, 2, 3))
+"""Drives of a rig file with three joints."""
+
 
 def invoke(command: click.Command, *arguments: object) -> Result:
     """Run a `command` in this process."""
     return CliRunner().invoke(command, [str(argument) for argument in arguments])
 
 
-def printed(command: click.Command, *arguments: object) -> str:
-    """Standard output of a `command` that is run in this process.
+def ran(command: click.Command, *arguments: object) -> Result:
+    """Run a `command` in this process, which succeeds.
 
     Raises:
         BadInput: the command refuses its arguments.
@@ -33,7 +36,12 @@ def printed(command: click.Command, *arguments: object) -> str:
         raise result.exception
     if result.exit_code:
         raise BadInput(result.output)
-    return result.stdout
+    return result
+
+
+def printed(command: click.Command, *arguments: object) -> str:
+    """Standard output of a `command` that succeeds; errors as `ran`."""
+    return ran(command, *arguments).stdout
 
 
 def wait_until_moving(process: "subprocess.Popen[str]", cycles: int = 250) -> bool:
@@ -61,11 +69,17 @@ def free_port(kind: socket.SocketKind = socket.SOCK_DGRAM) -> int:
         return port
 
 
+def udp_bus() -> str:
+    """Bus of a rig file that other programs on this machine can reach."""
+    return f'[bus]\ninterface = "udp_multicast"\nchannel = "239.74.163.2"\nport = {free_port()}\n'
+
+
 @contextmanager
 def served(folder: Path, *arguments: object) -> Iterator["subprocess.Popen[str]"]:
-    """Run `daq sim` until the end of the block, which begins when it is ready; it ends orderly."""
-    command = [*launcher("daq"), "sim", *map(str, arguments)]
-    with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    """Run `daq sim` until the end of the block, which begins when it is ready; it ends orderly, or with us."""
+    command = [*launcher("daq"), "sim", "--until-eof", *map(str, arguments)]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, cwd=folder, text=True, stdin=pipe, stdout=pipe, stderr=pipe) as process:
         assert process.stdout is not None
         assert "simulated drives" in process.stdout.readline()
         try:

@@ -49,7 +49,9 @@ def test_every_named_make_target_and_file_exists(document: Path) -> None:
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), f"make {target}"
     for link in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", text):
         assert (document.parent / link).exists(), link
-    for path in re.findall(r"`((?:daq|docs|drivers|ident|recordings|tests|trajectories|web)/[a-z0-9_/-]+\.py)", text):
+    for path in re.findall(
+        r"`((?:daq|docs|drivers|ident|recordings|tests|trajectories|delta_web)/[a-z0-9_/-]+\.py)", text
+    ):
         assert (ROOT / path).exists(), path
 
 

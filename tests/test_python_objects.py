@@ -3,8 +3,12 @@
 import multiprocessing
 import pickle
 import runpy
+import signal
 import sys
+import threading
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from operator import methodcaller
 from pathlib import Path
 
@@ -14,6 +18,7 @@ import pytest
 import ident
 from ident.identification.model import Model
 from recordings import reader
+from recordings.imported import measured_torque
 from recordings.importing import Description, import_data
 from recordings.recording import Recording
 from tests.documents import ROOT
@@ -58,12 +63,12 @@ def test_arrays_frames_and_files_give_the_same_recording(train: Recording, tmp_p
         ),
     }
     for name, recording in doors.items():
-        for signal in SIGNALS:
-            expected, found = getattr(train, signal), getattr(recording, signal)
-            if signal == "rig":
+        for field in SIGNALS:
+            expected, found = getattr(train, field), getattr(recording, field)
+            if field == "rig":
                 assert found == expected, name
             else:
-                np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12, err_msg=f"{name}: {signal}")
+                np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12, err_msg=f"{name}: {field}")
         assert (recording.run.period, recording.run.cycles) == (train.run.period, train.run.cycles)
     assert len({recording.digest for recording in doors.values()}) == len(doors)
     assert doors["import"].digest != reader.read(tmp_path / "a.mcap").run.trajectory_digest
@@ -92,7 +97,6 @@ def test_the_same_arrays_are_not_used_twice(train: Recording) -> None:
 
 def test_parameters_have_intervals_units_and_a_covariance(model: Model) -> None:
     drag_found = model.parameters["quadratic_friction.a1"]
-    assert drag_found.ci95 is not None
     assert drag_found.ci95[0] < DRAG < drag_found.ci95[1]
     assert (float(drag_found), drag_found.unit) == (drag_found.value, "N m s^2/rad^2")
     covariance, frame = model.covariance, model.to_frame()
@@ -109,7 +113,8 @@ def test_compared_checked_drawn_and_exported(model: Model, other: Recording, tmp
     assert residuals.plot().data
     document = ident.check(other)
     assert {entry.effect: entry.status for entry in document.effects}["quadratic_friction"] == "visible"
-    assert model.export("c", tmp_path / "controller", on=other).carried == ("quadratic_friction",)
+    for on in (None, other):
+        assert model.export("c", tmp_path / "controller", on=on).carried == ("quadratic_friction",)
     assert (tmp_path / "controller" / "delta_model.c").is_file()
     model.save(tmp_path / "m.json")
     with pytest.raises(ident.BadInput, match="the recording of the fit, is not at hand"):
@@ -120,8 +125,8 @@ def test_objects_show_a_line_and_a_table_without_markup_of_others(model: Model, 
     odd = ident.Recording.from_frame(
         train.to_frame().rename(columns={"cycle": "<b>"}), rig=train.rig.model_copy(update={"name": "<i>"})
     )
-    for shown in (model, ident.compare(model, train), odd):
-        assert len(repr(shown)) < 150
+    for shown in (model, ident.compare(model, train), ident.check(train), odd):
+        assert len(str(shown)) < 150
         assert "\n" not in repr(shown)
         assert shown._repr_html_().startswith("<table>")
     assert "<i>" not in odd._repr_html_()
@@ -134,12 +139,79 @@ def test_a_frame_without_pandas_says_how_to_get_it(model: Model, monkeypatch: py
         model.to_frame()
 
 
-def test_models_work_in_other_processes(model: Model, other: Recording) -> None:
-    models = [model, ident.fit(other, method="ls")]
+def test_models_and_ten_recordings_work_in_other_processes(model: Model) -> None:
+    recordings, fit = [measured(shape) for shape in range(10)], partial(ident.fit, method="ls")
     motion = [np.linspace(-1, 1, 20)[:, None]] * 3
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        models = [model, *pool.map(fit, recordings)]
         found = list(pool.map(methodcaller("torque", *motion), models))
     np.testing.assert_array_equal(found, [each.torque(*motion) for each in models])
+    assert [each.parameters for each in models[1:]] == [fit(each).parameters for each in recordings]
+
+
+@pytest.mark.usefixtures("no_collection")
+def test_an_interrupt_ends_a_call_and_the_next_one_works(train: Recording, other: Recording, model: Model) -> None:
+    main = threading.get_ident()
+
+    def interrupted(*_: object) -> None:
+        """As Ctrl-C, or the button of a notebook, at this moment."""
+        signal.pthread_kill(main, signal.SIGINT)
+
+    calls: tuple[Callable[[], object], ...] = (
+        lambda: ident.fit(train, method="pso", progress=interrupted),
+        lambda: ident.diagnose(train, validate=other, progress=interrupted),
+        lambda: ident.check(train, progress=interrupted),
+    )
+    for call in calls:
+        with pytest.raises(KeyboardInterrupt):
+            call()
+    again = ident.fit(train, validate=other, method="ls", effects=["quadratic_friction"])
+    assert again.parameters == model.parameters
+
+
+@pytest.mark.slow
+def test_every_call_of_the_contract(
+    train: Recording, other: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, made in (("a", train), ("b", other)):
+        made.to_frame().to_csv(f"{name}.csv", index=False)
+        import_data(Path(f"{name}.csv"), Path(f"{name}.mcap"), Description(rig=made.rig))
+    recording = ident.read("a.mcap")
+    recording.to_frame().rename(columns={"effort_1": "i1"}).to_csv("a.csv", index=False)
+    assert ident.read("a.csv", map={"effort_1": "i1:A*0.12"}, rig=train.rig).effort is not None
+    time, position, more = np.arange(9.0), np.sin(np.arange(27.0)).reshape(9, 3), np.ones((9, 3))
+    told = {"velocity": more, "command": position, "temperature": more, "cycle": np.zeros(9, int), "rig": None}
+    for torque in ("effort", "voltage"):
+        assert ident.Recording.from_arrays(time, position, **{torque: more}, **told).rig.dof == 3
+    motor = train.rig.model_copy(update={"torque": measured_torque(1, (0.12,))})
+    driven = ident.Recording.from_arrays(time, position[:, 0], current=more[:, 0], rig=motor)
+    assert driven.effort == pytest.approx(0.12)
+
+    short = {"particles": 80, "iterations": 20}
+    model = ident.fit("a.mcap", validate="b.mcap", method="pso", effects=["stribeck"], settings=short)
+    model.save("m.json")
+    model = ident.load_model("m.json")
+    for each in model.parameters.values():
+        assert (float(each), bool(each.unit), each.ci95 is None) == (each.value, True, each.std is None)
+    assert len(model.to_frame()) == len(model.parameters) == len(model.covariance)
+    assert model.export("c", "controller/", on="a.mcap").carried == ("stribeck",)
+    residuals = ident.compare(model, "b.mcap")
+    assert set(residuals.as_json()) >= {"recordings", "data_problems"}
+    assert ident.check(recording).effects
+
+    diagnosis = ident.diagnose("a.mcap", validate="b.mcap")
+    assert diagnosis.verdict == "missing-effect"
+    assert all(figure.data for figure in (diagnosis.plot(), residuals.plot()))
+    assert diagnosis.propose("law.py") is None
+    assert diagnosis.model.export("c", "diagnosed/").carried == diagnosis.model.effects
+
+    q = qd = qdd = np.full((4, 1), 0.3)
+    torque = diagnosis.model.torque(q, qd, qdd, dt=0.01, t=np.arange(4.0), temperature=q)
+    np.testing.assert_allclose(sum(diagnosis.model.terms(q, qd, qdd, dt=0.01).values()), torque)
+    np.testing.assert_allclose(diagnosis.model.acceleration(q, qd, torque), qdd)
+    assert diagnosis.model.voltage(q, qd, qdd).shape == q.shape
+    assert diagnosis.model.inertia(q).shape == (4, 1, 1)
 
 
 @pytest.mark.slow

@@ -8,11 +8,11 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
 
+from delta_web.palette import JOINTS
 from recordings.recording import Floats
 from recordings.rig import Limits, Rig
 from trajectories.checks import torque_estimate
 from trajectories.trajectory import Trajectory
-from web.palette import JOINTS
 
 QUIET, SHADOW, RAMP, LIMIT = "#6A6A6A", "#CFCFCF", "#F0F0F0", "#B00020"
 SPEED_COLOURS = "viridis"

@@ -5,19 +5,13 @@ from pathlib import Path
 import numpy as np
 
 from recordings.config import read_toml
-from recordings.csv_table import CsvTable, read_table
+from recordings.csv_table import read_table
 from recordings.errors import BadInput
+from recordings.importing.table import Table
 from recordings.recording import Floats
 from trajectories import spline
 from trajectories.fourier import FourierSeries
 from trajectories.motion import PlannedMotion, Space
-
-HEADERS: dict[tuple[str, ...], Space] = {
-    ("time", "x", "y", "z"): "platform",
-    ("time", "joint_1", "joint_2", "joint_3"): "joint",
-}
-"""Columns of a CSV trajectory; time in s, platform in m, joints in rad."""
-
 
 _MAX_NUMBER = 1e6
 """Largest accepted number [s, m or rad]."""
@@ -26,8 +20,9 @@ _MAX_NUMBER = 1e6
 def read_motion(path: Path) -> PlannedMotion:
     """Read a trajectory file.
 
-    A `.toml` file is a `FourierSeries`. A `.csv` file has one of HEADERS and one row per point, evenly spaced or not.
-    A quintic spline connects the points. The motion repeats if the last row has the coordinates of the first.
+    A `.toml` file is a `FourierSeries`. A `.csv` file has the columns time, x, y, z [s, m] or time, joint_1, ...,
+    joint_n [s, rad or m], and one row per point, evenly spaced or not. A quintic spline connects the points. The
+    motion repeats if the last row has the coordinates of the first.
 
     Raises:
         BadInput: the file is missing or invalid; the error names the line.
@@ -36,15 +31,17 @@ def read_motion(path: Path) -> PlannedMotion:
         return read_toml(path, FourierSeries, "trajectory file").motion(path.name)
     table = read_table(path)
     points = np.column_stack(list(table.columns.values()))
-    space = HEADERS.get(tuple(table.columns))
-    if space is None:
-        known = " or ".join(f"'{','.join(names)}'" for names in HEADERS)
-        raise BadInput(f"{path}, line 1: the header {known} expected, '{','.join(table.columns)[:60]}' found")
+    names = list(table.columns)
+    space: Space = "platform" if names == ["time", "x", "y", "z"] else "joint"
+    joints = range(1, max(len(names), 2))
+    if space == "joint" and names != ["time", *(f"joint_{joint}" for joint in joints)]:
+        known = "the header 'time,x,y,z' or 'time,joint_1,...,joint_n'"
+        raise BadInput(f"{path}, line 1: {known} expected, '{','.join(names)[:60]}' found; correct it")
     _check_points(table, points)
     return spline.through(path.name, f"spline through {len(points)} points", space, points[:, 0], points[:, 1:])
 
 
-def _check_points(table: CsvTable, points: Floats) -> None:
+def _check_points(table: Table, points: Floats) -> None:
     wrong = np.argwhere(~(np.abs(points) <= _MAX_NUMBER))
     if len(wrong):
         row, column = wrong[0].tolist()

@@ -20,21 +20,15 @@ _ignore_invalid = np.errstate(invalid="ignore", divide="ignore")
 
 
 class Unreachable(BadInput):
-    """The mechanism does not close at one instant.
+    """The mechanism does not close at one instant, the one with the index `row`."""
 
-    `row` is the index of that instant. `limb` is 1, 2 or 3, or None where no single limb is the cause. `excess` [m]
-    is the amount by which a length is too short or too long.
-    """
-
-    def __init__(self, what: str, *, row: int, limb: int | None, excess: float, remedy: str) -> None:
-        super().__init__(f"row {row}: {what}; {remedy}")
-        self.what, self.row, self.limb, self.excess, self.remedy = what, row, limb, excess, remedy
+    def __init__(self, what: str, row: int, instant: str | None = None) -> None:
+        super().__init__(f"{instant or f'row {row}'}: {what}")
+        self.what, self.row = what, row
 
     def at(self, instant: str) -> "Unreachable":
         """Copy the error with `instant` (e.g. "t = 1.250 s") in place of the row number."""
-        error = Unreachable(self.what, row=self.row, limb=self.limb, excess=self.excess, remedy=self.remedy)
-        error.args = (f"{instant}: {self.what}; {self.remedy}",)
-        return error
+        return Unreachable(self.what, self.row, instant)
 
 
 @_ignore_invalid
@@ -161,11 +155,8 @@ def _check_closed(geometry: Geometry, radius_squared: Floats) -> None:
         excess = float(np.sqrt(radius_squared[row])) - geometry.L2
         raise Unreachable(
             f"the joint angles tear the mechanism apart: its forearms are {1e3 * excess:.3f} mm shorter than the "
-            "radius of the circle through the elbows",
-            row=row,
-            limb=None,
-            excess=excess,
-            remedy="check the angles, their zero offsets and the geometry",
+            "radius of the circle through the elbows; check the angles, their zero offsets and the geometry",
+            row,
         )
 
 
@@ -181,11 +172,9 @@ def _check_reach(geometry: Geometry, P: Floats, reach: Floats, y: Floats) -> Non
         miss = float(excess[row, limb])
         error = "short" if too_short[row, limb] > 0 else "long"
         raise Unreachable(
-            f"limb {limb + 1} cannot reach {_point(P[row])}, its forearm is {1e3 * miss:.3f} mm too {error}",
-            row=row,
-            limb=limb + 1,
-            excess=miss,
-            remedy="move the path towards the middle of the workspace",
+            f"limb {limb + 1} cannot reach {_point(P[row])}, its forearm is {1e3 * miss:.3f} mm too {error}; "
+            "move the path towards the middle of the workspace",
+            row,
         )
 
 
@@ -198,11 +187,9 @@ def _check_not_flipped(geometry: Geometry, theta: Floats, P: Floats) -> None:
         row = int(np.argmax(flipped))
         excess = float(height[row] / np.linalg.norm(_stacked(normal)[row]))
         raise Unreachable(
-            f"at {_point(P[row])} the platform stands {1e3 * excess:.3f} mm above the plane of its elbows",
-            row=row,
-            limb=None,
-            excess=excess,
-            remedy="lower the path (z points up, the platform hangs below the base)",
+            f"at {_point(P[row])} the platform stands {1e3 * excess:.3f} mm above the plane of its elbows; "
+            "lower the path (z points up, the platform hangs below the base)",
+            row,
         )
 
 

@@ -4,11 +4,10 @@ import math
 
 import numpy as np
 
-from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Limits, Rig
 from trajectories import kinematics
-from trajectories.motion import PlannedMotion
+from trajectories.motion import PlannedMotion, of_one_joint
 
 PERIOD = 20.0
 """Duration of one repetition [s]. Long against the distance of the lines: what noise, quantisation and friction add
@@ -37,8 +36,6 @@ def multisine(rig: Rig, joint: int, amplitude: float) -> PlannedMotion:
     Raises:
         BadInput: there is no such joint.
     """
-    if not 1 <= joint <= rig.dof:
-        raise BadInput(f"--joint: 1 to {rig.dof} expected, {joint} found")
     frequencies = lines(rig.rate)
     shape = np.prod([np.minimum(1.0, corner / frequencies) for corner in _CORNERS], axis=0)
     number = np.arange(1, len(frequencies) + 1)
@@ -46,10 +43,8 @@ def multisine(rig: Rig, joint: int, amplitude: float) -> PlannedMotion:
     shape *= _scale(frequencies, shape, phases, amplitude, rig.limits)
     pose = middle_pose(rig)
 
-    def sample(time: Floats) -> tuple[Floats, Floats, Floats]:
-        position, velocity, acceleration = (np.tile(row, (len(time), 1)) for row in (pose, 0 * pose, 0 * pose))
-        for target, derivative in zip((position, velocity, acceleration), range(3), strict=True):
-            target[:, joint - 1] += _sum(time, frequencies, shape, phases, derivative)
+    def deviation(time: Floats) -> tuple[Floats, Floats, Floats]:
+        position, velocity, acceleration = (_sum(time, frequencies, shape, phases, order) for order in range(3))
         return position, velocity, acceleration
 
     return PlannedMotion(
@@ -59,7 +54,7 @@ def multisine(rig: Rig, joint: int, amplitude: float) -> PlannedMotion:
         duration=PERIOD,
         periodic=True,
         definition=repr((joint, pose.tolist(), frequencies.tolist(), shape.tolist())),
-        sample=sample,
+        sample=of_one_joint(rig, joint, pose, deviation),
     )
 
 

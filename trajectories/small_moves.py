@@ -7,16 +7,15 @@ import numpy as np
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Rig
+from trajectories.approach import GENTLE_ACCELERATION
 from trajectories.checks import LimitExceeded, check, usage
-from trajectories.motion import PlannedMotion
+from trajectories.motion import PlannedMotion, of_one_joint
 from trajectories.trajectory import RAMP_SECONDS, Trajectory, assemble
 
 LARGEST = 0.5
 """Largest angle of one jog [rad]: an error in counts_per_turn or gear multiplies it."""
 SPEED = 0.1
 """Joint speed of a jog [rad/s]: 35 mm/s at the elbow of the default robot."""
-SWING_ACCELERATION = 4.0
-"""Largest joint acceleration of a swing [rad/s^2], that of the approach to any motion."""
 SWINGS = 6
 
 
@@ -26,13 +25,10 @@ def jog(rig: Rig, pose: Floats, joint: int, by: float, speed: float = SPEED) -> 
     Raises:
         BadInput: there is no such joint.
     """
-    direction = _direction(rig, joint)
     duration = max(2 * RAMP_SECONDS, abs(by) / speed)
-
-    def sample(time: Floats) -> tuple[Floats, Floats, Floats]:
-        moved = np.outer(by * time / duration, direction)
-        return pose + moved, np.tile(by / duration * direction, (len(time), 1)), np.zeros_like(moved)
-
+    sample = of_one_joint(
+        rig, joint, pose, lambda time: (by * time / duration, np.full_like(time, by / duration), np.zeros_like(time))
+    )
     description = f"joint {joint} by {by:+g} {rig.position_units[joint - 1]}"
     motion = PlannedMotion(f"jog-{joint}", description, "joint", duration, False, repr((joint, by, speed)), sample)
     return assemble(motion, rig, 1)
@@ -44,26 +40,18 @@ def swing(rig: Rig, pose: Floats, joint: int, amplitude: float) -> Trajectory:
     Raises:
         BadInput: there is no such joint.
     """
-    direction = _direction(rig, joint)
-    omega = math.sqrt(SWING_ACCELERATION / amplitude)
+    omega = math.sqrt(GENTLE_ACCELERATION / amplitude)
 
-    def sample(time: Floats) -> tuple[Floats, Floats, Floats]:
-        position, velocity, acceleration = (
-            np.outer(amplitude * omega**order * np.sin(omega * time + order * np.pi / 2), direction)
-            for order in range(3)
-        )
-        return pose + position, velocity, acceleration
+    def derivative(order: int, time: Floats) -> Floats:
+        return amplitude * omega**order * np.sin(omega * time + order * np.pi / 2)
 
+    sample = of_one_joint(
+        rig, joint, pose, lambda time: (derivative(0, time), derivative(1, time), derivative(2, time))
+    )
     description = f"joint {joint} by ±{amplitude:g} {rig.position_units[joint - 1]}"
     period, definition = 2 * math.pi / omega, repr((joint, amplitude))
     motion = PlannedMotion(f"axis-check-{joint}", description, "joint", period, True, definition, sample)
     return assemble(motion, rig, SWINGS)
-
-
-def _direction(rig: Rig, joint: int) -> Floats:
-    if not 1 <= joint <= rig.dof:
-        raise BadInput(f"--joint: 1 to {rig.dof} expected, {joint} found")
-    return np.eye(rig.dof)[joint - 1]
 
 
 def within_limits(trajectory: Trajectory, rig: Rig) -> Trajectory:

@@ -178,7 +178,10 @@ def _joint_states(motion: PlannedMotion, rig: Rig, timing: _Timing) -> tuple[Flo
             )
         return _platform(rig, position), position, velocity, acceleration
     if rig.mechanism != "delta":
-        raise BadInput(f"{motion.name}: a motion of joints expected for {rig.mechanism}, one of a platform found")
+        raise BadInput(
+            f"{motion.name}: a motion of joints expected for {rig.mechanism}, one of a platform found; ident design "
+            "--rig FILE makes one, or write a trajectory file with the columns time,joint_1,...,joint_n"
+        )
     theta = kinematics.inverse(rig.geometry, position)
     return position, theta, *kinematics.joint_motion(rig.geometry, theta, position, velocity, acceleration)
 

@@ -1,6 +1,5 @@
 """`python -m benchmarks.ablation [--cases N] [--hours H]`: which constants the verdicts need."""
 
-import signal
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -41,29 +40,21 @@ def main(count: int, traps: int, data: Path, hours: float, seed: int, jobs: int,
     real machines. What is done is not repeated: the same command
     continues. Ctrl-C stops.
     """
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.default_int_handler)
     version = digest([variants.PACKAGE.replace(".", "/")])
     results = Results(RESULTS / f"{version}.tsv", version, variants.variants())
-    try:
+    with work.interruptible():
         every = [*_robots(count, folder, jobs), *_traps(traps), *_machines(data)]
         todo = [Pair(subject) for subject in every if subject.name not in results.today]
         for trial in work.run_all(subjects.watch, todo, jobs, "watch", _summary):
             results.add(trial)
         _try(results, every, seed, jobs, hours)
-    except KeyboardInterrupt:
-        click.echo("stopped; the same command continues", err=True)
-        raise SystemExit(1) from None
     _print(results, every, seed)
 
 
 def _robots(count: int, folder: Path, jobs: int) -> list[Subject]:
     """The first `count` cases of the part `chosen` that are possible, recorded into the `folder`."""
-    folder.mkdir(parents=True, exist_ok=True)
     every = cases("foreign", "chosen")[:count]
-    todo = [case for case in every if not recording.is_recorded(case, folder)]
-    for _ in work.run_all(partial(recording.record, root=folder), todo, jobs, "record"):
-        pass
+    recording.record_missing(every, folder, jobs)
     return [
         Subject(case.name, partial(subjects.robot, case, folder))
         for case in every

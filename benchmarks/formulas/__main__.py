@@ -11,7 +11,7 @@ from benchmarks.formulas.rivals import RIVALS
 from benchmarks.formulas.scoring import score
 from benchmarks.hidden_effects import recording, sources, work
 from benchmarks.hidden_effects.cases import Kind, Part
-from benchmarks.hidden_effects.diagnosing import Answers, engine
+from benchmarks.hidden_effects.diagnosing import engine
 from benchmarks.hidden_effects.parts import PARTS
 from drivers.simulated.seal import sealed_path, unseal
 from tests.foreign.pairs import TRAIN
@@ -39,19 +39,14 @@ def main(
     part: Part, lock: str | None, kinds: tuple[Kind, ...], count: int, rivals: bool, jobs: int, folder: Path
 ) -> None:
     """Hide laws, record, diagnose blind, propose formulas, score. Finished cases are not repeated; Ctrl-C stops."""
-    folder.mkdir(parents=True, exist_ok=True)
     digest = lock or sources.commit()
     selected = [case for kind in kinds for case in cases(kind, part, digest)[:count]]
-    todo = [case for case in selected if not recording.is_recorded(case, folder)]
-    for _ in work.run_all(partial(recording.record, root=folder), todo, jobs, "record"):
-        pass
-    answers, version = Answers(folder), f"{engine()}{' with rivals' * rivals}"
+    recording.record_missing(selected, folder, jobs)
+    version = f"{engine()}{' with rivals' * rivals}"
     possible = [case for case in selected if recording.is_possible(case, folder)]
-    todo = [case for case in possible if case.name not in answers.of(version)]
     task = partial(diagnosing.run, root=folder, engine=version, names=RIVALS * rivals)
-    for line in work.run_all(task, todo, jobs, "diagnose", lambda line: str(line.get("formula", line))):
-        answers.append(line)
-    diagnosed = answers.of(version)
+    answers = work.Answers(folder)
+    diagnosed = answers.completed(version, possible, task, jobs, lambda line: str(line.get("formula", line)))
     truths = [unseal(sealed_path(folder / case.name / TRAIN)) for case in possible]
     scored = [score(case, truth, diagnosed[case.name]) for case, truth in zip(possible, truths, strict=True)]
     click.echo(

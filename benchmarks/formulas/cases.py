@@ -4,9 +4,8 @@ from zlib import crc32
 
 import numpy as np
 
-from benchmarks.hidden_effects.cases import HiddenCase, Kind, Part
+from benchmarks.hidden_effects.cases import HiddenCase, Kind, Part, drawn_effects
 from benchmarks.hidden_effects.drawn_cases import evenly, with_conditions
-from drivers.simulated.effect import library
 from tests.foreign.beyond_library import QUANTITIES
 
 _SIZES = (0.03, 0.04, 0.05)
@@ -21,7 +20,7 @@ def cases(kind: Kind, part: Part, digest: str = "") -> list[HiddenCase]:
     """
     digest = digest if part == "locked" else ""
     rng = np.random.default_rng(crc32(f"formulas {kind} {part} {digest}".encode()))
-    names = evenly(rng, tuple(QUANTITIES) if kind == "outside" else library(), _COUNT)
+    names = evenly(rng, tuple(QUANTITIES) if kind == "outside" else drawn_effects(), _COUNT)
     hidden = [((), ())] * _COUNT if kind == "nothing" else [((name,), (float(rng.choice(_SIZES)),)) for name in names]
     return [
         with_conditions(HiddenCase("foreign", kind, effects, sizes, "any", number, part, digest))

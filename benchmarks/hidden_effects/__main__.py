@@ -1,6 +1,5 @@
 """`python -m benchmarks.hidden_effects [--plant foreign] [--part chosen] [--cases N] [--stage score] ...`."""
 
-import signal
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -49,7 +48,7 @@ def main(
     if plant == "simulated" and part != "tuned":
         raise click.UsageError(f"the simulated rig has the tuned part only; for the {part} part use --plant foreign")
     root = folder or FOLDERS[plant]
-    root.mkdir(parents=True, exist_ok=True)
+    answers = work.Answers(root)
     digest = lock or sources.commit()
 
     def select(part: Part) -> list[HiddenCase]:
@@ -57,42 +56,24 @@ def main(
 
     selected = select(part)
     stages = stages or STAGES
-    # A shell makes background processes ignore Ctrl-C.
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.default_int_handler)
-    try:
+    with work.interruptible():
         if "record" in stages:
-            _record(selected, root, jobs)
+            recording.record_missing(selected, root, jobs)
         if "diagnose" in stages:
-            _diagnose(selected, root, jobs)
-    except KeyboardInterrupt:
-        click.echo("stopped; the same command continues", err=True)
-        raise SystemExit(1) from None
+            engine = diagnosing.engine()
+            task = partial(diagnosing.diagnose, root=root, engine=engine)
+            answers.completed(engine, _recorded(selected, root), task, jobs, diagnosing.summary)
     if "score" in stages:
-        _score(select, root, digest, strict)
+        _score(select, root, answers, digest, strict)
 
 
 def _is_selected(case: HiddenCase, only: Sequence[str]) -> bool:
     return not only or any(word in case.name for word in only)
 
 
-def _record(selected: Sequence[HiddenCase], root: Path, jobs: int) -> None:
-    todo = [case for case in selected if not recording.is_recorded(case, root)]
-    for _ in work.run_all(partial(recording.record, root=root), todo, jobs, "record"):
-        pass
-
-
-def _diagnose(selected: Sequence[HiddenCase], root: Path, jobs: int) -> None:
-    engine, answers = diagnosing.engine(), diagnosing.Answers(root)
-    diagnosed = answers.of(engine)
-    todo = [case for case in _recorded(selected, root) if case.name not in diagnosed]
-    task = partial(diagnosing.diagnose, root=root, engine=engine)
-    for line in work.run_all(task, todo, jobs, "diagnose", diagnosing.summary):
-        answers.append(line)
-
-
-def _score(select: Callable[[Part], list[HiddenCase]], root: Path, digest: str, strict: bool) -> None:
-    answers = diagnosing.Answers(root)
+def _score(
+    select: Callable[[Part], list[HiddenCase]], root: Path, answers: work.Answers, digest: str, strict: bool
+) -> None:
     engine = answers.last_engine()
     diagnoses = answers.of(engine) if engine else {}
     judged = {part: _judged(select(part), root, diagnoses) for part in PARTS}

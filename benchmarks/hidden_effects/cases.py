@@ -4,12 +4,21 @@ from dataclasses import dataclass
 from typing import Literal
 from zlib import crc32
 
+from drivers.simulated.effect import library
+
 PlantName = Literal["simulated", "foreign"]
 Part = Literal["tuned", "chosen", "locked"]
-Kind = Literal["nothing", "single", "pair", "outside"]
+Kind = Literal["nothing", "single", "pair", "outside", "added"]
 RobotName = Literal["default", "heavy", "light", "any"]
 Signal = Literal["voltage", "effort"]
 
+ADDED = (
+    "directional_load_friction",
+    "passive_joint_friction",
+    "self_heating",
+    "stribeck_load_friction",
+)
+"""Single effects that came later: cases of a kind of their own, drawn last, so that all others stay the same."""
 COMMAND_ONLY = ("amplifier_deadband", "amplifier_saturation")
 """Effects that are not visible in motor voltages."""
 VOLTAGE_ONLY = (*COMMAND_ONLY, "back_emf", "torque_gain_mismatch", "torque_map_exponent")
@@ -27,6 +36,11 @@ NOISE = (0.005, 0.01, 0.02)
 BITS = (16, 17, 18, 20)
 """Encoder resolutions [bit]."""
 PAIR_SIZES = ((0.03, 0.03), (0.10, 0.03))
+
+
+def drawn_effects() -> tuple[str, ...]:
+    """Names of the effects in the list that all kinds but `added` are drawn from."""
+    return tuple(name for name in library() if name not in ADDED)
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,5 @@
-"""Diagnose recordings blind and store the results as JSON lines, one per case and version of `ident`."""
+"""Diagnose recordings blind."""
 
-import json
 import time
 from functools import cache
 from pathlib import Path
@@ -16,31 +15,6 @@ _PACKAGES = ("ident", "recordings", "trajectories")
 def engine() -> str:
     """Digest of the diagnosing code, which identifies its version."""
     return digest(_PACKAGES)
-
-
-class Answers:
-    """The file of stored diagnoses."""
-
-    def __init__(self, root: Path) -> None:
-        self._path = root / "diagnoses.jsonl"
-
-    def of(self, engine: str) -> dict[str, dict[str, Any]]:
-        """Stored lines of an `engine`, by name of the case."""
-        return {line["case"]: line for line in self._lines() if line["engine"] == engine}
-
-    def last_engine(self) -> str | None:
-        """Engine of the last stored line."""
-        return next((line["engine"] for line in reversed(self._lines())), None)
-
-    def append(self, line: dict[str, Any]) -> None:
-        """Store a line."""
-        with self._path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(line) + "\n")
-
-    def _lines(self) -> list[dict[str, Any]]:
-        if not self._path.exists():
-            return []
-        return [json.loads(line) for line in self._path.read_text(encoding="utf-8").splitlines()]
 
 
 def diagnose(case: HiddenCase, root: Path, engine: str) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from zlib import crc32
 import numpy as np
 
 from benchmarks.hidden_effects.cases import (
+    ADDED,
     BITS,
     COMMAND_ONLY,
     NEVER_TOGETHER,
@@ -17,14 +18,16 @@ from benchmarks.hidden_effects.cases import (
     HiddenCase,
     Kind,
     Part,
+    drawn_effects,
 )
-from drivers.simulated.effect import library
 from tests.foreign.out_of_library import KINDS
 
 _SINGLES = 300
 """Single effects of each size."""
 _OTHERS = 100
 """Cases with nothing hidden, pairs, and cases outside of the library."""
+_ADDED = 60
+"""Cases of the kind `added`."""
 _SIZES = (0.03, 0.01)
 _RATES = (100, 125, 200, 250, 400, 500, 800, 1000)
 """Sampling rates [Hz]."""
@@ -34,7 +37,7 @@ _SHARE_OF_COARSE = 1 / 3
 
 
 def drawn_cases(part: Part, digest: str = "") -> list[HiddenCase]:
-    """All cases of a part, in a random order: the first n are a representative sample.
+    """All cases of a part, in a random order: the first n are a representative sample. Those added later come last.
 
     digest: that of the commit, which determines the cases of the locked part.
     """
@@ -44,17 +47,20 @@ def drawn_cases(part: Part, digest: str = "") -> list[HiddenCase]:
     for i in rng.permutation(len(hidden)).tolist():
         kind, effects, sizes = hidden[i]
         drawn.append(with_conditions(HiddenCase("foreign", kind, effects, sizes, "any", i + 1, part, digest)))
+    for number, effect in enumerate(evenly(rng, ADDED, _ADDED), start=1):
+        case = HiddenCase("foreign", "added", (effect,), (_SIZES[0],), "any", number, part, digest)
+        drawn.append(with_conditions(case))
     return drawn
 
 
 def _hidden(rng: np.random.Generator) -> Iterator[tuple[Kind, tuple[str, ...], tuple[float, ...]]]:
     """Kind, effects and sizes of each case."""
     for size in _SIZES:
-        for effect in evenly(rng, library(), _SINGLES):
+        for effect in evenly(rng, drawn_effects(), _SINGLES):
             yield "single", (effect,), (size,)
     for _ in range(_OTHERS):
         yield "nothing", (), ()
-    possible = [pair for pair in combinations(library(), 2) if frozenset(pair) not in NEVER_TOGETHER]
+    possible = [pair for pair in combinations(drawn_effects(), 2) if frozenset(pair) not in NEVER_TOGETHER]
     for number, index in enumerate(rng.permutation(len(possible))[:_OTHERS]):
         first, second = possible[index]
         pair = (first, second) if rng.random() < 0.5 else (second, first)

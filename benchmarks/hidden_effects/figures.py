@@ -73,6 +73,7 @@ def figures(judgements: Sequence[ScoredCase]) -> Iterator[Figure]:
     for size in _SIZES:
         hits = [j.right for j in singles if j.case.sizes[0] == size]
         yield Figure(f"right effect first, at {100 * size:g} %", hits, _REQUIRED.get(size))
+    yield Figure("effect that was added later first, at 3 %", [j.right for j in _of(judgements, "added")], 95)
     yield Figure("nothing hidden: no finding, right verdict", [j.right for j in nothing], 99)
     yield Figure("  no finding", [not j.findings and not j.problem for j in nothing])
     yield Figure("pairs: both found, at most one more", [j.right for j in pairs], 97)

@@ -3,9 +3,12 @@
 import importlib
 import json
 import shutil
+from collections.abc import Iterable
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 
+from benchmarks.hidden_effects import work
 from benchmarks.hidden_effects.cases import HiddenCase
 from recordings.errors import BadInput
 
@@ -23,20 +26,28 @@ def is_possible(case: HiddenCase, root: Path) -> bool:
     return not (root / case.name / IMPOSSIBLE).exists()
 
 
+def record_missing(cases: Iterable[HiddenCase], root: Path, jobs: int) -> None:
+    """Record the `cases` that are not recorded yet, by so many `jobs` in parallel."""
+    root.mkdir(parents=True, exist_ok=True)
+    todo = [case for case in cases if not is_recorded(case, root)]
+    for _ in work.run_all(partial(record, root=root), todo, jobs, "record"):
+        pass
+
+
 def record(case: HiddenCase, root: Path) -> str:
     """Create the complete folder of the case, or none; return a short text on the result."""
     from drivers.simulated.seal import seal, sealed_path
 
-    partial = root / "partial" / case.name
-    shutil.rmtree(partial, ignore_errors=True)
-    partial.mkdir(parents=True)
-    (partial / "case.json").write_text(json.dumps(asdict(case), indent=1), encoding="utf-8")
+    unfinished = root / "partial" / case.name
+    shutil.rmtree(unfinished, ignore_errors=True)
+    unfinished.mkdir(parents=True)
+    (unfinished / "case.json").write_text(json.dumps(asdict(case), indent=1), encoding="utf-8")
     try:
         plant = importlib.import_module(f"benchmarks.hidden_effects.{case.plant}")
-        seal(sealed_path(partial / "train.mcap"), plant.record(case, partial))
+        seal(sealed_path(unfinished / "train.mcap"), plant.record(case, unfinished))
         result = "recorded"
     except BadInput as error:
-        (partial / IMPOSSIBLE).write_text(json.dumps({"why": str(error)}), encoding="utf-8")
+        (unfinished / IMPOSSIBLE).write_text(json.dumps({"why": str(error)}), encoding="utf-8")
         result = f"impossible: {error}"
-    partial.rename(root / case.name)
+    unfinished.rename(root / case.name)
     return result

@@ -86,7 +86,7 @@ class ScoredCase:
             return False
         if self.case.kind == "nothing":
             return not self.findings and self.verdict == "adequate"
-        if self.case.kind == "single":
+        if self.case.kind in ("single", "added"):
             return bool(self.findings) and self.findings[0].names(self.truth[0]["name"])
         if self.case.kind == "pair":
             return self.named_count == len(self.truth) and self.extra <= 1

@@ -1,7 +1,8 @@
 """Errors of the estimated strengths of hidden effects."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,9 @@ _STRENGTH_PARAMETERS: dict[str, str] = {
     "asymmetric_viscous": "a",
     "quadratic_friction": "a",
     "load_dependent_friction": "a",
+    "directional_load_friction": "a_d",
+    "stribeck_load_friction": "a",
+    "passive_joint_friction": "mu",
     "power_law_friction": "c",
     "presliding_hysteresis": "z_s",
     "backlash": "b",
@@ -59,6 +63,7 @@ _STRENGTH_FUNCTIONS: dict[str, tuple[Callable[[Parameters], float], Callable[[Pa
         lambda true: _GRAVITY * math.sin(true["angle"]),
         lambda estimate: math.hypot(estimate["g_x"], estimate["g_y"]),
     ),
+    "self_heating": (lambda true: true["fall"], lambda estimate: -estimate["k"]),
     "actuation_delay": (lambda true: true["delay"], lambda estimate: estimate["delta"]),
     "torque_gain_mismatch": (lambda true: true["mismatch"], lambda estimate: estimate["e"]),
     "geometry_error": (lambda true: true["error"] * (-1 if true["r"] else 1), lambda estimate: estimate["e"]),
@@ -75,17 +80,29 @@ def errors(truth: Iterable[Mapping[str, Any]], values: Parameters) -> dict[str, 
     """
     relative_errors = {}
     for effect in truth:
-        estimates = [_estimated_parameters(effect["name"], joint, values) for joint in effect["joints"]]
-        of_joints = [_error(effect, estimate) for estimate in estimates if estimate]
+        of_joints = list(_of_joints(effect, values))
         if of_joints:
             relative_errors[effect["name"]] = sum(of_joints) / len(of_joints)
     return relative_errors
 
 
-def _error(effect: Mapping[str, Any], estimate: Parameters) -> float:
-    """Relative error of the strength of a hidden `effect` on one joint."""
-    true = _true_strength(effect["name"], {**estimate, **effect["parameters"]})
-    return abs(_estimated_strength(effect["name"], estimate) / true - 1)
+def _of_joints(effect: Mapping[str, Any], values: Parameters) -> Iterator[float]:
+    """Yield the relative error of the strength of a hidden `effect` on each joint where the model has it.
+
+    A joint whose true strength is 0, as that of a curve that is flat over the travel, has no relative error.
+    """
+    name = effect["name"]
+    for joint in effect["joints"]:
+        estimate = _estimated_parameters(name, joint, values)
+        if not estimate:
+            continue
+        of_plant, of_estimate = _STRENGTH_FUNCTIONS.get(name) or [itemgetter(_STRENGTH_PARAMETERS[name])] * 2
+        if not (true := of_plant({**estimate, **effect["parameters"]})):
+            continue
+        try:
+            yield abs(of_estimate(estimate) / true - 1)
+        except KeyError:
+            yield math.nan
 
 
 def interval_coverage(
@@ -116,22 +133,3 @@ def _estimated_parameters(effect: str, joint: int, values: Parameters) -> dict[s
     strength_parameter = _STRENGTH_PARAMETERS.get(effect)
     parameters = shared | on_joint
     return parameters if strength_parameter is None or strength_parameter in parameters else {}
-
-
-def _estimated_strength(effect: str, estimate: Parameters) -> float:
-    try:
-        return (
-            estimate[_STRENGTH_PARAMETERS[effect]]
-            if effect in _STRENGTH_PARAMETERS
-            else _STRENGTH_FUNCTIONS[effect][1](estimate)
-        )
-    except KeyError:
-        return math.nan
-
-
-def _true_strength(effect: str, parameters: Parameters) -> float:
-    return (
-        parameters[_STRENGTH_PARAMETERS[effect]]
-        if effect in _STRENGTH_PARAMETERS
-        else _STRENGTH_FUNCTIONS[effect][0](parameters)
-    )

@@ -45,7 +45,7 @@ def _confusion(judgements: Sequence[ScoredCase]) -> Iterator[str]:
     for j in judgements:
         if j.case.kind != "pair":
             row = rows.setdefault(j.case.effects[0] if j.case.effects else "nothing", Counter())
-            grouped = j.case.kind == "single" and j.right and j.first != j.case.effects[0]
+            grouped = j.case.kind in ("single", "added") and j.right and j.first != j.case.effects[0]
             row[f"({j.first})" if grouped else j.first] += 1
     for effect in sorted(rows):
         yield f"  {effect:28}" + ", ".join(f"{diagnosed} {count}" for diagnosed, count in rows[effect].most_common())

@@ -6,6 +6,7 @@ from itertools import combinations, product
 import numpy as np
 
 from benchmarks.hidden_effects.cases import (
+    ADDED,
     BITS,
     COMMAND_ONLY,
     NEVER_TOGETHER,
@@ -15,8 +16,8 @@ from benchmarks.hidden_effects.cases import (
     Kind,
     PlantName,
     RobotName,
+    drawn_effects,
 )
-from drivers.simulated.effect import library
 from drivers.simulated.effect import out_of_library as out_of_library_effects
 
 ROBOTS: tuple[RobotName, ...] = ("default", "heavy", "light")
@@ -25,15 +26,18 @@ _RATES = {"simulated": (200, 250, 400, 500, 800, 900), "foreign": (200, 250, 400
 
 
 def tuned_cases(plant: PlantName) -> list[HiddenCase]:
-    """All tuned cases of a plant, in a fixed random order: the first n are a representative sample."""
+    """All tuned cases of a plant, in a fixed random order: the first n are a representative sample.
+
+    Those added later come last.
+    """
     ordered = list(_simulated() if plant == "simulated" else _foreign())
     order = np.random.default_rng(0).permutation(len(ordered))
-    return [ordered[i] for i in order]
+    return [*(ordered[i] for i in order), *_single_effects(plant, ADDED, 0.03, 2, "added")]
 
 
 def _simulated() -> Iterator[HiddenCase]:
     for size, times in ((0.005, 1), (0.01, 2), (0.03, 2), (0.10, 1)):
-        yield from _single_effects("simulated", library(), size, times)
+        yield from _single_effects("simulated", drawn_effects(), size, times)
     yield from _nothing("simulated", 110)
     yield from _pairs("simulated", 75)
     for size, times in ((0.03, 3), (0.10, 2)):
@@ -44,7 +48,7 @@ def _foreign() -> Iterator[HiddenCase]:
     from tests.foreign.out_of_library import KINDS
 
     for size, times in ((0.01, 2), (0.03, 2), (0.10, 1)):
-        yield from _single_effects("foreign", library(), size, times)
+        yield from _single_effects("foreign", drawn_effects(), size, times)
     yield from _nothing("foreign", 110)
     yield from _pairs("foreign", 75)
     yield from _single_effects("foreign", tuple(KINDS), 0.03, 3, "outside")
@@ -60,7 +64,7 @@ def _single_effects(
 
 
 def _pairs(plant: PlantName, count: int) -> Iterator[HiddenCase]:
-    possible = [pair for pair in combinations(library(), 2) if frozenset(pair) not in NEVER_TOGETHER]
+    possible = [pair for pair in combinations(drawn_effects(), 2) if frozenset(pair) not in NEVER_TOGETHER]
     for number, index in enumerate(np.random.default_rng(1).permutation(len(possible))[:count]):
         first, second = possible[index]
         pair = (first, second) if number % 4 < 2 else (second, first)

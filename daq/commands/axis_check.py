@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from daq.command_options import JSON, PACE, RATE, RIG, SIM, DriveOptions, drive_options
-from recordings.command_line import FiniteRange, say_next, say_report
-from recordings.errors import RunFailed
+from daq.command_options import ACCEPT, JSON, PACE, RATE, RIG, SIM, DriveOptions, drive_options, say_next_recording
+from recordings.command_line import FiniteRange, say
+from recordings.errors import BadInput, RunFailed
 
 if TYPE_CHECKING:
     from daq.commissioning.axis_check import AxisFigures
@@ -27,37 +27,65 @@ if TYPE_CHECKING:
     show_default=True,
     help="Deviation to both sides of where the joint stands [rad, or m].",
 )
-@drive_options(RIG, RATE, PACE, SIM)
+@click.option(
+    "--travel",
+    type=FiniteRange(0, 1, min_open=True),
+    metavar="RAD",
+    help="With --joint: true angle between the ends of the swing, as measured from outside, e.g. between two stops.",
+)
+@click.option(
+    "--payload",
+    type=FiniteRange(0, 100, min_open=True),
+    metavar="KG",
+    help="Known mass: swing again when it is fixed to the platform, which proves the torque gain.",
+)
+@click.option("--write", is_flag=True, help="Put what was found into the rig file; its comments stay.")
+@drive_options(RIG, RATE, PACE, SIM, ACCEPT)
 @JSON
-def command(joint: int | None, amplitude: float, drives: DriveOptions, as_json: bool) -> None:
+def command(
+    joint: int | None,
+    amplitude: float,
+    travel: float | None,
+    payload: float | None,
+    write: bool,
+    drives: DriveOptions,
+    as_json: bool,
+) -> None:
     """Swing one joint after the other about where it stands, and judge weight, inertia and friction in the torque.
 
-    Named are: a position that runs against its command, a torque with the wrong polarity, a wrong sign, a joint that
-    moves further or less than commanded (counts_per_turn, gear), and a torque gain that is off by more than 2. Run
-    `daq jog` first: it is slower. Exit code 1 where a contradiction was found.
+    Each quantity is proved, by a reference that is named, consistent, not shown, or a problem: a position that runs
+    against its command, a torque with the wrong polarity, a wrong sign, counts_per_turn, gear or torque gain. Then a
+    quick stop from slow motion shows the unit of its deceleration (6085h). Run `daq jog` first: it is slower. Exit
+    code 1 where a contradiction was found.
     """
-    from functools import partial
-
-    from daq.commissioning.axis_check import figures_of, judge
-    from daq.commissioning.small_motion import move
-    from trajectories.small_moves import swing
+    from daq.commissioning.axis_check import changes, judge, measured
+    from daq.commissioning.axis_swings import AxisSwings
+    from daq.commissioning.rig_edit import write_changes
 
     bench = drives.bench()
-    figures: list[AxisFigures] = []
-    results: list[CheckResult] = []
-    for number in range(1, bench.rig.dof + 1) if joint is None else [joint]:
-        bench.announce(f"joint {number} by ±{amplitude:g} {bench.unit(number)}")
-        plan = partial(swing, bench.rig, joint=number, amplitude=amplitude)
-        moved = move(bench, plan, None, say_report, hold=None, status=False)
-        if moved.error is not None:
-            raise RunFailed(f"{moved.error}{moved.contradiction(number)}")
-        figures.append(figures_of(moved.recording, plan(moved.pose), number))
-        results += judge(figures[-1], bench.rig)
-    problems = [result for result in results if result.verdict == "problem"]
+    if travel is not None and joint is None:
+        raise BadInput("--travel belongs to one joint; add --joint")
+    if write and drives.rig_file is None:
+        raise BadInput("--write changes a rig file; add --rig")
+    if payload is not None and bench.rig.mechanism != "delta":
+        raise BadInput("--payload is a mass on the platform of a delta robot; use --travel and your eyes")
+    if payload is not None and any(drive.torque_source == "none" for drive in bench.rig.drives):
+        raise BadInput('--payload is weighed by the torque, torque_source = "none" found; leave it out')
+    joints = list(range(1, bench.rig.dof + 1)) if joint is None else [joint]
+    figures = AxisSwings(bench, amplitude).figures(joints, travel, payload)
+    judged = [(f, list(judge(f, bench.rig))) for f in figures]
+    results = [result for _, found in judged for result in found]
     _print(figures, results, as_json)
+    problems = [result for result in results if result.verdict == "problem"]
+    found = [*changes(judged, bench.rig), *measured(judged)]
+    if write and drives.rig_file is not None:
+        if found:
+            write_changes(drives.rig_file, found)
+        text = ", ".join(map(str, found)) or "no value to write"
+        say(f"{drives.rig_file}: {text}{'; run the check again' if found and problems else ''}")
     if problems:
         raise RunFailed(f"{len(problems)} contradiction(s) found; correct the rig file or the drive")
-    say_next("daq", "record", "--traj", "fig5a", *drives.words)
+    say_next_recording(bench.rig, drives)
 
 
 def _print(figures: "list[AxisFigures]", results: "list[CheckResult]", as_json: bool) -> None:
@@ -75,12 +103,13 @@ def _print(figures: "list[AxisFigures]", results: "list[CheckResult]", as_json: 
         weight = "unknown" if f.weight is None else f"{f.weight:.2f} x"
         # Of weight over that of the masses, and inertia likewise: the ratio is the true travel over the command.
         travel = "unknown" if f.weight is None or f.inertia is None else f"{f.inertia / f.weight:.2f} x"
-        table.add_row(str(f.joint), f"{f.travel:.0%}", weight, travel, f"{f.friction:.2f}")
-    console = Console()
+        friction = "unknown" if f.friction is None else f"{f.friction:.2f}"
+        table.add_row(str(f.joint), f"{f.travel:.0%}", weight, travel, friction)
+    console = Console(markup=False)
     console.print(table)
-    if all(result.verdict == "fine" for result in results):
-        console.print("nothing contradicts the rig file")
     for result in results:
-        if result.verdict != "fine":
-            colour = "red" if result.verdict == "problem" else None
-            console.print(f"{result.where}, {result.what}: {result.found}", style=colour, highlight=False)
+        colour = "red" if result.verdict == "problem" else None
+        line = f"{result.where}, {result.what}: {result.verdict}, {result.found}"
+        console.print(line, style=colour, highlight=False)
+    if all(result.verdict != "problem" for result in results):
+        console.print("nothing contradicts the rig file")

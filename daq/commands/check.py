@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from daq.command_options import JSON, RATE, RIG, SIM, DriveOptions, drive_options
-from recordings.command_line import say_next
+from recordings.command_line import FiniteRange, say_next
 from recordings.errors import BadInput, RunFailed
 
 if TYPE_CHECKING:
@@ -25,14 +25,24 @@ if TYPE_CHECKING:
 @click.option(
     "--set-up", "set_up", is_flag=True, help="Then write the set-up, without power: are all values accepted?"
 )
+@click.option(
+    "--self-test",
+    "tested",
+    type=FiniteRange(0, 600, min_open=True),
+    is_flag=False,
+    flag_value=10.0,
+    metavar="[S]",
+    help="Then test the adapter and this host: own frames, time stamps, load, a histogram of delays.  [seconds: 10]",
+)
 @click.option("--all", "show_all", is_flag=True, help="Show what is fine, too.")
 @JSON
-def command(drives: DriveOptions, set_up: bool, show_all: bool, as_json: bool) -> None:
+def command(drives: DriveOptions, set_up: bool, tested: float | None, show_all: bool, as_json: bool) -> None:
     """Find the drives, compare state, units, limits, watchdogs and PDO maps with the rig file, compute the bus load.
 
     Nothing moves, and nothing is written unless --set-up asks for it: which values a drive refuses is known only when
     they are written. Exit code 1 where a problem was found that would end a recording.
     """
+    from daq.cycle.pose_memory import PoseMemory
     from drivers import transports
     from drivers.protocol import unheard
 
@@ -41,7 +51,9 @@ def command(drives: DriveOptions, set_up: bool, show_all: bool, as_json: bool) -
     transport.check(bench.rig)
     with bench.serve(), closing(transport.connect(bench.rig, unheard, unheard, None)) as connected:
         identities = connected.discover()
-        findings = connected.check()
+        findings = [*connected.check(), *PoseMemory(bench.rig, identities).results()]
+        if tested is not None:
+            findings += _self_test(connected, tested)
         if set_up and not _problems(findings):
             findings = [*findings, *_set_up(connected)]
     problems = _problems(findings)
@@ -58,6 +70,17 @@ def command(drives: DriveOptions, set_up: bool, show_all: bool, as_json: bool) -
         say_next("daq", *following, *drives.words)
     if problems:
         raise RunFailed(f"{len(problems)} problem(s) found; correct the rig file or the drive")
+
+
+def _self_test(amplifiers: "Amplifiers", duration: float) -> "Sequence[CheckResult]":
+    from daq.cycle.realtime import realtime_priority
+    from drivers.canopen.drive import CanopenDrives
+    from drivers.protocol import unheard
+
+    if not isinstance(amplifiers, CanopenDrives):
+        raise BadInput("--self-test tests a CAN adapter, serial lines found; leave it out")
+    with realtime_priority(unheard):
+        return amplifiers.self_test(duration)
 
 
 def _set_up(amplifiers: "Amplifiers") -> "list[CheckResult]":
@@ -79,16 +102,18 @@ def _problems(findings: "Sequence[CheckResult]") -> "list[CheckResult]":
 
 def _print_tables(bus: str, identities: "Sequence[Identity]", findings: "Sequence[CheckResult]") -> None:
     from rich.console import Console
-    from rich.table import Table
+    from rich.table import Column, Table
 
-    console = Console()
+    console = Console(markup=False)
     console.print(bus)
     for identity in identities:
-        console.print(f"joint {identity.joint}: {identity.address}, {identity.device}, revision {identity.revision}")
+        revision = "not told" if identity.revision is None else identity.revision
+        console.print(f"joint {identity.joint}: {identity.address}, {identity.device}, revision {revision}")
     if not findings:
         console.print("all as the rig file says")
         return
-    table = Table("where", "what", "rig file", "drive", "verdict", box=None)
+    heads = ("where", "what", "rig file", "drive", "verdict")
+    table = Table(*(Column(head, overflow="fold") for head in heads), box=None)
     colours = {"problem": "red", "accepted": "magenta", "will be written": "yellow"}
     # Drives of one type usually differ in the same way.
     groups: dict[tuple[str, ...], list[str]] = {}
@@ -109,7 +134,7 @@ def _promise(findings: "Sequence[CheckResult]") -> str:
     names = [name for name in differing if name[4:5] == ":" and not "1400" <= name < "1C00"]
     return (
         "What differs is written and read back at the start of a recording. A drive tells its limits only when it is "
-        f"written to: --set-up tries {', '.join(names)} and the PDOs, without power."
+        f"written to: --set-up tries {', '.join([*names, 'the PDOs'])}, without power."
     )
 
 

@@ -1,13 +1,13 @@
 """`daq import`: conversion of measurements of another program to a recording."""
 
 import json
-import math
 import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from daq import import_options
 from daq.command_options import FILE, JSON
 from recordings.command_line import is_given, refuse_together
 from recordings.errors import BadInput
@@ -15,6 +15,7 @@ from recordings.errors import BadInput
 if TYPE_CHECKING:
     from recordings.data_problems import DataProblem
     from recordings.importing import Description, Imported
+    from recordings.importing.healing import TimeSpan
     from recordings.importing.observations import Observation
     from recordings.importing.proposal import ImportProposal
 
@@ -22,7 +23,10 @@ _DESCRIBING = ("--mechanism", "--joints", "--torque-map", "--gain", "--kt", "--g
 """Options that stand for a rig file."""
 _OF_LOGS = ("--rig", "--out", "--topic", "--start", "--robot", "--simulated", "--json")
 """Options that say something of a log of CAN frames."""
-_REPEATED = {"--rig", *_DESCRIBING, "--start", "--robot", "--simulated", "--unwrap", "--thin", "--drop-outliers"}
+_HEALING = ("--trim", "--exclude", "--unwrap", "--thin", "--drop-outliers")
+_OF_OURS = ("--rig", "--out", "--map", *_HEALING, "--json")
+"""Options that mend a recording of ours."""
+_REPEATED = {"--rig", *_DESCRIBING, "--start", "--robot", "--simulated", *_HEALING}
 """Options that a proposed command repeats."""
 _EPILOG = """\b
 Examples:
@@ -33,50 +37,6 @@ Examples:
   daq import candump-2026-01-05.log --rig rig.toml --out bus.mcap
   daq import rosbag2_2026_01_05/ --out bag.mcap --topic /joint_states --names left,right,rear
   daq import axis.csv --out axis.mcap --mechanism axes --joints prismatic --torque-map linear --gain 12.5"""
-
-
-def _names(context: click.Context, option: click.Parameter, text: str | None) -> tuple[str, ...]:
-    parts = tuple(part.strip() for part in text.split(",")) if text is not None else ()
-    if "" in parts or len(set(parts)) < len(parts):
-        raise BadInput(
-            f"{option.opts[0]}: names such as a,b,c, each once, expected, {text!r} found; correct the list"
-        )
-    return parts
-
-
-def _name(context: click.Context, option: click.Parameter, text: str | None) -> str | None:
-    if text is not None and not text.strip():
-        raise BadInput(f"{option.opts[0]}: a name expected, {text!r} found; give one, or leave the option out")
-    return text
-
-
-def _kinds(context: click.Context, option: click.Parameter, text: str | None) -> Any:
-    kinds = tuple(kind.strip() for kind in (text or "revolute").split(","))
-    for kind in kinds:
-        if kind not in ("revolute", "prismatic"):
-            raise BadInput(f"--joints: revolute or prismatic expected, {kind!r} found; choose from these")
-    return kinds
-
-
-def _joint_numbers(context: click.Context, option: click.Parameter, text: str | None) -> tuple[int, ...]:
-    parts = text.split(",") if text else []
-    if not all(part.strip().isdigit() for part in parts):
-        raise BadInput(f"{option.opts[0]}: numbers of joints such as 1,3 expected, {text!r} found; correct the list")
-    return tuple(int(part) for part in parts)
-
-
-def _numbers(context: click.Context, option: click.Parameter, text: str | None) -> list[float] | None:
-    if text is None:
-        return None
-    try:
-        numbers = [float(number) for number in text.split(",")]
-    except ValueError:
-        wanted = "numbers such as 1.0 or 1.0,0.9,1.1"
-        raise BadInput(f"{option.opts[0]}: {wanted} expected, {text!r} found; correct it") from None
-    if not all(0 < number < math.inf for number in numbers):
-        remedy = "turn a sign by --map and a factor *-1"
-        raise BadInput(f"{option.opts[0]}: numbers above 0 expected, {text!r} found; {remedy}")
-    return numbers
 
 
 @click.command(short_help="Turn measurements of another program into a recording.", epilog=_EPILOG)
@@ -99,7 +59,7 @@ def _numbers(context: click.Context, option: click.Parameter, text: str | None) 
 @click.option(
     "--names",
     metavar="A,B,...",
-    callback=_names,
+    callback=import_options.names,
     help="Joints to take, in the order of their numbers.  [default: all]",
 )
 @click.option("--rig", "rig_file", type=FILE, help="Rig file (TOML) that says what was measured.")
@@ -109,30 +69,37 @@ def _numbers(context: click.Context, option: click.Parameter, text: str | None) 
 @click.option(
     "--joints",
     metavar="KIND,...",
-    callback=_kinds,
+    callback=import_options.kinds,
     help="revolute or prismatic, for all axes or one each.  [default: revolute]",
 )
 @click.option("--torque-map", type=click.Choice(["square", "linear"]), help="Torque = gain v|v|, or gain v.")
 @click.option(
     "--gain",
     metavar="NUMBER,...",
-    callback=_numbers,
+    callback=import_options.numbers,
     help="N m/V^2 or N m/V (N for prismatic joints), for all joints or one each.",
 )
 @click.option(
     "--kt",
     metavar="NUMBER,...",
-    callback=_numbers,
+    callback=import_options.numbers,
     help="N m/A (N/A for prismatic joints) of current_i, for all joints or one each.",
 )
 @click.option("--gravity", is_flag=True, help="Gravity loads the joint; of --mechanism axes with a single axis.")
+@click.option("--trim", metavar="FROM:TO", callback=import_options.spans, help="Keep these times alone [s].")
+@click.option("--exclude", metavar="FROM:TO,...", callback=import_options.spans, help="Make gaps of these times [s].")
 @click.option(
-    "--unwrap", metavar="JOINT,...", callback=_joint_numbers, help="Joints whose angles jump by whole turns."
+    "--unwrap",
+    metavar="JOINT,...",
+    callback=import_options.joint_numbers,
+    help="Joints whose angles jump by whole turns.",
 )
 @click.option("--thin", type=click.IntRange(1), default=1, help="Keep one of so many samples: where new values come.")
 @click.option("--drop-outliers", is_flag=True, help="Make gaps of single samples far outside of all others.")
 @click.option("--start", metavar="DATE", help="Time of the first sample, such as 2026-01-05T08:00:00Z.")
-@click.option("--robot", metavar="NAME", callback=_name, help="Name of the robot, kept in the recording.")
+@click.option(
+    "--robot", metavar="NAME", callback=import_options.name, help="Name of the robot, kept in the recording."
+)
 @click.option("--simulated", is_flag=True, help="The measurements come from a simulation; the recording will say so.")
 @JSON
 def command(
@@ -149,20 +116,24 @@ def command(
     """Write the measurements in DATA, of another program, as a recording."""
     from daq import data_problems
     from daq.passive import candump
-    from recordings.importing import import_data
+    from recordings.importing import import_data, is_ours
     from recordings.importing.observations import observe
     from recordings.importing.proposal import propose
-    from recordings.importing.table import BagPart
 
     refuse_together("--guess", "--map", because="--guess proposes a mapping; leave one of them out")
     refuse_together("--rig", *_DESCRIBING, because="leave one out")
     if accepted and not only_guess:
         raise BadInput("--yes accepts what --guess proposes; add --guess, or leave --yes out")
-    part, is_log = BagPart(topic, names), candump.recognises(file)
+    is_log = candump.recognises(file)
     if is_log:
         _check_log_options(file)
+    elif not only_guess and is_ours(file) and (other := _given() - {"file", *_OF_OURS}):
+        raise BadInput(
+            f"{file} is a recording of ours: {', '.join(_OF_OURS)} expected, {min(other)} found; its rig and run are "
+            "kept, so leave it out"
+        )
     if only_guess:
-        _guess(propose(file, part, _given_options(), out), accepted=accepted, as_json=as_json)
+        _guess(propose(file, _given_options(), out, topic, names), accepted=accepted, as_json=as_json)
         return
     if out is None:
         raise click.UsageError(f"--out expected; name the recording to write, as in --out {file.stem}.mcap")
@@ -172,9 +143,10 @@ def command(
     imported = (
         candump.import_log(file, out, description, topic)
         if is_log
-        else import_data(file, out, description, mapping, part)
+        else import_data(file, out, description, mapping, topic, names)
     )
     seen = observe(imported)
+    click.echo(f"{out}: asking `ident check` whether the data can be right", err=True)
     problems, unchecked = data_problems.of_file(out)
     figures = _figures(imported, out, seen) | {"data_problems": [each.model_dump(mode="json") for each in problems]}
     if unchecked:
@@ -187,12 +159,17 @@ def command(
 
 def _check_log_options(file: Path) -> None:
     """Check that only options are given that say something of a log of CAN frames, and a rig file."""
-    given = {parameter.opts[0] for parameter in click.get_current_context().command.params if is_given(parameter)}
+    given = _given()
     if "--rig" not in given or given - {"file", *_OF_LOGS}:
         raise BadInput(
             f"{file} is a log of CAN frames, and the rig file says what they carry: daq import {file} --rig RIG.toml "
             f"--out {file.stem}.mcap; beside these it takes {', '.join(_OF_LOGS[2:])}"
         )
+
+
+def _given() -> set[str]:
+    """Parameters that this call names."""
+    return {parameter.opts[0] for parameter in click.get_current_context().command.params if is_given(parameter)}
 
 
 def _guess(proposal: "ImportProposal", *, accepted: bool, as_json: bool) -> None:
@@ -232,6 +209,7 @@ def _description(
     start: str | None,
     robot: str | None,
     simulated: bool,
+    trim: "tuple[TimeSpan, ...]",
     **healing: Any,
 ) -> "Description":
     """What the options say of the machine and of the measurement."""
@@ -240,6 +218,8 @@ def _description(
     from recordings.importing.healing import Healing
     from recordings.rig import load_rig
 
+    if len(trim) > 1:
+        raise BadInput(f"--trim: one span of time expected, {len(trim)} found; leave out others by --exclude")
     if mechanism != "axes" and "--joints" in _given_options():
         raise BadInput("--joints describes the axes of --mechanism axes; add it, or leave --joints out")
     torque = {"map": torque_map, "gain": gain, "per_ampere": kt}
@@ -252,7 +232,7 @@ def _description(
         simulated=simulated,
         start=None if start is None else iso_date("--start", start),
         robot=robot,
-        healing=Healing(**healing),
+        healing=Healing(trim=trim[0] if trim else None, **healing),
     )
 
 
@@ -305,7 +285,8 @@ def _show(
     torque = imported.rig.torque
     if imported.samples.voltage is not None and torque.gain_source == "assumed":
         click.echo(
-            "torque gain: assumed, so a fit will be relative; --gain or a rig file can say otherwise", err=True
+            "torque gain: assumed, so a fit will be relative; --gain or torque.gain of a rig file can say otherwise",
+            err=True,
         )
     for problem in problems:
         click.echo(f"data problem ({problem.kind}): {problem.why}\n  {problem.remedy}", err=True)

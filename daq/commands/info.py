@@ -3,17 +3,21 @@
 import json
 import math
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from recordings.command_line import say_next
+from recordings.errors import StoppedByAlarm
 
 if TYPE_CHECKING:
     from recordings.recording import CanFrames, Recording, Run
 
 _BAR_WIDTH = 40
+_STOPPING = ("error", "fatal")
+"""Levels of events that end a run."""
 
 
 @click.command(epilog="Example: daq info run.mcap")
@@ -53,6 +57,7 @@ def _figures(recording: "Recording", frames: "CanFrames") -> dict[str, Any]:
         "duration_s": float(time[-1] - time[0]),
         "samples": len(time),
         "gaps": recording.gaps.tolist(),
+        "longest_gap_s": recording.longest_gap,
         **_following_error(recording),
         **_lateness(recording),
         "frames": {"sent": int(frames.sent.sum()), "received": int((~frames.sent).sum())},
@@ -62,7 +67,7 @@ def _figures(recording: "Recording", frames: "CanFrames") -> dict[str, Any]:
             if event.level in ("warning", "error", "fatal")
         ],
         "feedforward": run.feedforward,
-        "complete": recording.complete,
+        "complete": run.exit_status == 0,
         "exit_status": run.exit_status,
         "reason": run.reason,
     }
@@ -85,11 +90,13 @@ def _lateness(recording: "Recording") -> dict[str, Any]:
 
 
 def _following_error(recording: "Recording") -> dict[str, list[float] | None]:
-    """Size of the following error of each joint [rad or m] during the motion, without its approach; None without
-    commands."""
+    """Size of the following error of each joint [rad or m] during the motion, without its approach and what comes
+    after the error that stopped it; None without commands."""
     import numpy as np
 
-    error = recording.following_error[recording.repeat >= 0]
+    stops = [event.time for event in recording.events if recording.run.exit_status and event.level in _STOPPING]
+    moving = (recording.repeat >= 0) & (recording.time < min(stops, default=math.inf))
+    error = recording.following_error[moving]
     known = np.isfinite(error)
     if not known.any(axis=0).all():
         return {"following_error_rms": None, "following_error_max": None}
@@ -98,19 +105,23 @@ def _following_error(recording: "Recording") -> dict[str, list[float] | None]:
     return {"following_error_rms": np.sqrt(squares).tolist(), "following_error_max": largest.tolist()}
 
 
-def _bar(count: int, most: int) -> str:
-    return "█" * math.ceil(_BAR_WIDTH * count / most)
+def _gaps(lost: list[int], longest: float) -> Iterator[str]:
+    """Yield the lost samples of each joint, and the longest time [s] without any row."""
+    if any(lost):
+        yield ", ".join(f"joint {i}: {count}" for i, count in enumerate(lost, 1))
+    if longest:
+        yield f"up to {longest:.3f} s without rows"
 
 
 def _rows(figures: dict[str, Any], run: "Run") -> list[tuple[str, str]]:
     gaps, frames, late = figures["gaps"], figures["frames"], figures["lateness_s"]
     seed = "" if figures["seed"] is None else f", seed {figures['seed']}"
     ended = "INTERRUPTED: the recording has no end; what it holds is intact"
-    if figures["complete"]:
-        outcome = "FAILED" if figures["exit_status"] else "done"
+    if run.exit_status is not None:
+        outcome = {0: "done", StoppedByAlarm.exit_code: "STOPPED"}.get(run.exit_status, "FAILED")
         ended = f"{outcome}, exit status {figures['exit_status']}: {figures['reason']}"
-    late_steps = figures["lateness_histogram"]
-    most = max((step["cycles"] for step in late_steps), default=0)
+    steps = figures["lateness_histogram"]
+    most = max((step["cycles"] for step in steps), default=0)
     return [
         ("recording", figures["file"]),
         ("rig", figures["rig"]),
@@ -122,13 +133,19 @@ def _rows(figures: dict[str, Any], run: "Run") -> list[tuple[str, str]]:
         ("trajectory", f"{figures['trajectory']} ({figures['trajectory_digest'][:12]})"),
         ("rate", f"{figures['rate_hz']:g} Hz"),
         ("duration", f"{figures['duration_s']:.3f} s"),
-        ("cycles", f"{figures['cycles']} of {figures['period_s']:g} s"),
+        ("cycles", f"{figures['cycles']} of {figures['period_s']:g} s" if figures["period_s"] else "none found"),
         ("samples", str(figures["samples"])),
-        ("gaps", ", ".join(f"joint {i}: {gap}" for i, gap in enumerate(gaps, 1)) if any(gaps) else "none"),
+        ("gaps", "; ".join(_gaps(gaps, figures["longest_gap_s"])) or "none"),
         *_following_error_row(figures),
         *([("feed-forward", f"model or table {figures['feedforward'][:12]}")] if figures["feedforward"] else []),
         ("lateness", "not recorded" if late is None else ", ".join(f"{k} {v * 1e3:.3f} ms" for k, v in late.items())),
-        *((f"  up to {s['up_to_s'] * 1e3:g} ms", f"{s['cycles']:6} {_bar(s['cycles'], most)}") for s in late_steps),
+        *(
+            (
+                f"  up to {s['up_to_s'] * 1e3:g} ms",
+                f"{s['cycles']:6} {'█' * math.ceil(_BAR_WIDTH * s['cycles'] / most)}",
+            )
+            for s in steps
+        ),
         ("bus frames", f"{frames['sent']} sent, {frames['received']} received"),
         ("ended", ended),
     ]
@@ -144,18 +161,13 @@ def _following_error_row(figures: dict[str, Any]) -> list[tuple[str, str]]:
     return [("following error", ", ".join(f"joint {i}: {size}" for i, size in enumerate(sizes, 1)))]
 
 
-def is_terminal() -> bool:
-    """Whether stdout is a terminal."""
-    return sys.stdout.isatty()
-
-
 def _show(figures: dict[str, Any], run: "Run") -> None:
     rows = _rows(figures, run)
     rows += [
         (event["level"], f"{event['time_s']:.3f} s {event['source']}: {event['message']}")
         for event in figures["events"]
     ]
-    if not is_terminal():
+    if not sys.stdout.isatty():
         for name, value in rows:
             click.echo(f"{name}: {value}")
         return

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from daq.command_options import FILE, PACE, RATE, RIG, SIM, DriveOptions, drive_options
+from daq.command_options import ACCEPT, FILE, PACE, RATE, RIG, SIM, DriveOptions, drive_options
 from recordings.command_line import FiniteRange, refuse_together, say, say_next, say_report
 from recordings.errors import BadInput, RunFailed
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     "at the end of the input, the motion ramps down.",
 )
 @click.option("--out", type=FILE, help="Keep the recording.  [default: none is kept]")
-@drive_options(RIG, RATE, PACE, SIM)
+@drive_options(RIG, RATE, PACE, SIM, ACCEPT)
 @click.option("--json", "as_json", is_flag=True, help="Figures as JSON on stdout.")
 @click.option("--status", is_flag=True, help="For a program that watches: the run as JSON lines on stdout.")
 def command(
@@ -76,6 +76,8 @@ def command(
     if moved.error is not None and not moved.released:
         raise RunFailed(moved.error)
     _show(moved, joint, by, unit, as_json or status)
+    if not moved.released:
+        moved.refuse_laggard(joint, unit)
     say_next("daq", "axis-check", "--joint", joint, *drives.words)
 
 

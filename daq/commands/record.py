@@ -1,5 +1,6 @@
 """`daq record`: stream a motion and record what happened."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import click
@@ -15,7 +16,21 @@ from recordings.errors import BadInput
     epilog="Example: daq record --traj fig5a --out run.mcap",
 )
 @click.option("--traj", "trajectory", help="Name (see `daq trajectories`) or file of the motion.")
-@drive_options(RIG, RATE, PACE, SEED, SIM, HIDDEN)
+@drive_options(
+    RIG,
+    RATE,
+    PACE,
+    SEED,
+    SIM,
+    HIDDEN,
+    click.option(
+        "--accept",
+        multiple=True,
+        type=click.Choice(["assumed-gain", "pose"]),
+        help="Accept by name what is refused: an assumed gain with --feedforward on real drives, a pose "
+        "that is whole motor turns from the last one.",
+    ),
+)
 @click.option("--cycles", type=click.IntRange(1), help="Repetitions of the motion.  [default: about 20 s]")
 @click.option("--out", type=FILE, help="Recording to write.  [default: TRAJ.mcap]")
 @click.option(
@@ -28,11 +43,9 @@ from recordings.errors import BadInput
     help="Send the model's torque along the motion with every target (60B2h).  [default: off]",
 )
 @click.option(
-    "--accept",
-    multiple=True,
-    type=click.Choice(["assumed-gain"]),
-    help="Accept by name what --feedforward refuses on real drives.",
+    "--watch", type=FILE, metavar="MODEL", help="Compare the robot with the model while it moves; needs `ident`."
 )
+@click.option("--stop-on-alarm", is_flag=True, help="Stop as Ctrl-C does when --watch raises an alarm; exit code 3.")
 @click.option("--listen", is_flag=True, help="Send nothing: record what another master makes the drives do.")
 @click.option("--duration", type=FiniteRange(0, min_open=True), metavar="S", help="How long to listen [s].")
 @JSON
@@ -58,7 +71,8 @@ def command(
     out: Path | None,
     dry_run: bool,
     feedforward: Path | None,
-    accept: tuple[str, ...],
+    watch: Path | None,
+    stop_on_alarm: bool,
     listen: bool,
     duration: float | None,
     as_json: bool,
@@ -74,18 +88,17 @@ def command(
     With --feedforward the drives get the torque that the motion takes, and their loops add only what the model lacks.
     It begins and ends at 0, is limited and watched; see `docs/how-to/feed-forward.md`.
 
+    With --watch the model goes along, and an alarm is an event of the recording; see `docs/how-to/watch-a-robot.md`.
+
     With --listen nothing is sent: it ends with Ctrl-C, after --duration, or five seconds after the last SYNC. --traj
     then names the motion that the other master runs, if it is known.
     """
-    from daq.live.recording import record, record_heard
+    from daq.live.recording import record
     from trajectories import load
 
     _refuse_conflicts()
     if listen:
-        if drives.rig_file is None:
-            raise BadInput("--listen needs --rig; say on which bus to listen")
-        rig = drives.rig()
-        record_heard(rig, load(trajectory, rig, cycles) if trajectory else None, out, duration, as_json=as_json)
+        _listen(drives, trajectory, cycles, out, duration, as_json)
         return
     if trajectory is None:
         raise click.UsageError("Missing option '--traj'.")
@@ -100,20 +113,42 @@ def command(
         dry_run=dry_run,
         feedforward=feedforward,
         rig_file=drives.rig_file,
-        accepted=accept,
         status=status,
         page=live,
         foxglove=foxglove,
+        watch=watch,
+        stop_on_alarm=stop_on_alarm,
     )
     if dry_run:
-        given = {"--rig": drives.rig_file, "--cycles": cycles, "--rate": drives.rate, "--out": out}
-        given |= {"--feedforward": feedforward}
-        options = [word for name, value in given.items() if value is not None for word in (name, value)]
-        say_next("daq", "record", "--traj", trajectory, *options)
+        again = {"--cycles": cycles, "--out": out, "--feedforward": feedforward, "--watch": watch}
+        _say_next(drives, trajectory, again)
+
+
+def _say_next(drives: DriveOptions, trajectory: str, given: Mapping[str, object]) -> None:
+    given = {"--rig": drives.rig_file, "--rate": drives.rate, **given}
+    options = [word for name, value in given.items() if value is not None for word in (name, value)]
+    say_next("daq", "record", "--traj", trajectory, *options)
+
+
+def _listen(
+    drives: DriveOptions,
+    trajectory: str | None,
+    cycles: int | None,
+    out: Path | None,
+    duration: float | None,
+    as_json: bool,
+) -> None:
+    from daq.live.recording import record_heard
+    from trajectories import load
+
+    if drives.rig_file is None:
+        raise BadInput("--listen needs --rig; say on which bus to listen")
+    rig = drives.rig()
+    record_heard(rig, load(trajectory, rig, cycles) if trajectory else None, out, duration, as_json=as_json)
 
 
 def _refuse_conflicts() -> None:
-    for option in ("--status", "--live", "--foxglove"):
+    for option in ("--status", "--live", "--foxglove", "--watch"):
         refuse_together(option, "--listen", "--dry-run", because="it shows a motion")
     for option in ("--pace", "--sim", "--hidden", "--feedforward", "--dry-run"):
         refuse_together("--listen", option, because="nothing is sent while listening; drop one of them")

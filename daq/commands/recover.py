@@ -16,7 +16,8 @@ from recordings.command_line import refuse_together, say_next
 @click.option("--rig", "rig_file", type=FILE, help="Rig file (TOML) in place of a record `rig` that is lost.")
 @JSON
 def command(file: Path, out: Path | None, in_place: bool, rig_file: Path | None, as_json: bool) -> None:
-    """Copy everything intact in a recording that was cut off or damaged into a whole one, with exit status 1.
+    """Copy everything intact in a recording that was cut off or damaged into a whole one, whose run ended with exit
+    status 1.
 
     Says what was lost. If it was made by listening, and the program did not come to make the samples, they are made
     from the frames. FILE itself is not touched.

@@ -52,8 +52,11 @@ def command(
     Frames that command drives (NMT, SYNC, targets, SDO requests) MOVE real drives, without limits or supervision:
     they are refused without --yes. Ctrl-C ends at once; nothing stops drives that were set in motion.
     """
-    from daq.passive.replay import commanding, matching, plan
+    from daq.cycle.stopping import StopRequest, check_stoppable
+    from daq.passive.replay import commanding, matching, plan, replay
+    from drivers.canopen.bus import open_bus
     from recordings.buses import bus_from
+    from recordings.progress import progress_bar
     from recordings.reader import read_can
 
     can_bus = bus_from(bus)
@@ -68,8 +71,11 @@ def command(
             f"{orders} of {len(plan_.rows)} frames command drives, and would MOVE real ones; choose others with "
             "--direction or --id, or add --yes if no drive that could move is on the bus"
         )
+    if orders:
+        check_stoppable()
     _announce(plan_, can_bus, orders, speed)
-    result = _replay(plan_, can_bus)
+    with open_bus(can_bus) as opened, StopRequest() as stop, progress_bar("replaying") as show:
+        result = replay(plan_, opened, stop, lambda sent: show(f"replaying: {sent} frames", sent, plan_.total))
     _show(result, plan_, as_json)
     if result.stopped:
         raise RunFailed(f"{result.stopped} after {result.sent} of {plan_.total} frames")
@@ -81,16 +87,6 @@ def _announce(plan_: "ReplayPlan", bus: "CanBus", orders: int, speed: float) -> 
     say(f"replaying {what}, {speed:g} times as fast as recorded")
     if orders:
         say(f"{orders} of {len(plan_.rows)} frames COMMAND DRIVES: any real drive on this bus will move", "red")
-
-
-def _replay(plan_: "ReplayPlan", bus: "CanBus") -> "Replayed":
-    from daq.cycle.stopping import StopRequest
-    from daq.passive.replay import replay
-    from drivers.canopen.bus import open_bus
-    from recordings.progress import progress_bar
-
-    with open_bus(bus) as opened, StopRequest() as stop, progress_bar("replaying") as show:
-        return replay(plan_, opened, stop, lambda sent: show(f"replaying: {sent} frames", sent, plan_.total))
 
 
 def _show(result: "Replayed", plan_: "ReplayPlan", as_json: bool) -> None:

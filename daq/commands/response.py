@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from daq.command_options import FILE, JSON, PACE, RATE, RIG, SEED, SIM, DriveOptions, drive_options
+from daq.command_options import ACCEPT, FILE, JSON, PACE, RATE, RIG, SEED, SIM, DriveOptions, drive_options
 from recordings.command_line import FiniteRange
 
 
@@ -23,7 +23,7 @@ from recordings.command_line import FiniteRange
 )
 @click.option("--cycles", type=click.IntRange(2), default=3, show_default=True, help="Repetitions of 20 s.")
 @click.option("--out", type=FILE, help="Recording to write.  [default: response-JOINT.mcap]")
-@drive_options(RIG, RATE, PACE, SEED, SIM)
+@drive_options(RIG, RATE, PACE, SEED, SIM, ACCEPT)
 @JSON
 def command(joint: int, amplitude: float, cycles: int, out: Path | None, drives: DriveOptions, as_json: bool) -> None:
     """Move one joint by a sum of small sines from 1 Hz to 0.4 of the rate, and record it like any motion.

@@ -150,7 +150,8 @@ def _lines(document: Mapping[str, Any]) -> Iterator[str]:
         values = ", ".join(f"{name} = {_short(value)}" for name, value in effect["parameters"].items())
         verdict = f": {effect['verdict']}" if "verdict" in effect else ""
         joints = f" on joint {_listed(effect['joints'])}" if effect["joints"] else ""
-        yield f"hidden: {effect['name']}{joints} ({values}){verdict}"
+        since = f" from {effect['at']:g} s on" if "at" in effect else ""
+        yield f"hidden: {effect['name']}{joints}{since} ({values}){verdict}"
     if not document["hidden"]:
         yield "hidden: nothing"
     if document["found"] is None:

@@ -12,6 +12,7 @@ from recordings.errors import BadInput, RunFailed
 
 if TYPE_CHECKING:
     from daq.proposal.facts import DriveFacts
+    from drivers.canopen.lss import Identification
     from recordings.buses import CanBus
 
 
@@ -34,10 +35,22 @@ def command() -> None:
     metavar="INTERFACE:CHANNEL",
     help="CAN bus, as in python-can; udp_multicast:ADDRESS:PORT.",
 )
-@click.option("--nodes", default="1,2,3", show_default=True, help="Node id of each joint, with --eds.")
+@click.option(
+    "--nodes",
+    default="1,2,3",
+    show_default=True,
+    help="Node id of each joint, with --eds; once more for each further axis of a node.",
+)
+@click.option(
+    "--torque",
+    type=click.Choice(["best", "none"]),
+    default="best",
+    show_default=True,
+    help="What the torque is found from; none: positions only, for commissioning.",
+)
 @click.option("--out", type=FILE, default=Path("rig.toml"), show_default=True, help="Rig file to write.")
 @click.option("--force", is_flag=True, help="Replace the file.")
-def propose(eds: tuple[Path, ...], scan: bool, bus: str, nodes: str, out: Path, force: bool) -> None:
+def propose(eds: tuple[Path, ...], scan: bool, bus: str, nodes: str, torque: str, out: Path, force: bool) -> None:
     """Write a commented rig file: units, modes, PDO map, what the torque is found from, limits, what is missing.
 
     An EDS describes a type of drives; --scan reads the settings of yours. Every value says where it comes from; what
@@ -45,13 +58,15 @@ def propose(eds: tuple[Path, ...], scan: bool, bus: str, nodes: str, out: Path, 
     """
     from daq.proposal.document import propose as proposal_of
     from drivers import transports
+    from drivers.canopen.bus import check_interface
     from recordings.buses import bus_from
 
     if scan == bool(eds):
         raise BadInput("either --eds FILE or --scan expected; an EDS describes the type, --scan reads your drives")
     refuse_existing(out, force=force, read=eds)
     can_bus = bus_from(bus)
-    proposal = proposal_of(_drives(eds, can_bus, nodes), can_bus)
+    check_interface(can_bus)
+    proposal = proposal_of(_drives(eds, can_bus, nodes), can_bus, "none" if torque == "none" else None)
     out.write_text(proposal.text, encoding="utf-8")
     for note in proposal.notes:
         say(f"note: {note}", "yellow")
@@ -61,8 +76,53 @@ def propose(eds: tuple[Path, ...], scan: bool, bus: str, nodes: str, out: Path, 
     say_next("daq", "check", "--rig", out)
 
 
+@command.command(
+    name="lss",
+    short_help="Give a device its node id and bit rate by LSS.",
+    epilog="Example: daq rig lss --bus socketcan:can0 --node 3",
+)
+@click.option("--bus", required=True, metavar="INTERFACE:CHANNEL", help="CAN bus, as in python-can.")
+@click.option("--node", type=click.IntRange(1, 127), required=True, help="Node id that the device gets.")
+@click.option(
+    "--bitrate", type=int, help="Bit rate that it gets, from the table of CiA 305 [bit/s].  [default: as it is]"
+)
+@click.option(
+    "--device",
+    metavar="VENDOR,PRODUCT,REVISION,SERIAL",
+    help="Numbers of 1018h of the device.  [default: the only one on the bus]",
+)
+def lss(bus: str, node: int, bitrate: int | None, device: str | None) -> None:
+    """Give a device on the bus its node id, and its bit rate if asked, and let it store both (CiA 305).
+
+    Nothing moves. Both take effect when the supply of the device is switched off and on.
+    """
+    from contextlib import closing
+
+    from drivers.canopen.bus import Link, open_bus
+    from drivers.canopen.discovery import check_no_other_master
+    from drivers.canopen.lss import configure
+    from recordings.buses import bus_from
+
+    named = None if device is None else _identification(device)
+    with closing(Link(open_bus(bus_from(bus)))) as link:
+        check_no_other_master(link)
+        numbers = configure(link, named, node, bitrate)
+    listed = ", ".join(f"0x{number:X}" for number in numbers)
+    rate = "" if bitrate is None else f" and {bitrate} bit/s"
+    click.echo(f"device {listed}: node id {node}{rate} stored; switch its supply off and on")
+
+
+def _identification(text: str) -> "Identification":
+    try:
+        vendor, product, revision, serial = (int(part, 0) for part in text.split(","))
+    except ValueError:
+        raise BadInput(f"--device: four numbers such as 0xAB,0xCD,0x10001,1234 expected, {text!r} found") from None
+    return vendor, product, revision, serial
+
+
 def _drives(eds: Sequence[Path], bus: "CanBus", nodes: str) -> "list[DriveFacts]":
     from daq.proposal.facts import from_bus, from_file
+    from drivers.canopen.node_axes import AXES
 
     if not eds:
         drives = from_bus(bus)
@@ -73,9 +133,12 @@ def _drives(eds: Sequence[Path], bus: "CanBus", nodes: str) -> "list[DriveFacts]
         node_ids = [int(node) for node in nodes.split(",")]
     except ValueError:
         raise BadInput(f"--nodes: node ids such as 1,2,3 expected, {nodes!r} found") from None
-    if len(set(node_ids)) != len(node_ids) or not all(1 <= node <= 127 for node in node_ids):
-        raise BadInput(f"--nodes: different node ids from 1 to 127 expected, {nodes!r} found")
+    axes = [node_ids[: i + 1].count(node) for i, node in enumerate(node_ids)]
+    if not all(1 <= node <= 127 for node in node_ids) or max(axes) > AXES:
+        raise BadInput(
+            f"--nodes: node ids from 1 to 127 expected, each once per axis, {AXES} times at most, {nodes!r} found"
+        )
     if len(eds) not in (1, len(node_ids)):
         raise BadInput(f"--eds: one file for all joints or {len(node_ids)} (as --nodes) expected, {len(eds)} found")
     paths = [*eds] * len(node_ids) if len(eds) == 1 else eds
-    return [from_file(path, node) for path, node in zip(paths, node_ids, strict=True)]
+    return [from_file(*each) for each in zip(paths, node_ids, axes, strict=True)]

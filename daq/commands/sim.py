@@ -1,12 +1,17 @@
 """`daq sim`: simulated rig as a separate program."""
 
+import os
 import signal
+import sys
+import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import click
 
-from daq.command_options import FILE, HIDDEN, SEED, SIM
-from recordings.command_line import say_next
+from daq.command_options import FILE, HIDDEN, SEED, SIM, DriveOptions, say_next_recording
+from daq.cycle.stopping import SIGNALS
+from daq.hidden_seed import HiddenSeed
 
 
 @click.command(
@@ -29,6 +34,9 @@ from recordings.command_line import say_next
     help="Habit of the drives that an EDS does not tell, e.g. fault_reset=0.1; see the sim file.",
 )
 @HIDDEN
+@click.option(
+    "--until-eof", is_flag=True, help="End when the standard input ends: with the program that started this."
+)
 @click.option("--truth", type=FILE, default=Path("sim.sealed.json"), show_default=True, help="Their sealed truth.")
 def command(
     rig_file: Path,
@@ -37,7 +45,8 @@ def command(
     sim_file: Path | None,
     eds: tuple[Path, ...],
     habits: tuple[str, ...],
-    hidden: int | None,
+    hidden: HiddenSeed | None,
+    until_eof: bool,
     truth: Path,
 ) -> None:
     """Serve three simulated drives around a simulated robot, until SIGINT, SIGTERM or SIGHUP.
@@ -63,12 +72,21 @@ def command(
     simulations.of(rig).check_not_in_use(rig)
     config = configured(rig, sim_file, hidden, truth, eds, habits)
     machine = simulated(rig, config, "lockstep" if pace == "lockstep" else "realtime", seed)
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for number in SIGNALS:
         signal.signal(number, lambda *_: machine.stop())
-    nodes = ", ".join(str(drive.node_id) for drive in rig.drives)
-    click.echo(f"simulated drives (nodes {nodes}) on {simulations.of(rig).place(rig)}, {pace}; Ctrl-C ends")
-    say_next("daq", "record", "--traj", "fig5a", "--rig", rig_file)
+    if until_eof:
+        threading.Thread(target=_wait_for_eof, args=(machine.stop,), daemon=True).start()
+    nodes = ", ".join(drive.address for drive in rig.drives)
+    click.echo(f"simulated drives ({nodes}) on {simulations.of(rig).place(rig)}, {pace}; Ctrl-C ends")
+    say_next_recording(rig, DriveOptions(rig_file))
     try:
         machine.run()
     finally:
         machine.close()
+
+
+def _wait_for_eof(stop: Callable[[], None]) -> None:
+    # Not by the buffered reader, whose lock a thread that waits would hold when the program ends.
+    while os.read(sys.stdin.fileno(), 4096):
+        pass
+    stop()

@@ -32,7 +32,7 @@ def command(
 ) -> None:
     """List the trajectories, or describe and draw one of them.
 
-    NAME_OR_FILE is a name from the list, a CSV file (time,x,y,z in s and m, or time,joint_1,joint_2,joint_3 in s and
+    NAME_OR_FILE is a name from the list, a CSV file (time,x,y,z in s and m, or time,joint_1,...,joint_n in s and
     rad), or a TOML file with a Fourier series. Nothing moves.
     """
     from recordings.rig import load_rig, simulated_rig

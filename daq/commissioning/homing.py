@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from daq.cycle.clock import Clock, HostClock, LockstepClock
 from daq.cycle.exchange import RunParts
+from daq.cycle.pose_memory import PoseMemory
 from daq.cycle.progress import CycleProgress
 from daq.cycle.realtime import realtime_priority
 from daq.cycle.recorder import NullRecorder
@@ -14,7 +15,9 @@ from daq.cycle.stopping import StopRequest
 from daq.cycle.stream import MotionFault, Stream
 from daq.cycle.supervisor import JointArray, Supervisor
 from drivers import transports
-from drivers.protocol import HomingAmplifiers, HomingState, Report, Sample, unheard
+from drivers.canopen.drive import CanopenDrives
+from drivers.canopen.homing import DriveHoming, HomingState
+from drivers.protocol import Report, Sample, unheard
 from recordings.errors import BadInput
 from recordings.recording import Floats, Pace
 from recordings.rig import Homing, Rig
@@ -56,7 +59,7 @@ class HomingSupervisor(Supervisor):
 class HomingStream(Stream):
     """Run of one homing on configured drives. They end disabled in every case."""
 
-    def home(self, amplifiers: HomingAmplifiers, joint: int, settings: Homing, clock: Clock) -> float:
+    def home(self, homing: DriveHoming, joint: int, settings: Homing, clock: Clock) -> float:
         """Home `joint` (1 ... n); returns where it stands then [rad or m].
 
         `clock` goes on with the next SYNC: no time counts as missed that passed since the last homing.
@@ -68,11 +71,11 @@ class HomingStream(Stream):
         with self._supervised():
             self._wait_for_answers()
             held = self._enable()
-            amplifiers.start_homing(joint)
-            sample = self._search(amplifiers, joint, settings.timeout, held)
+            homing.start()
+            sample = self._search(homing, joint, settings.timeout, held)
         return sample.position[joint - 1]
 
-    def _search(self, amplifiers: HomingAmplifiers, joint: int, timeout: float, held: Floats) -> Sample:
+    def _search(self, homing: DriveHoming, joint: int, timeout: float, held: Floats) -> Sample:
         progress, count = self._parts.progress, self._parts.cycle_count(timeout)
         progress.phase, progress.total = f"home {joint}", count
         (setpoint,) = self._parts.amplifiers.encode(held[None])
@@ -82,7 +85,7 @@ class HomingStream(Stream):
             sample = self._exchange.run(setpoint, held)
             self._raise_fault(self._supervisor.drives(sample) or self._supervisor.motion(sample, held))
             progress.done = cycle
-            state = amplifiers.homing_state(joint)
+            state = homing.state()
             if state is HomingState.FAILED:
                 raise MotionFault(f"joint {joint}: homing error (statusword bit 13); check switch, method and speeds")
             if state is HomingState.DONE:
@@ -104,15 +107,17 @@ def home(rig: Rig, joints: list[int], pace: Pace, log: Report, *, again: bool) -
     connected = transports.of(rig).connect(rig, log, unheard, simulated_clock.now if lockstep else None)
     priority = nullcontext() if lockstep else realtime_priority(log)
     with StopRequest() as stop, closing(connected) as drives, priority:
-        if not isinstance(drives, HomingAmplifiers):
+        if not isinstance(drives, CanopenDrives):
             raise BadInput("drives on a CAN bus expected, serial lines found; home these drives with their own tool")
-        if any(identity.lockstep != lockstep for identity in drives.discover()):
+        identities = drives.discover()
+        if any(identity.lockstep != lockstep for identity in identities):
             raise BadInput(
                 "--pace lockstep needs drives simulated in lockstep; real drives are homed in real time only"
                 if lockstep
                 else "these simulated drives run in lockstep; home them with --pace lockstep"
             )
         drives.configure(referenced=False)
+        poses = PoseMemory(rig, identities)
         stream = HomingStream(RunParts(rig, drives, simulated_clock, NullRecorder(), stop, CycleProgress()))
         for joint in joints:
             settings = rig.drives[joint - 1].homing
@@ -121,8 +126,10 @@ def home(rig: Rig, joints: list[int], pace: Pace, log: Report, *, again: bool) -
             elif drives.is_homed(joint) and not again:
                 yield Homed(joint, None, math.nan, "has its zero reference already; --again homes it anew")
             else:
-                drives.prepare_homing(joint)
+                homing = drives.homing(joint)
+                homing.prepare(settings)
                 clock = simulated_clock if lockstep else HostClock(rig.rate, transports.of(rig).lead(rig))
-                position = stream.home(drives, joint, settings, clock)
-                drives.finish_homing(joint)
+                position = stream.home(homing, joint, settings, clock)
+                homing.finish()
+                poses.keep([position if number == joint else math.nan for number in range(1, rig.dof + 1)])
                 yield Homed(joint, settings.method, position, "")

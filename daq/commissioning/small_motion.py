@@ -15,7 +15,7 @@ from daq.cycle.session import RunRequest, Session, check_request
 from daq.cycle.stopping import reason_of
 from daq.live.status import StatusLines, to_stdout
 from daq.live.terminal import ProgressBar
-from drivers.protocol import Report
+from drivers.protocol import Amplifiers, Report, unheard
 from recordings.errors import BadInput, RunFailed
 from recordings.reader import read
 from recordings.recording import Floats, Recording
@@ -23,6 +23,8 @@ from trajectories import Trajectory
 from trajectories.multisine import middle_pose
 from trajectories.small_moves import within_limits
 
+_LARGEST_LAG = 0.2
+"""Share of a commanded way that a joint at rest may be away from its end; a short way is a few counts of friction."""
 Plan = Callable[[Floats], Trajectory]
 """Motion from a pose (dof,) [rad or m]."""
 
@@ -55,6 +57,17 @@ class Moved:
             raise RunFailed(self.error or f"joint {joint} did not answer")
         return float(known[0]), float(known[-1])
 
+    def refuse_laggard(self, joint: int, unit: str) -> None:
+        """Raise RunFailed if `joint` (1 ... n), whose position is in `unit`, did not come to where it was to go."""
+        command, (start, end) = self.recording.command[:, joint - 1], self.ends(joint)
+        known = command[np.isfinite(command)]
+        way, moved = known[-1] - known[0], end - start
+        if abs(moved - way) > _LARGEST_LAG * abs(way):
+            raise RunFailed(
+                f"joint {joint} does not follow: it moved by {moved:+.4f} of {way:+.4f} {unit}; look for a brake, "
+                "too low a torque limit, or a wrong gear, counts_per_turn or sign of the rig file"
+            )
+
     def contradiction(self, joint: int) -> str:
         """What a failed run shows about `joint` (1 ... n): "" where its position did not run against the command."""
         command, position = self.recording.command[:, joint - 1], self.recording.position[:, joint - 1]
@@ -65,10 +78,21 @@ class Moved:
         return f"; joint {joint} runs against its command: check the direction of the encoder and the motor phases"
 
 
-def move(bench: Bench, plan: Plan, out: Path | None, log: Report, *, hold: int | None, status: bool) -> Moved:
+def move(
+    bench: Bench,
+    plan: Plan,
+    out: Path | None,
+    log: Report,
+    *,
+    hold: int | None = None,
+    status: bool = False,
+    stop_at: int | None = None,
+    prepare: Callable[[Amplifiers], object] = unheard,
+) -> Moved:
     """Run the motion that `plan` makes from the present pose, and record it to `out`, or to a file that is deleted.
 
-    `hold`: file descriptor of the keep-alives without which the motion stops; `status`: JSON lines on stdout.
+    `hold`: file descriptor of the keep-alives without which the motion stops; `status`: JSON lines on stdout;
+    `stop_at`: row of the motion at which it ends by a quick stop; `prepare`: see `RunRequest`.
 
     Raises:
         BadInput: the motion exceeds a limit, or the file exists. Nothing has moved.
@@ -82,6 +106,9 @@ def move(bench: Bench, plan: Plan, out: Path | None, log: Report, *, hold: int |
             out=path,
             pace=bench.pace,
             seed=bench.seed,
+            accepted=bench.accepted,
+            stop_at=stop_at,
+            prepare=prepare,
             plan=lambda pose: within_limits(plan(pose), bench.rig),
         )
         check_request(request)
@@ -127,7 +154,7 @@ def _display(
     progress: CycleProgress, rate: float, hold: int | None, status: bool, watchers: list[HoldToRun]
 ) -> Iterator[None]:
     with ExitStack() as stack:
-        stack.enter_context(StatusLines(progress, rate, [to_stdout]) if status else ProgressBar(progress))
+        stack.enter_context(StatusLines(progress, rate, to_stdout) if status else ProgressBar(progress))
         if hold is not None:
             watchers.append(stack.enter_context(HoldToRun(progress, hold)))
         yield

@@ -2,7 +2,7 @@
 
 import time
 
-_HOST_SHARE = 0.15
+HOST_SHARE = 0.15
 """Share of the period that is reserved for the host's computations."""
 _MAX_HOST_TIME = 1e-3
 """Upper bound of that reserve [s]: at the low rates of serial lines, answers get the rest of the period."""
@@ -49,7 +49,7 @@ class HostClock:
         self._lead_ns = round(lead * 1e9)
         self._start: float | None = None
         self._epoch = time.time_ns()
-        self.answer_timeout = self._period - min(_HOST_SHARE * self._period, _MAX_HOST_TIME)
+        self.answer_timeout = self._period - min(HOST_SHARE * self._period, _MAX_HOST_TIME)
 
     def wait(self, index: int) -> float:
         """See `LockstepClock`."""

@@ -27,6 +27,8 @@ class RunParts:
     progress: CycleProgress
     feedforward: Feedforward | None = None
     """With one, every cycle has a torque offset, 0 where none is given."""
+    stop_at: int | None = None
+    """Row of the motion at which all drives are stopped at once, to see how; None: the motion is completed."""
 
     def cycle_count(self, duration: float) -> int:
         """Number of cycles in a `duration` [s], at least one."""
@@ -89,6 +91,8 @@ class RecordedExchange:
         progress = parts.progress
         progress.cycles += 1
         progress.lost += sample.missing
+        if not sample.missing:
+            progress.pose = sample.position
         progress.lateness.append(lateness)
         progress.recent.append((index, command, sample))
         return sample

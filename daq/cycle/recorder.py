@@ -125,17 +125,14 @@ class Recorder:
                     write()
                 except RunFailed as error:
                     self.error = error
+                except Exception as error:  # the run must not go on without its recording
+                    self.error = RunFailed(f"a record cannot be written: {error!r}")
 
 
 class NullRecorder:
     """Recorder that discards everything, for a dry run."""
 
     error: RunFailed | None = None
-    frames_sent = 0
-    frames_received = 0
-
-    def frame(self, *frame: object) -> None:
-        """See `Recorder`."""
 
     def cycle(self, *row: object) -> None:
         """See `Recorder`."""

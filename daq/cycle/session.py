@@ -14,6 +14,7 @@ import can
 
 from daq.cycle.clock import Clock, HostClock, LockstepClock
 from daq.cycle.exchange import RunParts
+from daq.cycle.pose_memory import PoseMemory
 from daq.cycle.progress import CycleProgress
 from daq.cycle.realtime import realtime_priority
 from daq.cycle.recorder import NullRecorder, Recorder
@@ -22,10 +23,11 @@ from daq.cycle.stream import Stream
 from daq.feedforward.planning import Feedforward
 from daq.feedforward.source import TorqueSource
 from daq.simulation import torque_age
+from daq.watch import RunWatch, WatchProcess
 from drivers import transports
 from drivers.canopen.bus import Tap
-from drivers.protocol import Amplifiers, Identity, Report
-from recordings.errors import BadInput, RunFailed
+from drivers.protocol import Amplifiers, Identity, Report, unheard
+from recordings.errors import BadInput, RunFailed, StoppedByAlarm
 from recordings.metadata import software
 from recordings.recording import Floats, Pace, Run
 from recordings.rig import Rig
@@ -56,6 +58,12 @@ class RunRequest:
     """Torque to feed forward, if any; the rig then sends torque offsets."""
     accepted: frozenset[str] = frozenset()
     """What is accepted by name."""
+    watch: RunWatch | None = None
+    """The model that goes along, if any."""
+    stop_at: int | None = None
+    """See `RunParts`."""
+    prepare: Callable[[Amplifiers], object] = unheard
+    """What is done with the drives when they are found."""
 
 
 @dataclass(frozen=True)
@@ -110,6 +118,8 @@ class Session:
         self._early_frames: list[tuple[int, can.Message, bool]] = []
         self._write_frame: Tap = lambda *frame: self._early_frames.append(frame)
         self._recorder: Recorder | None = None
+        self._poses: PoseMemory | None = None
+        """The memory of the poses, once they are found to be right."""
         self.progress = CycleProgress()
         source = request.feedforward
         self._feedforward = None if source is None else Feedforward(source, rig, request.accepted, self._report)
@@ -119,30 +129,42 @@ class Session:
 
         Raises:
             RunFailed: the motion was not completed, or the file was not written to its end.
+            StoppedByAlarm: the watch has stopped the motion.
             BadInput: the bus or the file cannot be opened.
         """
         # Signals are caught until everything is closed, so that repeated signals cannot interrupt the closing.
         with StopRequest() as stop:
             drives = self._connect()
             status, reason = 1, "the program was interrupted"
+            watch: WatchProcess | None = None
             try:
                 identities = drives.discover()
                 self._check_identities(identities)
+                self._request.prepare(drives)
                 self._recorder = self._open_recorder(identities)
                 self._write_frame = self._recorder.frame
+                watch = self._start_watch(stop)
                 with display(self.progress), self._realtime_priority():
-                    drives.configure()
+                    # Jog and axis check plan a small motion where the robot stands: it decides the unit of position.
+                    drives.configure(decided=self._request.plan is None)
                     stream = self._stream(drives, self._recorder, stop)
                     stream.run(self._request.trajectory, self._request.plan)
+                    self._report_loss(identities)
                 status, reason = 0, "done"
             except Exception as error:
                 reason = str(error)
+                if watch is not None and reason == watch.reason:
+                    status = StoppedByAlarm.exit_code
+                    raise StoppedByAlarm(reason) from None
                 raise
             finally:
                 try:
+                    self._keep_pose()
                     drives.close()
                 finally:
                     self._close(status, reason)
+                    if watch is not None:
+                        watch.finish()
         return Result(identities, self.progress, self._recorder.frames_sent, self._recorder.frames_received)
 
     def dry_run(self, display: Display) -> tuple[Result, list[float]]:
@@ -164,9 +186,14 @@ class Session:
         sent = sum(frame[2] for frame in self._early_frames)
         return Result(identities, self.progress, sent, len(self._early_frames) - sent), position.tolist()
 
+    def _start_watch(self, stop: StopRequest) -> WatchProcess | None:
+        watch = self._request.watch
+        return None if watch is None else WatchProcess(watch, self._request.out, self._report, stop.ask)
+
     def _stream(self, drives: Amplifiers, recorder: Recorder | NullRecorder, stop: StopRequest) -> Stream:
         rig = self._request.rig
-        return Stream(RunParts(rig, drives, self._clock, recorder, stop, self.progress, self._feedforward))
+        ahead, stop_at = self._feedforward, self._request.stop_at
+        return Stream(RunParts(rig, drives, self._clock, recorder, stop, self.progress, ahead, stop_at))
 
     def _connect(self) -> Amplifiers:
         clock = self._clock.now if self._request.pace == "lockstep" else None
@@ -199,8 +226,20 @@ class Session:
             recorder.frame(*frame)
         for identity in identities:
             text = f"{identity.device}, vendor 0x{identity.vendor_id:X}, product 0x{identity.product_code:X}"
+            text += f", firmware {identity.firmware}" if identity.firmware else ""
+            text += f", serial number {identity.serial_number}" if identity.serial_number else ""
             recorder.event(self._clock.now(), "info", f"joint {identity.joint}", f"{identity.address}: {text}")
         return recorder
+
+    def _report_loss(self, identities: tuple[Identity, ...]) -> None:
+        simulated = any(identity.simulated for identity in identities)
+        if loss := self.progress.loss(self._request.rig.rate, len(identities), simulated=simulated):
+            self._report("warning", "cycle", loss)
+
+    def _keep_pose(self) -> None:
+        """Keep the last known pose."""
+        if self._poses is not None and self.progress.pose:
+            self._poses.keep(self.progress.pose)
 
     def _tap(self, time_ns: int, message: can.Message, sent: bool) -> None:
         self._write_frame(time_ns, message, sent)
@@ -213,9 +252,13 @@ class Session:
             raise BadInput("--pace lockstep needs drives simulated in lockstep; real drives run in real time only")
         if self._request.pace == "realtime" and True in lockstep:
             raise BadInput("these simulated drives run in lockstep; record with --pace lockstep")
+        poses = PoseMemory(self._request.rig, identities)
+        poses.check(self._request.accepted)
+        self._poses = poses
 
     def _report(self, level: Level, source: str, message: str) -> None:
         self._log(level, source, message)
+        self.progress.reports.append((level, source, message))
         if self._recorder is not None:
             self._recorder.event(self._clock.now(), level, source, message)
 

@@ -4,7 +4,23 @@ import signal
 from types import FrameType, TracebackType
 from typing import Self
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+from recordings.errors import BadInput
+
+SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+"""That ask a program to end, as far as the system has them."""
+
+
+def check_stoppable() -> None:
+    """Check that another process can ask this one to stop; where it can only kill it, real drives would stay enabled.
+
+    Raises:
+        BadInput: the system, as Windows, has no such signals.
+    """
+    if not hasattr(signal, "SIGHUP"):
+        raise BadInput(
+            "real drives: a system on which a program can be asked to stop, as Linux, expected, none found; "
+            "use one, or simulated drives"
+        )
 
 
 class StopRequest:
@@ -23,7 +39,7 @@ class StopRequest:
         self.reason = self.reason or reason
 
     def __enter__(self) -> Self:
-        for number in _SIGNALS:
+        for number in SIGNALS:
             self._before[number] = signal.signal(number, self._on_signal)
         return self
 

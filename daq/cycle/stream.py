@@ -33,6 +33,9 @@ _PAUSE = 0.02
 _SWITCH_INTERVAL = 1e-4
 """Longest time that another thread may hold the interpreter while the cycle waits for it [s]."""
 
+STOPPED_TO_SEE = "stopped to measure the quick stop"
+"""Reason of a stop that was asked for in the request."""
+
 
 class MotionFault(Exception):
     """Fault of the motion: all drives must stop at once."""
@@ -77,19 +80,23 @@ class Stream:
             RunFailed: the block was not completed; the drives are disabled (or the message names the others).
         """
         with _quiet_interpreter():
-            reason = None
+            reason, other = None, None
             try:
                 yield
             except (MotionFault, StopRequested, RunFailed) as stop:
                 reason = str(stop)
-            finally:
-                left_on = self._disable()
+            except BaseException as error:  # there is no such motion, or this program is wrong: power comes first
+                other = error
+            left_on = self._disable()
             if reason is not None and (details := self._parts.amplifiers.fault_details()):
                 reason = f"{reason}; {details}"
             if left_on:
-                reason = f"{reason or 'end of the motion'}; NOT CONFIRMED DISABLED: {left_on}. Cut the power by hand"
+                cause = reason or (repr(other) if other else "end of the motion")
+                reason = f"{cause}; NOT CONFIRMED DISABLED: {left_on}. Cut the power by hand"
             if reason is not None:
-                raise RunFailed(reason)
+                raise RunFailed(reason) from other
+            if other is not None:
+                raise other
 
     def dry_run(self, trajectory: Trajectory) -> Floats:
         """Exchange cycles for a second without power; plan and encode the approach and the trajectory.
@@ -171,13 +178,15 @@ class Stream:
             repeat = -1 if trajectory is None else int(trajectory.repeat[i])
             platform = None if trajectory is None else trajectory.platform[i]
             self._move(setpoint, path[i], None if torque is None else torque[i], repeat, platform, segment.is_probe)
+            if trajectory is not None and i == self._parts.stop_at:
+                raise MotionFault(STOPPED_TO_SEE)
             progress.done = i + 1
             progress.following_error = self._supervisor.worst_following_error
             if self._parts.stop.count or self._parts.recorder.error:
                 self._ramp_down(path[i:], None if torque is None else torque[i:])
                 raise StopRequested(str(self._parts.recorder.error or self._parts.stop.reason))
         if segment.is_probe:
-            self._raise_fault(self._supervisor.offsets.judge_answers())
+            self._raise_fault(self._supervisor.after_silence(self._supervisor.offsets.judge_answers()))
 
     def _ramp_down(self, ahead: Floats, torque: Floats | None) -> None:
         """Come to rest along the path ahead: the pace along the path and the offset fall smoothly to 0."""
@@ -205,8 +214,9 @@ class Stream:
     ) -> None:
         """Send the target of one cycle; supervise the answers, which show how the previous target was reached."""
         assert self._target is not None
+        supervisor, reached, missed = self._supervisor, self._target, self._parts.progress.missed
         sample = self._exchange.run(setpoint, target, repeat, platform, offset)
-        supervisor, reached = self._supervisor, self._target
+        supervisor.note_missed(self._parts.progress.missed - missed)
         fault = supervisor.drives(sample) or supervisor.motion(sample, reached, None if is_probe else self._offset)
         self._raise_fault(fault)
         if is_probe and self._offset is not None:
@@ -220,7 +230,7 @@ class Stream:
             # A drive at standstill ends the quick stop at once, so the quick stop suits all drives.
             for goal in (Goal.STOPPED, Goal.DISABLED):
                 power = self._wait_off(goal)
-        except RunFailed as error:
+        except Exception as error:  # whatever the cycle cannot do any more, SDOs may
             self._parts.recorder.event(self._parts.clock.now(), "error", "bus", str(error))
             power = (Power.UNKNOWN,)
         if not _all_off(power):

@@ -28,9 +28,12 @@ class Supervisor:
     def __init__(self, rig: Rig) -> None:
         self._rig = rig
         self._limits = rig.limits
+        self._units = rig.position_units
         self._window = max(2, round(_WINDOW * rig.rate))
         self._max_unanswered = max(2, math.ceil(rig.limits.silence * rig.rate))
         self._joints = [_JointHistory(self._window) for _ in range(rig.dof)]
+        self._host = _Silence()
+        """The cycles that the host missed."""
         self.worst_following_error = 0.0
         self.offsets = OffsetWatch(rig)
 
@@ -39,19 +42,26 @@ class Supervisor:
         limits = self._limits
         for j, angle in enumerate(position):
             if not limits.joint_min <= angle <= limits.joint_max:
+                span = f"{limits.joint_min:g} to {limits.joint_max:g} {self._units[j]}"
                 return (
-                    f"joint {j + 1} stands at {angle:.3f} rad, {limits.joint_min:g} to {limits.joint_max:g} rad "
-                    "expected; check zero_offset, gear and sign, or home the drive"
+                    f"joint {j + 1} stands at {angle:.3f} {self._units[j]}, {span} expected; check zero_offset, gear "
+                    "and sign, or home the drive"
                 )
         return None
+
+    def note_missed(self, missed: int) -> None:
+        """Count the cycles that the host missed before this one, in which the drives got no targets."""
+        for _ in range(missed):
+            self._host.note(True)
+        self._host.note(False)
 
     def drives(self, sample: Sample) -> str | None:
         """Check for drive faults and missing answers."""
         if sample.trouble is not None:
             return sample.trouble
         for j, (history, position) in enumerate(zip(self._joints, sample.position, strict=True)):
-            history.unanswered = history.unanswered + 1 if math.isnan(position) else 0
-            if history.unanswered >= self._max_unanswered:
+            history.silence.note(math.isnan(position))
+            if history.silence.cycles >= self._max_unanswered:
                 known = sample.absence[j] if sample.absence else ""
                 time = f"{self._limits.silence * 1e3:g} ms"
                 if known:
@@ -62,6 +72,22 @@ class Supervisor:
     def motion(self, sample: Sample, target: JointArray, torque_offset: JointArray | None = None) -> str | None:
         """Check a moving machine; `target` [rad] is what the positions of `sample` should have reached, under the
         torque offsets [N m] of a feed-forward."""
+        return self.after_silence(self._motion(sample, target, torque_offset))
+
+    def after_silence(self, reason: str | None) -> str | None:
+        """`reason`, behind the silence that it follows: a joint that got no targets has a following error, too."""
+        if reason is None:
+            return None
+        if gap := self._host.recent(self._window, self._max_unanswered):
+            return f"the host missed {gap} cycles; close other programs (then {reason})"
+        gaps = [history.silence.recent(self._window, self._max_unanswered) for history in self._joints]
+        if longest := max(gaps):
+            time = f"{longest / self._rig.rate * 1e3:.0f} ms"
+            where = f"joint {gaps.index(longest) + 1}"
+            return f"{where}: no answer for {time}; check the cable and the drive (then {reason})"
+        return reason
+
+    def _motion(self, sample: Sample, target: JointArray, torque_offset: JointArray | None) -> str | None:
         checks = (self._power, self._jump, self._following, self._speed, self._torque)
         for j in range(len(self._joints)):
             for check in checks:
@@ -90,7 +116,9 @@ class Supervisor:
         possible = _JUMP_FACTOR * self._limits.speed * cycles / self._rig.rate
         if abs(step) <= possible:
             return None
-        return f"position jump of {step:.4f} rad in {cycles} cycles, {possible:.4f} rad possible; check the encoder"
+        unit = self._units[j]
+        jump = f"position jump of {step:.4f} {unit} in {cycles} cycles"
+        return f"{jump}, {possible:.4f} {unit} possible; check the encoder"
 
     def _following(self, j: int, sample: Sample, target: float) -> str | None:
         error, limit = abs(sample.position[j] - target), self._limits.following_error
@@ -99,15 +127,15 @@ class Supervisor:
         if not error > limit:
             return None
         return (
-            f"following error {error:.4f} rad, limit {limit:g} rad; look for a collision, too fast a motion or a "
-            "wrong zero_offset, gear or sign"
+            f"following error {error:.4f} {self._units[j]}, limit {limit:g} {self._units[j]}; look for a collision, "
+            "too fast a motion or a wrong zero_offset, gear, counts_per_turn or sign"
         )
 
     def _speed(self, j: int, sample: Sample, target: float) -> str | None:
         speed = abs(self._joints[j].mean_step) * self._rig.rate
         if speed <= self._limits.speed:
             return None
-        return f"speed {speed:.2f} rad/s, limit {self._limits.speed:g} rad/s"
+        return f"speed {speed:.2f} {self._units[j]}/s, limit {self._limits.speed:g} {self._units[j]}/s"
 
     def _torque(self, j: int, sample: Sample, target: float) -> str | None:
         torque, limit = measured_torque(self._rig, sample, j), self._limits.torque
@@ -118,11 +146,33 @@ class Supervisor:
         return f"torque {torque:.1f} N m, limit {limit:g} N m; look for a collision, a brake or a wrong gain"
 
 
+class _Silence:
+    """Cycles in which something was missing, the last ones in a row."""
+
+    def __init__(self) -> None:
+        self.cycles = 0
+        """Those up to now; 0 when the last cycle was complete."""
+        self._before = self._since = 0
+
+    def note(self, is_missing: bool) -> None:
+        """Count a cycle."""
+        if is_missing:
+            self.cycles += 1
+        elif self.cycles:
+            self._before, self._since, self.cycles = self.cycles, 0, 0
+        self._since += 1
+
+    def recent(self, shortest: int, recent: int) -> int:
+        """Cycles of a silence, at least `shortest`, that goes on or ended within the `recent` ones; else 0."""
+        cycles = self.cycles or (self._before if self._since <= recent else 0)
+        return cycles if cycles >= shortest else 0
+
+
 class _JointHistory:
     """Recent history of one joint."""
 
     def __init__(self, window: int) -> None:
-        self.unanswered = 0
+        self.silence = _Silence()
         self.overloaded = 0
         self._last_position = math.nan
         self._missing = 0

@@ -33,6 +33,8 @@ class Feedforward:
             BadInput: the gain is assumed, and not accepted by name.
         """
         drives, torque = self._rig.drives, self._rig.torque
+        if any(drive.torque_source == "none" for drive in drives):
+            raise BadInput('--feedforward needs a torque to watch, torque_source = "none" found in the rig file')
         by_gain = any(drive.torque_source == "voltage" for drive in drives) and torque.gain_source == "assumed"
         real = any(not identity.simulated for identity in identities)
         if real and by_gain and ASSUMED_GAIN not in self._accepted:

@@ -21,9 +21,9 @@ from fastapi import FastAPI, Response
 from fastapi.responses import StreamingResponse
 
 from daq.live.viewer import END_TIMEOUT
-from web import local
-from web.palette import JOINTS, MEASURED
-from web.security import Guard
+from delta_web import local
+from delta_web.palette import JOINTS, MEASURED
+from delta_web.security import Guard
 
 _MAX_LINES = 300
 """Number of last lines that are kept for a page that is opened late."""
@@ -42,7 +42,10 @@ class RunBroadcast:
 
     def __init__(self, run: dict[str, Any]) -> None:
         self._first = json.dumps({"run": run, "colours": JOINTS, "grey": MEASURED})
-        self._lines: deque[str] = deque(maxlen=_MAX_LINES)
+        self._lines: deque[tuple[int, str]] = deque(maxlen=_MAX_LINES)
+        """Last lines, with their numbers."""
+        self._reports: deque[tuple[int, str]] = deque(maxlen=_MAX_LINES)
+        """Earlier lines with a warning or an error."""
         self._count = 0
         self.finished = False
         self.browser_started = False
@@ -63,24 +66,34 @@ class RunBroadcast:
         self.finished = True
 
     def _add(self, line: str) -> None:
-        self._lines.append(line)
+        if len(self._lines) == _MAX_LINES and _has_warning(self._lines[0][1]):
+            self._reports.append(self._lines[0])
+        self._lines.append((self._count, line))
         self._count += 1
 
+    def _since(self, number: int) -> list[tuple[int, str]]:
+        # The last lines first, of which the other thread may make earlier ones meanwhile.
+        return sorted(line for line in {*self._lines, *self._reports} if line[0] >= number)
+
     async def events(self) -> AsyncIterator[str]:
-        """Generate server-sent events: the start of the run, the last lines, then every new line until the end."""
+        """Generate server-sent events: the start of the run, warnings, the last lines, then every new line until the
+        end."""
         self.pages += 1
         try:
             yield f"data: {self._first}\n\n"
             sent, finished = 0, False
             while not finished:
-                finished, count = self.finished, self._count
-                new = list(self._lines)[-(count - sent) :] if count > sent else []
-                yield "".join(f"data: {line}\n\n" for line in new)
-                sent = count
+                finished, new = self.finished, self._since(sent)
+                yield "".join(f"data: {line}\n\n" for _, line in new)
+                sent = new[-1][0] + 1 if new else sent
                 await asyncio.sleep(_INTERVAL)
             self.pages_served += 1
         finally:
             self.pages -= 1
+
+
+def _has_warning(line: str) -> bool:
+    return any(not report.startswith("info") for report in json.loads(line).get("reports", ()))
 
 
 def application(broadcast: RunBroadcast) -> FastAPI:

@@ -1,6 +1,7 @@
 """A recording, from the check of its request to the figures that are printed: on the drives, dry, or by listening."""
 
 import json
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
@@ -12,14 +13,17 @@ from rich.console import Console
 from daq.bench import Bench
 from daq.cycle.progress import CycleProgress
 from daq.cycle.session import Display, RunRequest, Session, check_request
+from daq.feedforward.planning import ASSUMED_GAIN
 from daq.feedforward.source import open_source
 from daq.live.status import LineSink, StatusLines, to_stdout
 from daq.live.terminal import ProgressBar, figures, summary
 from daq.live.viewers import viewers
 from daq.passive import listen
+from daq.watch import RunWatch
 from drivers import transports
 from recordings.command_line import say, say_report
 from recordings.errors import BadInput
+from recordings.limits import json_object
 from recordings.progress import progress_bar
 from recordings.rig import Rig
 from trajectories import Trajectory
@@ -36,10 +40,11 @@ def record(
     dry_run: bool = False,
     feedforward: Path | None = None,
     rig_file: Path | None = None,
-    accepted: Sequence[str] = (),
     status: bool = False,
     page: bool = False,
     foxglove: int | None = None,
+    watch: Path | None = None,
+    stop_on_alarm: bool = False,
 ) -> None:
     """Record a trajectory, or do all of it but power and file (`dry_run`), and print its figures.
 
@@ -47,70 +52,91 @@ def record(
         out: the recording; None: named after the trajectory.
         analysis: command of `ident` that comes next.
         feedforward: model or table of the torque that is fed forward; `rig_file`: of the rig, for the model.
-        accepted: what of it is accepted by name.
         status: JSON lines on stdout while the run goes on.
         page, foxglove: the viewers, and the port of the latter.
+        watch: model that goes along; stop_on_alarm: its alarm stops the motion.
 
     Raises:
         BadInput: the trajectory exceeds a limit, the file exists, or rig, sim file or feed-forward do not suit.
         RunFailed: the motion was not completed.
+        StoppedByAlarm: it was stopped by the alarm.
     """
-    if accepted and feedforward is None:
-        raise BadInput("--accept belongs to --feedforward; drop it")
+    if stop_on_alarm and watch is None:
+        raise BadInput("--stop-on-alarm belongs to --watch; drop it, or give a model")
+    if watch is not None:
+        json_object(watch, "--watch: a model file")
+    if ASSUMED_GAIN in bench.accepted and feedforward is None:
+        raise BadInput(f"--accept {ASSUMED_GAIN} belongs to --feedforward; drop it")
     check(trajectory, bench.rig)
-    request = RunRequest(bench.rig, trajectory, out or Path(f"{trajectory.name}.mcap"), bench.pace, bench.seed)
+    out = out or Path(f"{trajectory.name}.mcap")
+    request = RunRequest(bench.rig, trajectory, out, bench.pace, bench.seed, accepted=bench.accepted)
     if feedforward is not None:
         rig = bench.rig.with_torque_offset()
         source = open_source(feedforward, rig, rig_file, trajectory)
-        request = replace(request, rig=rig, feedforward=source, accepted=frozenset(accepted))
+        request = replace(request, rig=rig, feedforward=source)
         bench = replace(bench, rig=rig)
     check_request(request)
     with viewers(request, page, foxglove, say) as sinks, bench.serve(request.out):
         bench.announce(f"{trajectory.name}, {len(trajectory.repeat) / bench.rig.rate:.1f} s at {bench.rig.rate:g} Hz")
         say(transports.of(bench.rig).describe(bench.rig))
+        sink = _one_at_a_time([*sinks, *([to_stdout] if status else [])])
+        if watch is not None:
+            request = replace(request, watch=RunWatch(watch, stop_on_alarm, sink))
         session = Session(request, say_report)
         if dry_run:
-            _dry_run(session, as_json)
+            _dry_run(session, request.rig, as_json)
         else:
-            _run(session, request, status, sinks, analysis, as_json)
+            _run(session, request, status, sink, analysis, as_json)
 
 
-def _run(
-    session: Session, request: RunRequest, status: bool, sinks: list[LineSink], analysis: str, as_json: bool
-) -> None:
-    result = session.run(_display(request.rig.rate, not status, [*sinks, *([to_stdout] if status else [])]))
+def _one_at_a_time(sinks: Sequence[LineSink]) -> LineSink:
+    """One sink for all `sinks`, which the threads of status and watch may use."""
+    lock = threading.Lock()
+
+    def send(line: str) -> None:
+        with lock:
+            for sink in sinks:
+                sink(line)
+
+    return send
+
+
+def _run(session: Session, request: RunRequest, status: bool, sink: LineSink, analysis: str, as_json: bool) -> None:
+    result = session.run(_display(request.rig.rate, not status, sink))
     simulated = any(identity.simulated for identity in result.identities)
     if as_json or status:
         document = {"schema": 1, "recording": str(request.out), "simulated": simulated, **figures(result)}
         click.echo(json.dumps(document))
         return
-    console = Console()
+    console = Console(markup=False)
     console.print(summary(result))
     mark = " (simulated)" if simulated else ""
-    console.print(f"recorded {request.out}{mark}; next: ident {analysis} {request.out}", style="bold")
+    no_torque = any(drive.torque_source == "none" for drive in request.rig.drives)
+    following = "daq info" if no_torque else f"ident {analysis}"
+    console.print(f"recorded {request.out}{mark}; next: {following} {request.out}", style="bold")
 
 
-def _display(rate: float, bar: bool, sinks: Sequence[LineSink]) -> Display:
+def _display(rate: float, bar: bool, sink: LineSink) -> Display:
     @contextmanager
     def display(progress: CycleProgress) -> Iterator[None]:
         with ExitStack() as stack:
             if bar:
                 stack.enter_context(ProgressBar(progress))
-            if sinks:
-                stack.enter_context(StatusLines(progress, rate, sinks))
+            stack.enter_context(StatusLines(progress, rate, sink))
             yield
 
     return display
 
 
-def _dry_run(session: Session, as_json: bool) -> None:
+def _dry_run(session: Session, rig: Rig, as_json: bool) -> None:
     result, position = session.dry_run(ProgressBar)
     if as_json:
         click.echo(json.dumps({"schema": 1, "dry_run": True, "joint_position": position, **figures(result)}))
         return
-    console = Console()
+    console = Console(markup=False)
     console.print(summary(result))
-    console.print("joints stand at", ", ".join(f"{angle:.4f}" for angle in position), "rad")
+    poses = (f"{here:.4f} {unit}" for here, unit in zip(position, rig.position_units, strict=True))
+    console.print("joints stand at", ", ".join(poses))
     console.print("dry run: everything but power and file worked; nothing has moved", style="bold")
 
 
@@ -128,18 +154,20 @@ def record_heard(
     announced = False
     with progress_bar("listening") as show:
 
-        def show_traffic(traffic: listen.BusTraffic) -> None:
+        def show_heard(heard: listen.FrameRecorder) -> None:
             nonlocal announced
             if not announced:
                 # Only after the bus is open: another program may wait for this line before it starts.
                 announced = True
                 say(f"listening on {rig.can.interface} '{rig.can.channel}', sending nothing; Ctrl-C ends")
-            show(f"listening: {traffic.syncs} SYNCs, {traffic.frames} frames")
+            show(f"listening: {heard.syncs} SYNCs, {heard.frames} frames")
 
-        traffic, reconstructed = listen.record(rig, out, trajectory, duration, show_traffic)
+        heard, reconstructed = listen.record(rig, out, trajectory, duration, show_heard)
     if trajectory is not None and reconstructed.trajectory is None:
         say(f"warning: the motion {trajectory.name} is not what was commanded; see what was found", "yellow")
-    found = {"frames": traffic.frames, "syncs": traffic.syncs, **reconstructed.figures()}
+    if loss := reconstructed.loss():
+        say(f"warning: {loss}", "yellow")
+    found = {"frames": heard.frames, "syncs": heard.syncs, **reconstructed.figures()}
     if as_json:
         click.echo(json.dumps({"schema": 1, "recording": str(out), **found}))
         return

@@ -5,7 +5,7 @@ import math
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -40,9 +40,9 @@ def to_stdout(line: str) -> None:
 class StatusLines(BackgroundThread):
     """Sender of status lines during a run. The cycle never waits for a receiver."""
 
-    def __init__(self, progress: CycleProgress, rate: float, sinks: Sequence[LineSink]) -> None:
+    def __init__(self, progress: CycleProgress, rate: float, sink: LineSink) -> None:
         super().__init__("status")
-        self._progress, self._rate, self._sinks = progress, rate, sinks
+        self._progress, self._rate, self._sink = progress, rate, sink
         self._previous_command: NDArray[np.float64] = np.array(math.nan)
         """Command of the previous cycle, which the drives must have reached now [rad]."""
 
@@ -54,6 +54,7 @@ class StatusLines(BackgroundThread):
     def _send_status(self) -> None:
         progress = self._progress
         recent = [progress.recent.popleft() for _ in range(len(progress.recent))]
+        reports = [progress.reports.popleft() for _ in range(len(progress.reports))]
         targets = [self._previous_command, *(command for _, command, _ in recent)]
         self._previous_command = targets.pop()
         late = progress.lateness[-max(1, len(recent)) :]
@@ -67,11 +68,10 @@ class StatusLines(BackgroundThread):
             "cycles_missed": progress.missed,
             "following_error_max": progress.following_error,
             "lateness": max(late, default=0.0),
+            "reports": [": ".join(report) for report in reports],
             "rows": [_row(self._rate, target, *cycle) for target, cycle in shown],
         }
-        line = json.dumps(status, allow_nan=False)
-        for sink in self._sinks:
-            sink(line)
+        self._sink(json.dumps(status, allow_nan=False))
 
 
 def _row(

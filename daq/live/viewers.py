@@ -10,8 +10,8 @@ from typing import Any
 from daq.cycle.session import RunRequest
 from daq.live.status import LineSink
 from daq.live.viewer import Viewer
+from delta_web import local
 from recordings.errors import BadInput
-from web import local
 
 
 @contextmanager
@@ -56,7 +56,7 @@ def _foxglove(request: RunRequest, port: int) -> Viewer:
             "`pip install 'delta-workbench[foxglove]'`, or use --live"
         )
     local.listen(port).close()
-    return Viewer("daq.live.foxglove", {"port": port, "run": _run(request)})
+    return Viewer("daq.live.foxglove", {"port": port, "run": _run(request), "rig": request.rig.model_dump_json()})
 
 
 def _run(request: RunRequest) -> dict[str, Any]:

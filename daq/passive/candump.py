@@ -57,13 +57,13 @@ def import_log(path: Path, out: Path, description: Description, bus: str | None)
     except RunFailed:
         out.unlink()
         raise BadInput(
-            f"{path}: SYNCs (id 080) expected, none found among {recorder.traffic.frames} frames; log the bus on "
+            f"{path}: SYNCs (id 080) expected, none found among {recorder.frames} frames; log the bus on "
             "which the master works"
         ) from None
     except BaseException:
         out.unlink(missing_ok=True)
         raise
-    notes = [f"{recorder.traffic.frames} frames, {recorder.traffic.syncs} SYNCs, {made.missing} missing"]
+    notes = [f"{recorder.frames} frames, {recorder.syncs} SYNCs, {made.missing} missing"]
     notes += [f"left out: {left_out} frames of CAN FD"] if left_out else []
     return Imported(rig, run, made.samples, run.trajectory_digest, tuple(notes))
 
@@ -115,9 +115,9 @@ def _messages(path: Path) -> Iterator[can.Message]:
 
 def _check_answers(path: Path, rig: Rig, made: Reconstructed) -> None:
     answered = np.logical_or.reduce(np.isfinite(made.samples.position), axis=0)
-    silent = [str(drive.node_id) for drive, known in zip(rig.drives, answered, strict=True) if not known]
+    silent = [drive.address for drive, known in zip(rig.drives, answered, strict=True) if not known]
     if silent:
         raise BadInput(
-            f"{path}: positions in the PDOs of all drives of the rig file expected, none of node {', '.join(silent)} "
+            f"{path}: positions in the PDOs of all drives of the rig file expected, none of {', '.join(silent)} "
             "found; correct node_id and PDOs in the rig file"
         )

@@ -5,9 +5,9 @@ program is killed. A second pass reconstructs the samples at the end: the time s
 SYNC arrivals. If the program is killed before that pass, `daq recover` performs it.
 """
 
+import math
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -38,27 +38,20 @@ _POLL_INTERVAL = 0.1
 """Longest time between two checks of the end conditions [s]."""
 
 
-@dataclass
-class BusTraffic:
-    """Counts of received frames; read by the display."""
-
-    frames: int = 0
-    syncs: int = 0
-
-
 class FrameRecorder:
     """Recording of the frames of a bus, and of the emergency messages among them as events."""
 
     def __init__(self, out: Path, rig: Rig, run: Run) -> None:
         """Raise BadInput if `out` exists or cannot be created."""
-        self.traffic = BusTraffic()
+        self.frames = self.syncs = 0
+        """Received so far."""
         self.writer = RecordingWriter(out, rig, run)
         self._emcy = {0x80 + drive.node_id: (i + 1, drive.emcy) for i, drive in enumerate(rig.drives)}
 
     def add(self, stamp_ns: int, message: can.Message) -> bool:
         """Record a frame that another one sent; return whether it is a SYNC."""
-        self.traffic.frames += 1
-        arbitration_id, data = message.arbitration_id, bytes(message.data[:8])
+        self.frames += 1
+        arbitration_id, data = message.arbitration_id, bytes(message.data)
         self.writer.can(
             stamp_ns,
             stamp_ns,
@@ -78,41 +71,40 @@ class FrameRecorder:
             text = texts.get(f"{code:04X}", emergency.text) + emergency.details
             level: Level = "error" if emergency.ends_run else "warning" if code else "info"
             self.writer.event(stamp_ns, level, f"joint {joint}", f"EMCY 0x{code:04X}: {text}")
-        self.traffic.syncs += arbitration_id == SYNC_ID
+        self.syncs += arbitration_id == SYNC_ID
         return arbitration_id == SYNC_ID
 
 
-class Listener:
-    """Writer of all frames on `bus` to the new recording `out`."""
+class Listener(FrameRecorder):
+    """Recorder of all frames on `bus` in the new recording `out`."""
 
     def __init__(self, bus: can.BusABC, rig: Rig, out: Path) -> None:
         """Raise BadInput if `out` exists or cannot be created."""
-        self._recorder = FrameRecorder(out, rig, listened_run(rig))
-        self.traffic = self._recorder.traffic
+        super().__init__(out, rig, listened_run(rig))
         self._link = Link(bus)
         self._link.tap = self._on_frame
-        self._last_sync: float | None = None
+        self._last_sync = math.inf
 
     def listen(
-        self, stop: StopRequest, duration: float | None, show: Callable[[BusTraffic], None] = lambda traffic: None
+        self, stop: StopRequest, duration: float, show: Callable[[FrameRecorder], None] = lambda recorder: None
     ) -> str:
         """Listen until a stop request, for `duration` [s], or until SYNC has ceased; return the reason for the end.
 
         Raises:
             RunFailed: the bus is lost, or the file cannot be written.
         """
-        with self._recorder.writer as writer:
-            end = None if duration is None else time.monotonic() + duration
+        with self.writer as writer:
+            end = time.monotonic() + duration
             while (reason := self._end_reason(stop, end)) is None:
                 self._link.receive(_POLL_INTERVAL)
-                show(self.traffic)
+                show(self)
             writer.close(0, reason)
         return reason
 
-    def _end_reason(self, stop: StopRequest, end: float | None) -> str | None:
+    def _end_reason(self, stop: StopRequest, end: float) -> str | None:
         if stop.count:
             return stop.reason
-        if end is not None and time.monotonic() >= end:
+        if time.monotonic() >= end:
             return "the time to listen was over"
         # After a stall of this program, the frames that arrived meanwhile are still to be read.
         while self._is_sync_overdue() and self._link.receive(0.0) is not None:
@@ -120,10 +112,10 @@ class Listener:
         return f"no SYNC for {SYNC_TIMEOUT:g} s" if self._is_sync_overdue() else None
 
     def _is_sync_overdue(self) -> bool:
-        return self._last_sync is not None and time.monotonic() - self._last_sync > SYNC_TIMEOUT
+        return time.monotonic() - self._last_sync > SYNC_TIMEOUT
 
     def _on_frame(self, stamp_ns: int, message: can.Message, sent: bool) -> None:
-        if self._recorder.add(stamp_ns, message):
+        if self.add(stamp_ns, message):
             self._last_sync = time.monotonic()
 
 
@@ -140,20 +132,19 @@ def record(
     out: Path,
     trajectory: Trajectory | None,
     duration: float | None,
-    show: Callable[[BusTraffic], None] = lambda traffic: None,
-) -> tuple[BusTraffic, Reconstructed]:
+    show: Callable[[FrameRecorder], None],
+) -> tuple[FrameRecorder, Reconstructed]:
     """Listen on the bus of `rig` and write the new recording `out`; see `Listener.listen` for when it ends.
 
     Raises:
         BadInput: the bus cannot be opened, or `out` cannot be created.
         RunFailed: the bus is lost, no SYNC was heard, or the file cannot be written.
     """
-    bus = open_bus(rig.can)
-    with bus, StopRequest() as stop:
+    with open_bus(rig.can) as bus, StopRequest() as stop:
         listener = Listener(bus, rig, out)
-        reason = listener.listen(stop, duration, show)
+        reason = listener.listen(stop, math.inf if duration is None else duration, show)
         # Within the StopRequest, so that a signal cannot interrupt the reconstruction of the samples.
-        return listener.traffic, complete(out, rig, trajectory, {"exit_status": "0", "reason": reason})
+        return listener, complete(out, rig, trajectory, {"exit_status": "0", "reason": reason})
 
 
 def listened_run(rig: Rig) -> Run:

@@ -3,14 +3,16 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.cycle.progress import loss_of
 from daq.passive.sync_line import fit_line, number_syncs
 from drivers import cia402
 from drivers.canopen import emcy, pdo, setup
+from drivers.canopen.dictionary import standard_dictionary
 from recordings.blocks import SampleTable
 from recordings.container import Batch, load
 from recordings.cycles import find_cycles
@@ -45,7 +47,7 @@ class Reconstructed:
     uses_configured_period: bool
     """The SYNC period by the clock of this computer is the configured one."""
     missing: int
-    """Number of missing SYNCs."""
+    """Number of missing SYNCs, without those of a pause of the master."""
     period: float
     """Period of the motion [s]; 0 if it does not repeat."""
     cycles: int
@@ -70,6 +72,18 @@ class Reconstructed:
             "simulated": self.simulated,
         }
 
+    def loss(self) -> str | None:
+        """What is to be said where many answers are missing, from the first answer to the last; None: few are."""
+        missing = np.isnan(self.samples.position)
+        answered = np.flatnonzero(~missing.all(axis=1))
+        if len(answered):  # a master may send SYNCs before it starts the drives
+            missing = missing[answered[0] : answered[-1] + 1]
+        lost = int(missing.sum())
+        cause = "their SYNCs were heard: check the cable, and the node IDs and PDOs of the rig file"
+        if 2 * self.missing * missing.shape[1] >= lost:
+            cause = f"{self.missing} SYNCs are missing, too: close other programs, check the CAN adapter"
+        return loss_of(lost, missing.size, cause)
+
 
 def reconstruct(path: Path, rig: Rig, trajectory: Trajectory | None = None) -> Reconstructed | None:
     """Reconstruct the samples from the frames in the recording `path`; None if there is no SYNC among them.
@@ -89,29 +103,17 @@ def reconstruct(path: Path, rig: Rig, trajectory: Trajectory | None = None) -> R
     start, period = fit_line(arrival, index, 1e9 / rig.rate)
     table = _FrameTable(frames, sync_positions, index)
     axes = [_joint_values(table, rig, joint) for joint in range(len(rig.drives))]
-    joints = {name: np.column_stack([getattr(axis, name) for axis in axes]) for name in _JointValues.__annotations__}
+    joints = {name: np.column_stack([axis[name] for axis in axes]) for name in axes[0]}
     stamp = start + np.rint(table.sync_number * period).astype(np.int64)
     log = stamp.copy()
     log[table.rows] = arrival
     repeat, motion_period, matched_trajectory = _repeat(rig, joints, trajectory)
-    samples = SampleTable(
-        joints=rig.joint_names,
-        stamp=stamp,
-        log=log,
-        cycle=table.sync_number,
-        repeat=repeat,
-        position=joints["position"],
-        command=joints["command"],
-        voltage=joints["voltage"],
-        effort=joints["effort"] if pdo.measures_effort(rig) else None,
-        statusword=joints["statusword"],
-        error_code=joints["error_code"],
-    )
+    measured: dict[str, Any] = joints if pdo.measures_effort(rig) else joints | {"effort": None}
     return Reconstructed(
-        samples=samples,
+        samples=SampleTable(rig.joint_names, stamp, log, table.sync_number, repeat, **measured),
         rate=1e9 / period,
         uses_configured_period=period == 1e9 / rig.rate,
-        missing=int(index[-1]) + 1 - len(index),
+        missing=len(stamp) - len(index),
         period=motion_period * period / 1e9,
         cycles=max(int(repeat.max()) + 1, 1),
         trajectory=matched_trajectory,
@@ -149,13 +151,15 @@ class _FrameTable:
         self.rows: Ints = np.searchsorted(self.sync_number, index)
         """Row of each received SYNC."""
 
-    def answers(self, arbitration_id: int, layout: np.dtype[Any]) -> tuple[Ints, NDArray[Any]]:
-        """Rows and contents of frames that answer the SYNC before them; the last frame counts."""
-        return self._assigned(arbitration_id, layout, -1)
-
-    def commands(self, arbitration_id: int, layout: np.dtype[Any]) -> tuple[Ints, NDArray[Any]]:
-        """Rows and contents of frames that take effect with the next SYNC; the last frame counts."""
-        return self._assigned(arbitration_id, layout, 0)
+    def contents(self, arbitration_id: int, layout: np.dtype[Any], sync: Literal[-1, 0]) -> tuple[Ints, NDArray[Any]]:
+        """Rows and contents of the frames that answer the SYNC before them (-1) or take effect with the next one (0);
+        the last frame counts."""
+        frames = self._frames
+        matching = np.flatnonzero((frames["id"] == arbitration_id) & (frames["length"] == layout.itemsize))
+        numbers = np.searchsorted(self._sync_positions, matching) + sync
+        inside = (numbers >= 0) & (numbers < len(self._sync_positions))
+        data = np.ascontiguousarray(frames["data"][matching[inside], : layout.itemsize])
+        return self.rows[numbers[inside]], data.view(layout)[:, 0]
 
     def latest(self, arbitration_id: int, value: Callable[[bytes], int]) -> Ints:
         """`value` (n,) of the last such frame before the next SYNC; 0 before the first frame."""
@@ -167,26 +171,6 @@ class _FrameTable:
         filled[self.rows] = latest_value
         return filled
 
-    def _assigned(self, arbitration_id: int, layout: np.dtype[Any], shift: int) -> tuple[Ints, NDArray[Any]]:
-        frames = self._frames
-        matching = np.flatnonzero((frames["id"] == arbitration_id) & (frames["length"] == layout.itemsize))
-        sync = np.searchsorted(self._sync_positions, matching) + shift
-        inside = (sync >= 0) & (sync < len(self._sync_positions))
-        data = np.ascontiguousarray(frames["data"][matching[inside], : layout.itemsize])
-        return self.rows[sync[inside]], data.view(layout)[:, 0]
-
-
-@dataclass(frozen=True, eq=False)
-class _JointValues:
-    """Values of one joint, (n,) each, as in `SampleTable`."""
-
-    position: Floats
-    command: Floats
-    voltage: Floats
-    effort: Floats
-    statusword: Ints
-    error_code: Ints
-
 
 def _answers(table: _FrameTable, drive: Drive) -> dict[str, Floats]:
     """Raw values (n,) in the drive's TPDOs: of the size of the voltage object with which most frames can be read."""
@@ -195,32 +179,34 @@ def _answers(table: _FrameTable, drive: Drive) -> dict[str, Floats]:
     for pdos in pdo.tpdos_by_size(drive):
         raw = {name: np.full(len(table.sync_number), np.nan) for name in ("status", "position", "voltage", "torque")}
         count = 0
-        for number, fields in pdos.items():
-            layout = np.dtype([(field.name, "<" + field.layout) for field in fields])
-            rows, contents = table.answers(pdo.tpdo_id(drive, number), layout)
+        for tpdo in pdos:
+            layout = np.dtype([(field.name, "<" + field.layout) for field in tpdo.fields])
+            rows, contents = table.contents(tpdo.cob_id, layout, -1)
             count += len(rows)
-            for field in fields:
+            for field in tpdo.fields:
                 raw[field.name][rows] = contents[field.name]
         if count > most:
             best, most = raw, count
     return best
 
 
-def _joint_values(table: _FrameTable, rig: Rig, joint: int) -> _JointValues:
+def _joint_values(table: _FrameTable, rig: Rig, joint: int) -> dict[str, NDArray[Any]]:
+    """Values of one joint, (n,) each, by their names in `SampleTable`."""
     n, drive = len(table.sync_number), rig.drives[joint]
     raw = _answers(table, drive)
     target = np.full(n, np.nan)
+    command = pdo.rpdos(standard_dictionary(drive))[0].cob_id
     for layout in (_TARGET, _TARGET_WITH_OFFSET):
-        rows, contents = table.commands(0x200 + drive.node_id, layout)
+        rows, contents = table.contents(command, layout, 0)
         target[rows] = contents["counts"]
-    return _JointValues(
-        position=drive.to_position(raw["position"]),
-        command=drive.to_position(target),
-        voltage=raw["voltage"] * drive.voltage.scale * drive.sign,
-        effort=raw["torque"] * pdo.effort_per_count(rig, joint),
-        statusword=np.nan_to_num(raw["status"]).astype(np.int64),
-        error_code=table.latest(0x80 + drive.node_id, lambda data: emcy.decode(data).code),
-    )
+    return {
+        "position": drive.to_position(raw["position"]),
+        "command": drive.to_position(target),
+        "voltage": raw["voltage"] * drive.voltage.scale * drive.sign,
+        "effort": raw["torque"] * pdo.effort_per_count(rig, joint),
+        "statusword": np.nan_to_num(raw["status"]).astype(np.int64),
+        "error_code": table.latest(0x80 + drive.node_id, lambda data: emcy.decode(data).code),
+    }
 
 
 def _repeat(
@@ -259,8 +245,5 @@ def _locate(rig: Rig, command: Floats, trajectory: Trajectory) -> int | None:
 
 def _is_simulated(frames: NDArray[Any], rig: Rig) -> bool:
     """Whether the segments of an SDO upload contain the device name of a simulated drive."""
-    for drive in rig.drives:
-        responses = frames["data"][frames["id"] == 0x580 + drive.node_id]
-        if _SIMULATED_NAME in np.ascontiguousarray(responses[:, 1:]).tobytes():
-            return True
-    return False
+    answers = (frames["data"][frames["id"] == 0x580 + drive.node_id] for drive in rig.drives)
+    return any(_SIMULATED_NAME in np.ascontiguousarray(answer[:, 1:]).tobytes() for answer in answers)

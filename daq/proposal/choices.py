@@ -12,7 +12,7 @@ from drivers.eds import Address
 from recordings.errors import BadInput
 
 Mode = Literal["cyclic", "interpolated"]
-TorqueSource = Literal["voltage", "torque_actual", "current_actual"]
+TorqueSource = Literal["voltage", "torque_actual", "current_actual", "none"]
 
 MODES: tuple[tuple[Mode, int, Address], ...] = (("cyclic", 8, (0x607A, 0)), ("interpolated", 7, (0x60C1, 1)))
 """Modes that follow targets, the preferred one first, with their numbers and targets."""
@@ -88,7 +88,8 @@ def common_torque_source(drives: Sequence[DriveFacts]) -> TorqueSource:
                 f"{origin}: nothing to find the torque from: no torque actual (6077h) and no current actual (6078h) "
                 "that a PDO can hold, and no object that is named as the motor's voltage. Look for one in the "
                 "manual: with --eds, correct the file where it hides one (PDOMapping, ParameterName), or write "
-                "voltage in [[drives]] of a rig file by hand (docs/how-to/drive-dictionaries.md)"
+                "voltage in [[drives]] of a rig file by hand (docs/how-to/drive-dictionaries.md). To "
+                "commission without a torque: daq rig propose --torque none"
             )
     listed = "; ".join(f"{origin}: {', '.join(found)}" for origin, found in sources)
     raise BadInput(f"one torque source for all drives expected, none in common found ({listed}); choose other drives")

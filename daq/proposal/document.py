@@ -9,10 +9,10 @@ from daq.proposal.choices import TorqueSource, common_torque_source, rate_of
 from daq.proposal.drive_section import DriveSection, with_placeholders
 from daq.proposal.facts import DriveFacts
 from daq.proposal.text import ASK, ASSUMED, LEGEND, PHYSICS, STATED, UNKNOWN, Key, comment
-from drivers.canopen.load import bus_load
+from drivers.canopen.pdo import bus_load
 from recordings.buses import CanBus
 from recordings.config import validated
-from recordings.errors import BadInput
+from recordings.errors import BadInput, printable
 from recordings.rig import Limits, Rig
 
 _LARGEST_LOAD = 0.9
@@ -35,28 +35,29 @@ class RigProposal:
         return bool(with_placeholders(content) != content)
 
 
-def propose(drives: Sequence[DriveFacts], bus: CanBus) -> RigProposal:
-    """Propose a rig file for these drives, one per joint.
+def propose(drives: Sequence[DriveFacts], bus: CanBus, source: TorqueSource | None = None) -> RigProposal:
+    """Propose a rig file for these drives, one per joint; `source`: of the torque, None: the best that all have.
 
     Raises:
         BadInput: a drive cannot be driven by this program, with the reason.
     """
-    draft = _proposal(drives, bus, draft=None)
-    return _proposal(drives, bus, draft.rig)
+    source = source or common_torque_source(drives)
+    draft = _proposal(drives, bus, source, draft=None)
+    return _proposal(drives, bus, source, draft.rig)
 
 
-def _proposal(drives: Sequence[DriveFacts], bus: CanBus, draft: Rig | None) -> RigProposal:
+def _proposal(drives: Sequence[DriveFacts], bus: CanBus, source: TorqueSource, draft: Rig | None) -> RigProposal:
     """A proposal; with a `draft` it accounts for what the drives would be written and for the load of the bus."""
-    source = common_torque_source(drives)
     notes: list[str] = []
     sections = [DriveSection(joint, facts, source) for joint, facts in enumerate(drives, start=1)]
     lines = [*_head(drives), *_bus(bus, drives, draft), *_torque(sections, source), *_limits()]
-    explained: set[str] = set()
+    explained: set[tuple[str, int]] = set()
     for section in sections:
-        lines += section.lines(draft, explain=section.origin not in explained)
-        explained.add(section.origin)
+        kind = section.origin, section.axis
+        lines += section.lines(draft, explain=kind not in explained)
+        explained.add(kind)
         notes += section.notes
-    text = "\n".join(lines) + "\n"
+    text = "".join(f"{printable(line)}\n" for line in lines)
     content = with_placeholders(tomllib.loads(text))
     return RigProposal(text, tuple(dict.fromkeys(notes)), validated(content, Rig, "proposal"))
 
@@ -79,6 +80,7 @@ def _head(drives: Sequence[DriveFacts]) -> Iterator[str]:
         for _ in drives:
             yield from ("", "[[axes]]")
             yield from Key("type", '"revolute"', ASSUMED + "or prismatic").lines()
+            yield from Key("gravity", "true", "uncomment for an axis that lifts a weight", False).lines()
 
 
 def _bus(bus: CanBus, drives: Sequence[DriveFacts], draft: Rig | None) -> Iterator[str]:
@@ -86,7 +88,7 @@ def _bus(bus: CanBus, drives: Sequence[DriveFacts], draft: Rig | None) -> Iterat
     yield from Key("interface", f'"{bus.interface}"').lines()
     yield from Key("channel", f'"{bus.channel}"').lines()
     if bus.interface == "udp_multicast":
-        yield from Key("port", str(bus.port)).lines()
+        yield from Key("port", str(bus.udp_port)).lines()
     allowed = [facts.bit_rates for facts in drives if facts.bit_rates]
     common = frozenset.intersection(*allowed) if allowed else frozenset()
     rate = bus.bitrate if not common or bus.bitrate in common else max(common)
@@ -123,6 +125,8 @@ def _limits() -> Iterator[str]:
 
 
 def _torque(sections: "Sequence[DriveSection]", source: TorqueSource) -> Iterator[str]:
+    if source == "none":
+        return
     yield from ("", "[torque]")
     if source == "voltage":
         yield from comment(

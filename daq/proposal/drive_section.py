@@ -1,6 +1,8 @@
 """The section [[drives]] of one joint in a proposed rig file."""
 
+import json
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -22,6 +24,8 @@ PLACEHOLDERS: Mapping[str, object] = {
 """What stands for ASK, by key, where only the sizes of objects and the load of the bus are computed."""
 _STAY_POWERED = 6
 """Option of 605Ah."""
+_TOUCH_PROBE = {0x60B9: "touch probe status", 0x60BA: "touch probe 1, rising edge"}
+_SAFE_TORQUE_OFF = re.compile(r"\bSTO\b|safe.torque", re.IGNORECASE)
 
 
 def with_placeholders(content: Any, key: str = "") -> Any:
@@ -39,7 +43,7 @@ class DriveSection:
     def __init__(self, joint: int, facts: DriveFacts, source: TorqueSource) -> None:
         """Raises BadInput if the drive cannot be driven."""
         self._joint, self._facts, self._source = joint, facts, source
-        self.origin = facts.origin
+        self.origin, self.axis = facts.origin, facts.axis
         self.notes: list[str] = []
         """What the user must know and decide."""
         self._mode, self._why = mode_of(facts)
@@ -52,7 +56,7 @@ class DriveSection:
 
     def _drive(self) -> Drive:
         """The drive as it is proposed, with placeholders for what is asked."""
-        keys: dict[str, object] = {"node_id": self._facts.node_id, "mode": self._mode}
+        keys: dict[str, object] = {"node_id": self._facts.node_id, "axis": self._facts.axis, "mode": self._mode}
         keys |= {"counts_per_turn": self._counts_per_turn, "gear": self._gear or ASK, "torque_source": self._source}
         if self._source == "voltage":
             keys["voltage"] = self._voltage()[0]
@@ -88,13 +92,15 @@ class DriveSection:
         explain are left out: an equal drive has them."""
         facts = self._facts
         yield from ("", f"[[drives]]  # joint {self._joint}: {facts.name}, from {facts.origin}")
-        if explain:
+        if explain and self.axis == 1:  # where further axes have theirs, few files say
             yield from comment(self._pdo_text())
         for key in [*self._machine(), *self._operation(), *self._measurement()]:
             yield from key.lines()
         yield from self._missing([] if draft is None else self._refused(draft), explain=explain)
         if explain:
             yield from self._settings()
+        if listed := ", ".join(self._states()):
+            yield from Key("watched", f"[{listed}]", "uncomment to record their changes", False).lines()
         if facts.eds:
             yield from Key("eds", f'"{facts.eds}"', "uncomment: daq check then knows the limits", False).lines()
         if facts.file:
@@ -103,6 +109,8 @@ class DriveSection:
     def _machine(self) -> Iterator[Key]:
         given = ASSUMED + "as --nodes says" if self._facts.eds else STATED + "it answers under this id"
         yield Key("node_id", str(self._facts.node_id), given)
+        if self._facts.axis > 1:
+            yield Key("axis", str(self._facts.axis), STATED + "its objects are there")
         yield self._resolution()
         if self._gear:
             yield Key("gear", f"{self._gear:.9g}", STATED + "6091h")
@@ -152,6 +160,9 @@ class DriveSection:
                 self.notes.append(f'the scale of the voltage is "?", because its name does not say it: {text}')
             yield Key("voltage", f"{{ {', '.join(f'{key} = {value}' for key, value in values.items())} }}", text)
             return
+        if self._source == "none":
+            yield Key("torque_source", '"none"', ASSUMED + "positions only, for commissioning, as --torque none says")
+            return
         index = {"torque_actual": 0x6077, "current_actual": 0x6078}[self._source]
         yield Key("torque_source", f'"{self._source}"', f"{STATED}{index:04X}h can be mapped")
         yield self._rated_torque() if self._source == "torque_actual" else self._rated_current()
@@ -177,9 +188,8 @@ class DriveSection:
 
     def _refused(self, draft: Rig) -> list[SdoWrite]:
         """What the set-up writes to this drive and its limits in the EDS exclude."""
-        drive = draft.drives[self._joint - 1]
         try:
-            writes = setup.own_writes(draft, drive, self._facts.dictionary(drive))
+            writes = setup.own_writes(draft, self._facts.dictionary(draft.drives[self._joint - 1]))
         except BadInput as error:
             self.notes.append(f"{self.origin}: {error}")
             return []
@@ -208,6 +218,16 @@ class DriveSection:
         yield from Key("accept_missing", f"[{listed}]", "uncomment to drive without them", False).lines()
         self.notes.append(f"objects of safety are missing ({listed}): read what that means before accept_missing")
 
+    def _states(self) -> Iterator[str]:
+        """Touch probe and Safe Torque Off, as far as the drive has objects for them, as TOML."""
+        facts = self._facts
+        names = {(index, 0): name for index, name in _TOUCH_PROBE.items() if (index, 0) in facts}
+        for address, item in sorted(facts.descriptions.items()):
+            if _SAFE_TORQUE_OFF.search(item.name) and item.is_readable and item.size in (1, 2, 4):
+                names[address] = item.name
+        for (index, sub), name in names.items():
+            yield f"{{ index = 0x{index:04X}, {f'sub = {sub}, ' if sub else ''}name = {json.dumps(name)} }}"
+
     def _settings(self) -> Iterator[str]:
         """Comment on the drive's present limits in SI units, where its own are known."""
         if self._counts is None or self._gear is None:
@@ -216,8 +236,9 @@ class DriveSection:
         counts, acceleration = abs(drive.counts_per_radian), self._dictionary.units.acceleration
         parts = []
         low, high = facts.value(0x607D, 1), facts.value(0x607D, 2)
-        if low is not None and high is not None and low < high:
-            parts.append(f"607Dh from {low / counts:.4g} to {high / counts:.4g} rad")
+        if low is not None and high is not None and (low or high):
+            exchanged = ", the lower one above the upper one" if low > high else ""
+            parts.append(f"607Dh from {low / counts:.4g} to {high / counts:.4g} rad{exchanged}")
         if window := facts.value(0x6065):
             parts.append(f"6065h = {window / counts:.4g} rad")
         if acceleration is not None and (deceleration := facts.value(0x6085)):
@@ -226,16 +247,12 @@ class DriveSection:
             yield from comment(f"Its own limits, from the joint's zero ({facts.values}): {'; '.join(parts)}.")
 
     def _pdo_text(self) -> str:
-        drive = self._dictionary.drive
         try:
-            received = pdo.rpdos(drive, self._dictionary)
-            transmitted = pdo.tpdos(drive, self._dictionary)
+            pdos = [*pdo.rpdos(self._dictionary), *pdo.tpdos(self._dictionary)]
         except BadInput as error:
             raise BadInput(f"{self._facts.origin}: {error}") from None
-        maps = [("RPDO", number, mapped) for number, mapped in received.items()]
-        maps += [("TPDO", number, [item.mapped for item in fields]) for number, fields in transmitted.items()]
         parts = []
-        for kind, number, mapped in maps:
-            names = ", ".join(name_of((each >> 16, each >> 8 & 0xFF)) for each in mapped)
-            parts.append(f"{kind} {number + 1}: {names} ({sum(map(pdo.size_of, mapped))} bytes)")
+        for each in pdos:
+            names = ", ".join(name_of(field.address) for field in each.fields)
+            parts.append(f"{each.name}: {names} ({each.layout.size} bytes)")
         return "PDO map, written at the start: " + "; ".join(parts) + "."

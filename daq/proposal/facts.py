@@ -1,5 +1,6 @@
 """Facts about one drive, from its EDS or DCF, or read from the drive itself."""
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -7,6 +8,7 @@ from pathlib import Path
 from drivers.canopen import check, discovery
 from drivers.canopen.bus import Link, open_bus
 from drivers.canopen.dictionary import STANDARD, DriveDictionary, read_dictionary
+from drivers.canopen.node_axes import AXES, of_axis, on_node
 from drivers.canopen.sdo import Sdo
 from drivers.canopen.units import OBJECTS
 from drivers.eds import Address, ObjectDescription, load_dictionary
@@ -16,6 +18,8 @@ from recordings.errors import BadInput
 from recordings.rig import Drive
 
 _CIA_402 = 402
+_MAKERS = range(0x2000, 0x6000)
+_NAMED_AXIS = re.compile(r"\baxis[ _-]?([1-4])\b", re.IGNORECASE)
 _FURTHER: Mapping[Address, str] = {(0x6080, 0): "<I", (0x607F, 0): "<I", (0x1000, 0): "<I"}
 _LAYOUTS = {**STANDARD, **OBJECTS, **_FURTHER}
 
@@ -40,6 +44,8 @@ class DriveFacts:
     """Bit rates that the file allows [bit/s]; empty: not said."""
     eds: str = ""
     """The EDS, or the DCF, with its limits."""
+    axis: int = 1
+    """Of the node."""
 
     def __contains__(self, address: Address) -> bool:
         return address in self.data
@@ -49,7 +55,7 @@ class DriveFacts:
         address = (index, sub)
         if self.descriptions and (address not in self.data or self.descriptions[address].value is None):
             return None
-        return self.dictionary(Drive(node_id=self.node_id)).value(address, _LAYOUTS.get(address))
+        return self.dictionary(Drive(node_id=self.node_id, axis=self.axis)).value(address, _LAYOUTS.get(address))
 
     def can_map(self, *addresses: Address) -> bool:
         """Whether objects exist and can be mapped into a PDO, as far as this is known."""
@@ -73,32 +79,43 @@ class DriveFacts:
         return DriveDictionary(drive, self.data)
 
 
-def from_file(path: Path, node_id: int) -> DriveFacts:
-    """Facts from an EDS or DCF.
+def from_file(path: Path, node_id: int, axis: int = 1) -> DriveFacts:
+    """Facts from an EDS or DCF about one axis of a node.
 
     Raises:
-        BadInput: the file cannot be read, or describes no CiA 402 drive.
+        BadInput: the file cannot be read, or describes no CiA 402 drive with this axis.
     """
-    dictionary = load_dictionary(path, node_id)
+    dictionary = of_axis(load_dictionary(path, node_id), axis)
     if (0x6040, 0) not in dictionary or (0x6041, 0) not in dictionary:
-        raise BadInput(f"{path}: a CiA 402 drive expected, no controlword (6040h) and statusword (6041h) found")
-    data = {address: item.value if item.value else bytes(item.size or 0) for address, item in dictionary.items()}
+        words = f"controlword ({on_node(0x6040, axis):04X}h) and statusword ({on_node(0x6041, axis):04X}h)"
+        what = "a CiA 402 drive" if axis == 1 else f"axis {axis} of a CiA 402 drive"
+        raise BadInput(f"{path}: {what} expected, no {words} found")
+    items = {address: item for address, item in dictionary.items() if _may_be_of(axis, address[0], item.name)}
+    data = {address: item.value if item.value else bytes(item.size or 0) for address, item in items.items()}
     kind = "values of this DCF" if dictionary.has_parameters else "defaults of this EDS, not settings of your drive"
     return DriveFacts(
         node_id,
         dictionary.name,
         path.name,
         data,
-        dictionary,
+        items,
         kind,
         str(path) if dictionary.has_parameters else "",
         dictionary.bit_rates,
         str(path),
+        axis,
     )
 
 
+def _may_be_of(axis: int, index: int, name: str) -> bool:
+    """Whether an object may belong to this axis. A manufacturer-specific one belongs to the axis in its name, such as
+    "STO, axis 2", and to the first where its name says none."""
+    said = _NAMED_AXIS.search(name)
+    return index not in _MAKERS or axis == (int(said[1]) if said else 1)
+
+
 def from_bus(bus: CanBus) -> list[DriveFacts]:
-    """Facts about all CiA 402 drives on a bus, in the order of their node ids; nothing is written, nothing moves.
+    """Facts about all CiA 402 drives on a bus and their axes, by node id; nothing is written, nothing moves.
 
     Raises:
         BadInput: the bus cannot be opened.
@@ -118,6 +135,10 @@ def _scan(link: Link) -> Iterator[DriveFacts]:
         device_type = sdo.read_optional(0x1000, 0, "<I")
         if device_type is None or device_type & 0xFFFF != _CIA_402:
             continue
-        data = dict(read_dictionary(Drive(node_id=node), sdo).data)
         name = sdo.read_text(0x1008) or "a device without a name"
-        yield DriveFacts(node, name, f"node {node}", data)
+        for axis in range(1, AXES + 1):
+            drive = Drive(node_id=node, axis=axis)
+            sdo = Sdo(node, drive.address, link, unheard, axis)
+            if axis > 1 and not sdo.has(0x6041, 0):
+                break
+            yield DriveFacts(node, name, drive.address, dict(read_dictionary(drive, sdo).data), axis=axis)

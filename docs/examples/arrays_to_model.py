@@ -27,4 +27,4 @@ diagnosis.plot().write_html("steps.html")
 model = diagnosis.model
 print(model.to_frame()[["value", "unit", "ci95_low", "ci95_high"]])
 model.save("bench.model.json")
-print(model.export("c", "controller", on=other))
+print(model.export("c", "controller"))

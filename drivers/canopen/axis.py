@@ -4,14 +4,16 @@ import math
 import struct
 import time
 from collections import Counter
-from itertools import accumulate
+from collections.abc import Callable
 
 from drivers import cia402
 from drivers.canopen import emcy, pdo
-from drivers.canopen.dictionary import DriveDictionary, standard_dictionary
+from drivers.canopen.bus import Link
+from drivers.canopen.dictionary import DriveDictionary, integer_at, standard_dictionary
 from drivers.canopen.sdo import Sdo, SdoWrite
 from drivers.protocol import Power
-from recordings.rig import Drive
+from recordings.errors import RunFailed
+from recordings.rig import Rig
 
 _CONTROLWORD, _POSITION, _OFFSET = struct.Struct("<H"), struct.Struct("<i"), struct.Struct("<h")
 STOP_TIMEOUT = 0.3
@@ -20,27 +22,25 @@ _MODE_TIMEOUT = 0.5
 """Time that a drive may take to show the mode that was written [s]."""
 _NO_PDOS = {0x04: "stopped", 0x7F: "pre-operational"}
 """States of communication in which a node sends no PDO, by its heartbeat."""
-NO_MODE = 0
+_BOOT_UP_MESSAGE = "a boot-up message"
+_STILL_SPEED = 0.02
+"""Joint speed below which a drive is at rest [rad/s]."""
+_FORGIVING = 50
+"""Complete cycles after which heartbeats come in their own time again."""
+_NO_MODE = 0
 """Object 6061 of drives that take over a mode only when they are enabled; whether they follow is supervised then."""
 
 
 class CanopenAxis:
     """State of one drive. The raw values are the last ones received."""
 
-    def __init__(
-        self,
-        joint: int,
-        drive: Drive,
-        sdo: Sdo,
-        effort_per_count: float = math.nan,
-        still_counts: float = 1.0,
-    ) -> None:
-        """`joint`: 1 ... n; `effort_per_count`: see `pdo.effort_per_count`; `still_counts`: largest change of the
-        position from answer to answer that counts as rest."""
-        self.name = f"joint {joint} (node {drive.node_id})"
+    def __init__(self, rig: Rig, joint: int, link: Link, on_other_frame: Callable[[int, bytes], None]) -> None:
+        """`joint`: 1 ... n; `on_other_frame`: see `Sdo`."""
         self.joint = joint
-        self.drive = drive
-        self.sdo = sdo
+        self.drive = drive = rig.drives[joint - 1]
+        self.name = f"joint {joint} ({drive.address})"
+        self.sdo = Sdo(drive.node_id, self.name, link, on_other_frame, drive.axis)
+        self._link = link
         self.counts: int | None = None
         self.statusword = 0
         self.state: cia402.DriveState | None = None
@@ -56,8 +56,11 @@ class CanopenAxis:
         self.fault_without_emcy = False
         """Whether a fault ended the run before an EMCY told its code."""
         self.restarted = False
+        self._suspicion: tuple[int, str] | None = None
+        """Cycle of a frame that our node sends only if it has stopped answering, and that frame."""
+        self._seen_twice = ""
         self.nmt_state = 0
-        """State of communication by the last heartbeat; 0: not known."""
+        """State of communication by a heartbeat since the last answer; 0: there was none."""
         self.homing = self.homing_started = False
         """Whether the drive is in homing mode, and may search its zero."""
         self.last_heartbeat_cycle: int | None = None
@@ -66,15 +69,19 @@ class CanopenAxis:
         """Number of consecutive answers in which the drive was enabled but did not follow its target."""
         self.voltage_stamp = 0
         """Arrival of the last polled voltage [ns]; 0: none since the last answer."""
-        self._effort_per_count = effort_per_count
+        self._effort_per_count = pdo.effort_per_count(rig, joint - 1)
         self.still_answers = 0
-        """Number of consecutive answers in which the position changed by `still_counts` at most."""
-        self._still_counts = still_counts
+        """Number of consecutive answers in which the joint was at rest."""
+        self._still_counts = max(1.0, _STILL_SPEED / rig.rate * abs(drive.counts_per_radian))
         self._raw = dict.fromkeys(("voltage", "torque"), math.nan)
         self.use(standard_dictionary(drive))
         self._received: set[int] = set()
-        self._misfit = ""
-        """The answer to this SYNC that had another length than the mapped one."""
+        self.misfit = ""
+        """The answer to this SYNC that had another length than the mapped one; one that is too short is missing."""
+        self._last_data: dict[int, bytes] = {}
+        self._regular_cycles, self._settled, self._owed = 0, False, 0
+        """Complete cycles in a row, whether these were many once, since when a drive sends nothing of itself, and
+        answers that may come late: on a busy host, all may be late by a cycle for long, until two come in one."""
 
     def use(self, dictionary: DriveDictionary) -> None:
         """Set the drive's dictionary, which gives the sizes of what it sends.
@@ -86,19 +93,8 @@ class CanopenAxis:
         voltage = self.drive.voltage
         self.voltage_size = len(dictionary.data.get((voltage.index, voltage.sub)) or bytes(2))
         """Size of the voltage object [bytes]."""
-        self._layout = {
-            pdo.tpdo_id(self.drive, number): (
-                number,
-                fields,
-                struct.Struct("<" + "".join(f.layout for f in fields)),
-            )
-            for number, fields in pdo.tpdos(self.drive, dictionary).items()
-        }
-
-        received = pdo.rpdos(self.drive, dictionary)
-        ends = list(accumulate(sum(map(pdo.size_of, mapped)) for mapped in received.values()))
-        ids = [pdo.rpdo_id(self.drive, number) for number in received]
-        self._parts = list(zip(ids, [0, *ends], ends, strict=False))
+        self.tpdos = {tpdo.cob_id: tpdo for tpdo in pdo.tpdos(dictionary)}
+        self.rpdos = {rpdo.cob_id: rpdo for rpdo in pdo.rpdos(dictionary)}
 
     def target(self, counts: int, torque_offset: int = 0) -> bytes:
         """Bytes of a target, with a torque offset [thousandths] where the rig sends one."""
@@ -106,18 +102,15 @@ class CanopenAxis:
 
     def frames(self, controlword: int, target: bytes) -> list[tuple[int, bytes]]:
         """RPDOs of one cycle: arbitration ids and data."""
-        data = _CONTROLWORD.pack(controlword) + target
-        return [(arbitration_id, data[begin:end]) for arbitration_id, begin, end in self._parts]
+        data, frames = _CONTROLWORD.pack(controlword) + target, []
+        for arbitration_id, rpdo in self.rpdos.items():
+            frames.append((arbitration_id, data[: rpdo.layout.size]))
+            data = data[rpdo.layout.size :]
+        return frames
 
-    @property
-    def answer_ids(self) -> tuple[int, ...]:
-        """Arbitration ids of the drive's TPDOs."""
-        return tuple(self._layout)
-
-    @property
-    def command_ids(self) -> tuple[int, ...]:
-        """Arbitration ids of the drive's RPDOs."""
-        return tuple(arbitration_id for arbitration_id, _, _ in self._parts)
+    def send_nmt(self, command: int) -> None:
+        """Command a state of communication. Raises RunFailed where the bus does not accept it."""
+        self._link.send(0x000, bytes([command, self.drive.node_id]))
 
     # By SDO
 
@@ -148,30 +141,51 @@ class CanopenAxis:
         if self.drive.torque_offset:
             self.sdo.write(SdoWrite(0x60B2, 0, "<h", 0, check=False))
 
-    def shown_mode(self, mode: int) -> int | None:
-        """The mode that the drive shows (6061h), as soon as it is `mode`, or after a time; None: it shows none."""
+    def confirm_mode(self, mode: int) -> bool:
+        """Wait for a time until the drive shows the mode that was written (6061h); False where it shows none yet.
+
+        Raises:
+            RunFailed: it shows another one, or does not answer.
+        """
         deadline = time.monotonic() + _MODE_TIMEOUT
         while (shown := self.sdo.read_optional(0x6061, 0, "<b")) not in (None, mode):
             if time.monotonic() >= deadline:
                 break
-        return shown
+        if shown not in (None, mode, _NO_MODE):
+            raise RunFailed(
+                f"{self.name}: mode {mode} was written, the drive shows mode {shown} (6061h); check what it supports"
+            )
+        return shown != _NO_MODE
+
+    def is_homed(self) -> bool | None:
+        """Whether the drive has its zero reference; None: it has no object that says it. Raises as `read_state`."""
+        homed = self.drive.homed
+        return None if homed is None else bool(integer_at(self.sdo, homed.index, homed.sub) & homed.mask)
 
     # One cycle
 
     def begin_cycle(self) -> None:
         """Discard the answer to the previous SYNC."""
+        self._regular_cycles = self._regular_cycles + 1 if self.answered else 0
+        if not self.answered:
+            self._owed += len(self.tpdos) - len(self._received)
+        self._settled |= self._regular_cycles == _FORGIVING
         self._received.clear()
-        self._misfit = ""
+        self.misfit = ""
         self._raw = dict.fromkeys(self._raw, math.nan)
         self.voltage_stamp = 0
 
     def take_tpdo(self, arbitration_id: int, data: bytes) -> bool:
-        """Decode one TPDO; False where its length is not the mapped one."""
-        number, fields, layout = self._layout[arbitration_id]
-        if len(data) != layout.size:
-            self._misfit = f"its TPDO (COB-ID {arbitration_id:03X}h) has {len(data)} bytes, {layout.size} are mapped"
+        """Decode one TPDO; False where it is the second of this cycle."""
+        if arbitration_id in self._received:
             return False
-        values = dict(zip((field.name for field in fields), layout.unpack(data), strict=True))
+        fields, layout = self.tpdos[arbitration_id].fields, self.tpdos[arbitration_id].layout
+        if len(data) != layout.size:
+            self.misfit = f"its TPDO (COB-ID {arbitration_id:03X}h) has {len(data)} bytes, {layout.size} are mapped"
+            if len(data) < layout.size:
+                return True
+        self._last_data[arbitration_id], self.nmt_state = data, 0
+        values = dict(zip((field.name for field in fields), layout.unpack_from(data), strict=True))
         if "position" in values:
             before, self.counts = self.counts, values.pop("position")
             still = before is not None and abs(self.counts - before) <= self._still_counts
@@ -181,21 +195,61 @@ class CanopenAxis:
             self.decode_status()
             self.answers_since_emcy = self.answers_since_emcy + 1 if self.error_code else 0
         self._raw |= values
-        self._received.add(number)
+        self._received.add(arbitration_id)
         return True
+
+    def is_foreign(self, arbitration_id: int, data: bytes) -> bool:
+        """Whether a TPDO that this cycle did not ask for is of another node: it is neither late, nor the last one
+        again, as CAN repeats a frame whose end was disturbed."""
+        if self._owed or not self._settled:
+            self._owed = max(self._owed - 1, 0)
+            return False
+        return data != self._last_data.get(arbitration_id)
+
+    def take_heartbeat(self, nmt_state: int, cycle: int, twice_heard: int) -> None:
+        """Note a heartbeat; one within `twice_heard` cycles after another is of a second node."""
+        last = self.last_heartbeat_cycle
+        # Without regular cycles, heartbeats wait for each other and for the first command.
+        regular = self._regular_cycles >= _FORGIVING and self.dictionary.watchdog != "guarding"
+        if regular and last is not None and cycle - last < twice_heard:
+            self._seen_twice = self._seen_twice or "heartbeats too fast"
+        if regular and nmt_state in _NO_PDOS:
+            self._suspicion = cycle, f"a heartbeat says {_NO_PDOS[nmt_state]}"
+        self.last_heartbeat_cycle = cycle
+        # Before the first answer, a heartbeat may be older than the command to start.
+        self.nmt_state = nmt_state if self._last_data else 0
+
+    def take_boot_up(self, cycle: int) -> None:
+        """Note a boot-up message: the drive has restarted unless it answers the next SYNC."""
+        self._suspicion = cycle, _BOOT_UP_MESSAGE
+
+    def second_node(self, cycle: int) -> str | None:
+        """What shows, after the answers of `cycle`, that a second node has this id; None: nothing does."""
+        if self._suspicion is not None and cycle > self._suspicion[0]:
+            (_, seen), self._suspicion = self._suspicion, None
+            if self.answered:
+                self._seen_twice = self._seen_twice or seen
+            elif seen == _BOOT_UP_MESSAGE:
+                self.restarted = True
+        return self._seen_twice or None
 
     @property
     def answered(self) -> bool:
         """True when all TPDOs of this cycle have arrived."""
-        return len(self._received) == len(self._layout)
+        return len(self._received) == len(self.tpdos)
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether the enabled drive says that a limit of its own holds it back."""
+        return self.state is cia402.DriveState.ENABLED and bool(self.statusword & cia402.LIMIT_ACTIVE)
 
     @property
     def absence(self) -> str:
         """What is known of an answer that is missing; "": nothing."""
-        if self.nmt_state in _NO_PDOS and not self._misfit:
+        if self.nmt_state in _NO_PDOS and not self.misfit:
             heartbeat = f"COB-ID {0x700 + self.drive.node_id:03X}h"
             return f"its heartbeat ({heartbeat}) says that it is {_NO_PDOS[self.nmt_state]}, in which it sends no PDO"
-        return self._misfit
+        return self.misfit
 
     def take_polled_voltage(self, raw: int, stamp: int) -> None:
         """Store a voltage that was read by SDO and arrived at `stamp` [ns]."""
@@ -206,7 +260,7 @@ class CanopenAxis:
         """Decode power state and target following from the statusword."""
         self.state = cia402.decode(self.statusword)
         follows = self.homing or self.state is not cia402.DriveState.ENABLED
-        follows = follows or bool(self.statusword & cia402.TARGET_FOLLOWED)
+        follows = follows or not self.drive.target_followed_bit or bool(self.statusword & cia402.TARGET_FOLLOWED)
         self.answers_without_following = 0 if follows else self.answers_without_following + 1
 
     # In SI units
@@ -278,6 +332,9 @@ class CanopenAxis:
             return f"{self.name}: EMCY 0x{self.error_code:04X}: {self.error_text}"
         if self.answered and self.state is None:
             return f"{self.name}: statusword 0x{self.statusword:04X} fits no state of CiA 402"
+        if self.is_limited and self.answers_without_following > 1:
+            stops = "internal limit active (statusword bit 11), and the target is not followed"
+            return f"{self.name}: {stops}; look for a limit switch, and at the limits of the drive"
         if self.answers_without_following >= following_timeout:
             return f"{self.name}: enabled, but the target is not followed (statusword bit 12); check its mode"
         if self.last_heartbeat_cycle is not None and cycle - self.last_heartbeat_cycle > heartbeat_timeout:

@@ -1,7 +1,6 @@
 """Compare CANopen drives with the rig file before anything is written, for `daq check`."""
 
 import math
-import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -10,10 +9,11 @@ from drivers.canopen import dcf, pdo, readiness, setup
 from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
 from drivers.canopen.dictionary import DriveDictionary, integer_at, read_dictionary
+from drivers.canopen.node_axes import of_axis
 from drivers.canopen.roles import PDO, ROLES, role_of, without
-from drivers.canopen.sdo import ObjectRefused, SdoWrite, format_address
+from drivers.canopen.sdo import READ_DEVICE_TYPE, ObjectRefused, SdoWrite, format_address
 from drivers.eds import load_dictionary
-from drivers.protocol import CheckResult, Verdict
+from drivers.protocol import CheckResult, Power, Verdict
 from recordings.drives import STATUSWORD
 from recordings.errors import BadInput
 from recordings.rig import Drive, Rig
@@ -44,16 +44,12 @@ def unexpected_nodes(rig: Rig, link: Link) -> Iterator[CheckResult]:
 
 def scan_nodes(link: Link) -> set[int]:
     """Node ids that answer when their device type is read."""
-    responses = set()
-    deadline = time.monotonic() + _SCAN_TIMEOUT
+    responders = set[int]()
     for node in _NODE_IDS:
-        link.send(0x600 + node, bytes.fromhex("4000100000000000"))
-        deadline = time.monotonic() + _SCAN_TIMEOUT
-        while (frame := link.receive(_REQUEST_INTERVAL)) is not None:
-            responses.add(frame[0])
-    while (frame := link.receive(max(0.0, deadline - time.monotonic()))) is not None:
-        responses.add(frame[0])
-    return {arbitration_id - 0x580 for arbitration_id in responses if arbitration_id - 0x580 in _NODE_IDS}
+        link.send(0x600 + node, READ_DEVICE_TYPE)
+        wait = _SCAN_TIMEOUT if node == _NODE_IDS[-1] else _REQUEST_INTERVAL
+        responders |= {arbitration_id - 0x580 for arbitration_id, _ in link.frames(wait)}
+    return responders & {*_NODE_IDS}
 
 
 def compare_with_rig(rig: Rig, axes: Sequence[CanopenAxis]) -> Iterator[CheckResult]:
@@ -71,11 +67,15 @@ def _compare(rig: Rig, axis: CanopenAxis) -> Iterator[Row]:
     yield from _mode(dictionary)
     yield _supply(dictionary)
     yield from _torque_source(dictionary)
+    for watched in axis.drive.watched:
+        found = axis.sdo.has(watched.index, watched.sub)
+        what = f"watched object {format_address(watched.index, watched.sub)} {watched.name}".rstrip()
+        yield what, "readable", "there" if found else "no such object", _fine_if(found)
     yield from _units(dictionary)
     yield from _limits(rig, axis, dictionary)
     yield from _missing(dictionary)
     try:
-        writes = [*configuration, *setup.own_writes(rig, axis.drive, dictionary)]
+        writes = [*configuration, *setup.own_writes(rig, dictionary)]
     except BadInput as error:
         yield "set-up", "objects that suffice", str(error), "problem"
         return
@@ -97,15 +97,17 @@ def _state(axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[Row]:
     text = axis.state.value + (f", last error 0x{code:04X}: {axis.text_of(code)}" if code else "")
     if axis.state in (cia402.DriveState.FAULT, cia402.DriveState.FAULT_REACTION):
         yield "state", "no fault", f"{text}; remove its cause: the start of a run tries one reset", "problem"
+    elif axis.power == Power.STOPPING:  # as a run leaves it that was killed
+        yield "state", "not enabled by another master", f"{text}; the start of a run switches it off", "noted"
     else:
         yield "state", "not enabled by another master", text, _fine_if(not axis.has_torque)
 
 
 def _reference(rig: Rig, axis: CanopenAxis) -> Iterator[Row]:
-    limits, drive = rig.limits, axis.drive
-    angle = drive.to_position(axis.sdo.read(0x6064, 0, "<i"))
-    span = f"{limits.joint_min:g} to {limits.joint_max:g} rad"
-    yield "joint angle", span, f"{angle:.4f} rad", _fine_if(limits.joint_min <= angle <= limits.joint_max)
+    limits, drive, unit = rig.limits, axis.drive, rig.position_units[axis.joint - 1]
+    pose = drive.to_position(axis.sdo.read(0x6064, 0, "<i"))
+    span = f"{limits.joint_min:g} to {limits.joint_max:g} {unit}"
+    yield "joint angle", span, f"{pose:.4f} {unit}", _fine_if(limits.joint_min <= pose <= limits.joint_max)
     if drive.homed is None:
         if drive.homing is not None:
             text = f"method {drive.homing.method} (daq home); the rig file names no object that shows it (homed)"
@@ -130,7 +132,7 @@ def _mode(dictionary: DriveDictionary) -> Iterator[Row]:
     yield f"supports mode {mode}, {name} position (6502h)", "yes", problem or listed, _fine_if(not problem)
     shown = dictionary.value((0x6061, 0))
     if shown is not None:
-        yield "mode that the drive shows (6061h)", str(mode), str(shown), _fine_if(shown == mode, "will be written")
+        yield "mode that is set (6060h)", str(mode), str(shown), _fine_if(shown == mode, "will be written")
 
 
 def _supply(dictionary: DriveDictionary) -> Row:
@@ -146,6 +148,9 @@ def _torque_source(dictionary: DriveDictionary) -> Iterator[Row]:
     drive = dictionary.drive
     if drive.torque_source == "voltage":
         yield _voltage(dictionary)
+        return
+    if drive.torque_source == "none":
+        yield "torque source", "none", "positions only: nothing can be identified from a recording", "noted"
         return
     # Ratings are of the motor: mA, mN m.
     if drive.torque_source == "current_actual":
@@ -196,8 +201,7 @@ def _units(dictionary: DriveDictionary) -> Iterator[Row]:
             yield f"1 {unit} of the joint", "as the drive understands it", text, "noted"
     code = dictionary.value((0x60A9, 0))
     if code and dictionary.units.velocity is None:
-        # Nothing is written in units of velocity.
-        text = f"0x{code:08X} is unknown: speeds of the drive cannot be shown"
+        text = f"0x{code:08X} is unknown: speeds of the drive cannot be shown, and none can be set for homing"
         yield "unit of velocity (60A9h)", "a known unit", text, "noted"
 
 
@@ -261,8 +265,10 @@ def _object(axis: CanopenAxis, present: DriveDictionary, dictionary: DriveDictio
 def _refusal(drive: Drive, write: SdoWrite) -> str | None:
     """Why the drive will refuse a value, by the file in `eds` or `dcf`: a drive does not say its limits."""
     file = drive.eds or drive.dcf
-    description = load_dictionary(Path(file), drive.node_id).get((write.index, write.sub)) if file else None
-    if file is None or description is None:
+    if file is None:
+        return None
+    description = of_axis(load_dictionary(Path(file), drive.node_id), drive.axis).get((write.index, write.sub))
+    if description is None:
         return None
     if not description.is_writable:
         return f"{Path(file).name}: read only ({description.access})"

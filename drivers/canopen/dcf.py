@@ -3,6 +3,10 @@
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from drivers.canopen.dictionary import MAPPING
+from drivers.canopen.node_axes import of_axis
+from drivers.canopen.pdo import INVALID
+from drivers.canopen.roles import PDOS
 from drivers.canopen.sdo import SdoWrite
 from drivers.eds import Address, ObjectDescription, load_dictionary
 from recordings.errors import BadInput
@@ -12,8 +16,6 @@ _COMMANDS = {0x6040, 0x6060, 0x607A, 0x60C1, 0x60FE, 0x60FF, 0x6071, 0x6042, 0x6
 """Controlword, mode, targets and outputs: they act at once, and are the cycle's business."""
 _ACTIONS = {0x1010, 0x1011, 0x1023, 0x1024, 0x1025, 0x1F50, 0x1F51}
 """Store, restore, operating system commands, program download."""
-_PDO = range(0x1400, 0x1C00)
-_INVALID = 0x8000_0000
 _LAYOUTS = {1: "<B", 2: "<H", 4: "<I", 8: "<Q"}
 
 
@@ -33,8 +35,8 @@ def configuration(drive: Drive) -> list[SdoWrite]:
             f"DCF {drive.dcf} of node {drive.node_id}: values (ParameterValue) expected, none found; it is an EDS, "
             "which describes a type of drive and configures none: remove dcf or name a DCF"
         )
-    writes = [write for item in dictionary.items() if (write := _write(*item)) is not None]
-    return [*(write for write in writes if write.index not in _PDO), *_pdo_writes(writes)]
+    writes = [write for item in of_axis(dictionary, drive.axis).items() if (write := _write(*item)) is not None]
+    return [*(write for write in writes if write.index not in PDOS), *_pdo_writes(writes)]
 
 
 def _write(address: Address, item: ObjectDescription) -> SdoWrite | None:
@@ -48,13 +50,13 @@ def _write(address: Address, item: ObjectDescription) -> SdoWrite | None:
 
 
 def _pdo_writes(writes: Iterable[SdoWrite]) -> Iterator[SdoWrite]:
-    values = {(write.index, write.sub): write for write in writes if write.index in _PDO}
-    for parameters in sorted({index for index, _ in values if not index & 0x200}):
-        mapping = parameters + 0x200
+    values = {(write.index, write.sub): write for write in writes if write.index in PDOS}
+    for parameters in sorted({index for index, _ in values if not index & MAPPING}):
+        mapping = parameters + MAPPING
         cob_id = values.get((parameters, 1))
         if cob_id is None:
             continue
-        yield SdoWrite(parameters, 1, "<I", cob_id.value | _INVALID, check=False)
+        yield SdoWrite(parameters, 1, "<I", cob_id.value | INVALID, check=False)
         yield from (values[a] for a in sorted(values) if a[0] == parameters and a[1] > 1)
         entries = [values[a] for a in sorted(values) if a[0] == mapping and a[1] > 0]
         count = values.get((mapping, 0))

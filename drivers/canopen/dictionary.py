@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from drivers.canopen import units
+from drivers.canopen.node_axes import FURTHER_AXES, PDOS_PER_AXIS
 from drivers.canopen.sdo import ObjectMissing, ObjectRefused, Sdo, SdoWrite
 from drivers.eds import Address
 from recordings.drives import STATUSWORD
@@ -34,12 +35,11 @@ _LAYOUTS = {1: "b", 2: "h", 4: "i"}
 RECEIVE, TRANSMIT = 0x1400, 0x1800
 SLOW_DOWN = (1, 5)
 """Option codes that stop on 6084 instead of 6085."""
-_PREDEFINED = {RECEIVE: 0x200, TRANSMIT: 0x180}
-_MAPPING = 0x200
+PREDEFINED = {RECEIVE: 0x200, TRANSMIT: 0x180}
+MAPPING = 0x200
 """Distance of the mapping from the parameters of a PDO."""
 _MAPPED = {RECEIVE: 3, TRANSMIT: 4}
 """Largest number of objects that are mapped into one PDO; a PDO with as many entries leaves no question."""
-_LAST_PDO = 512
 _MANY_PDOS = 8
 """PDO numbers that are tried in any case; the search ends after as many that do not exist."""
 
@@ -87,7 +87,7 @@ class DriveDictionary:
     def units(self) -> units.Units:
         """Units of position, velocity and acceleration."""
         values = {address: self.value(address, layout) for address, layout in units.OBJECTS.items()}
-        return units.units_of({address: value for address, value in values.items() if value is not None}, self.drive)
+        return units.Units({address: value for address, value in values.items() if value is not None}, self.drive)
 
     @property
     def rated_torque(self) -> float:
@@ -115,12 +115,12 @@ class DriveDictionary:
         return {
             index - first: self.value((index, 1)) or 0
             for index, sub in self.data
-            if sub == 1 and first <= index < first + _LAST_PDO
+            if sub == 1 and first <= index < first + MAPPING
         }
 
     def entries(self, first: int) -> dict[int, int]:
         """Number of objects that each PDO can map, by its number from 0; 8 where it is not known."""
-        mapped = Counter(index - first - _MAPPING for index, sub in self.data if sub and index >= first + _MAPPING)
+        mapped = Counter(index - first - MAPPING for index, sub in self.data if sub and index >= first + MAPPING)
         return {number: mapped[number] or 8 for number in self.pdos(first)}
 
 
@@ -151,12 +151,14 @@ def _read(sdo: Sdo, address: Address, data: dict[Address, bytes | None]) -> None
 
 def _read_pdos(sdo: Sdo, first: int, data: dict[Address, bytes | None]) -> None:
     number = missing = 0
-    while number < _LAST_PDO and missing < _MANY_PDOS:
+    while number < MAPPING and missing < _MANY_PDOS:
+        if number == PDOS_PER_AXIS and any(sdo.has(controlword, 0) for controlword in FURTHER_AXES):
+            break
         _read(sdo, (first + number, 1), data)
         missing = 0 if (first + number, 1) in data else missing + 1
         number += 1
     for existing in range(number):
-        if (first + existing, 1) in data and _read_entries(sdo, first + existing + _MAPPING, _MAPPED[first], data):
+        if (first + existing, 1) in data and _read_entries(sdo, first + existing + MAPPING, _MAPPED[first], data):
             return
 
 
@@ -176,7 +178,7 @@ def standard_dictionary(drive: Drive) -> DriveDictionary:
     data.setdefault((drive.voltage.index, drive.voltage.sub), bytes(2))
     for first, count in ((RECEIVE, 1), (TRANSMIT, 2)):
         for number in range(count):
-            data[first + number, 1] = struct.pack("<I", _PREDEFINED[first] + 0x100 * number + drive.node_id)
+            data[first + number, 1] = struct.pack("<I", PREDEFINED[first] + 0x100 * number + drive.node_id)
     return DriveDictionary(drive, data)
 
 

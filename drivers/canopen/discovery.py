@@ -1,34 +1,38 @@
 """Find the drives of a rig on a CAN bus, and check that no other master controls them."""
 
-import time
 from collections.abc import Sequence
+from dataclasses import replace
 
 from drivers.canopen import setup
 from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
+from drivers.canopen.sdo import ObjectRefused
 from drivers.protocol import SIMULATED, Identity
 from recordings.errors import RunFailed
 
-_PACE, _MARK = (0x5FFF, 1), (0x5FFF, 3)
-"""Objects by which a simulated drive names itself, whatever its dictionary: the pace, and a text."""
+_PACE, _STARTED, _MARK = (0x5FFF, 1), (0x5FFF, 2), (0x5FFF, 3)
+"""Objects by which a simulated drive names itself, whatever its dictionary: pace, number of its start, and a text."""
 _LISTENING_TIME = 0.2
 """Time to listen for another master before anything is sent [s]."""
 
 
-def is_master_frame(arbitration_id: int) -> bool:
-    """True for the frames that a CANopen master sends: NMT, SYNC, RPDO 1, SDO requests, its heartbeat."""
-    function = arbitration_id & 0x780
-    return arbitration_id in (0, 0x80, 0x700 + setup.MASTER_ID) or function in (0x200, 0x600)
+def axes_by_node(axes: Sequence[CanopenAxis]) -> dict[int, list[CanopenAxis]]:
+    """The axes of each node, by its id."""
+    return {node: [a for a in axes if a.drive.node_id == node] for node in {a.drive.node_id: None for a in axes}}
+
+
+def names(axes: Sequence[CanopenAxis]) -> str:
+    """Names of the axes of one node, as text."""
+    return " and ".join(axis.name for axis in axes)
 
 
 def check_no_other_master(link: Link) -> None:
-    """Raise RunFailed if another master controls the drives."""
+    """Raise RunFailed if another master controls the drives, by NMT, SYNC, RPDO 1, SDO or its heartbeat."""
     # In lockstep all drives are simulated and send nothing before they receive something.
-    deadline = time.monotonic() + (_LISTENING_TIME if link.clock is None else 0.0)
-    while (frame := link.receive(max(0.0, deadline - time.monotonic()))) is not None:
-        if is_master_frame(frame[0]):
+    for seen, _ in link.frames(_LISTENING_TIME if link.clock is None else 0.0):
+        if seen in (0, setup.SYNC_ID, 0x700 + setup.MASTER_ID) or seen & 0x780 in (0x200, 0x600):
             raise RunFailed(
-                f"another master is on this bus (frame {frame[0]:03X} seen); stop it first, or follow it with "
+                f"another master is on this bus (frame {seen:03X} seen); stop it first, or follow it with "
                 "daq record --listen"
             )
 
@@ -58,13 +62,34 @@ def identify(axis: CanopenAxis) -> Identity:
         raise RunFailed(f"{axis.name}: a CiA 402 drive expected, device profile {profile} found; check the node id")
     device = axis.sdo.read_text(0x1008)
     simulated = SIMULATED in (device, axis.sdo.read_text(*_MARK))
-    return Identity(
+    identity = Identity(
         joint=axis.joint,
-        address=f"node {axis.drive.node_id}",
+        address=axis.drive.address,
         device=device or "a device without a name",
         vendor_id=axis.sdo.read_optional(0x1018, 1, "<I") or 0,
         product_code=axis.sdo.read_optional(0x1018, 2, "<I") or 0,
-        revision=axis.sdo.read_optional(0x1018, 3, "<I") or 0,
+        revision=axis.sdo.read_optional(0x1018, 3, "<I"),
         simulated=simulated,
         lockstep=simulated and axis.sdo.read(*_PACE, "<B") == 1,
     )
+    if identity.lockstep:
+        # It has no past, and the same seed gives the same frames.
+        return identity
+    return replace(
+        identity,
+        serial_number=axis.sdo.read_optional(0x1018, 4, "<I") or 0,
+        firmware=axis.sdo.read_text(0x100A),
+        position=_position(axis),
+        started=axis.sdo.read(*_STARTED, "<I") if simulated else 0,
+    )
+
+
+def _position(axis: CanopenAxis) -> float | None:
+    """Where the joint stands [rad or m]; None where the drive does not say it, or has lost its zero."""
+    try:
+        if axis.is_homed() is False:
+            return None
+    except ObjectRefused:
+        return None
+    counts = axis.sdo.read_optional(0x6064, 0, "<i")
+    return None if counts is None else axis.drive.to_position(counts)

@@ -7,20 +7,20 @@ import time
 from collections.abc import Callable, Sequence
 from functools import partial
 
-import can
 import numpy as np
 from numpy.typing import NDArray
 
 from drivers import cia402
-from drivers.canopen import can_errors, check, discovery, faults, homing, pdo, preparation, setup, shutdown
+from drivers.canopen import check, discovery, pdo, preparation, readiness, self_test, setup, shutdown
 from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
 from drivers.canopen.bus_monitor import BusMonitor
+from drivers.canopen.dictionary import read_dictionary
+from drivers.canopen.discovery import axes_by_node, names
+from drivers.canopen.homing import DriveHoming
 from drivers.canopen.kernel_sync import KernelSync
-from drivers.canopen.load import bus_load
-from drivers.canopen.poll import VoltagePoll
-from drivers.canopen.sdo import Sdo
-from drivers.protocol import CheckResult, Goal, HomingState, Identity, Power, Report, Sample
+from drivers.canopen.poll import PolledVelocity, VoltagePoll, WatchedState
+from drivers.protocol import CheckResult, Goal, Identity, Power, Report, Sample
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import Rig
 
@@ -30,12 +30,12 @@ _START_HOMING = 0x10
 """Controlword bit 4 in homing mode."""
 _HEARTBEAT_TIMEOUT = 3.5 * setup.DRIVE_HEARTBEAT_MS / 1000
 """Time without a heartbeat after which a drive counts as lost [s]."""
+_TWICE_HEARD = 0.5 * setup.DRIVE_HEARTBEAT_MS / 1000
+"""Time between two heartbeats of one id below which they are of two nodes [s]."""
 _BOOT_UP = b"\x00"
 """Content of the message under the heartbeat's id after a start; a drive without heartbeat sends it, too."""
-_STILL_SPEED = 0.02
-"""Joint speed below which a drive that stays in quick stop is at rest [rad/s]."""
 _STILL_TIME = 0.02
-"""Time that it must be at rest before it is switched off [s]."""
+"""Time that a drive that stays in quick stop must be at rest before it is switched off [s]."""
 _STAYS_IN_QUICK_STOP = (5, 6)
 """Quick stop options (605A) that end at rest, still powered."""
 _FOLLOWING_TIMEOUT = 0.1
@@ -55,28 +55,24 @@ class CanopenDrives:
         self._cycle = 0
         self._heartbeat_interval = self._cycles(setup.MASTER_HEARTBEAT)
         self._operational = False
-        self._bus_trouble: str | None = None
-        self._bus_warnings: set[str] = set()
-        link.on_error_frame = self._on_error_frame
-        self._axes = [self._make_axis(joint) for joint in range(1, rig.dof + 1)]
+        self._axes = [CanopenAxis(rig, joint, link, self._dispatch) for joint in range(1, rig.dof + 1)]
         polled = [axis for axis in self._axes if axis.drive.voltage.transfer == "sdo"]
         self._poll = VoltagePoll([axis for axis in polled if axis.drive.torque_source == "voltage"], link)
-        self._monitor = BusMonitor(self._axes, report, sends_sync=kernel_sync is None)
-        self._handlers: dict[int, Callable[[bytes], None]] = {}
         for axis in self._axes:
-            self._handlers[0x80 + axis.drive.node_id] = partial(self._on_emcy, axis)
-            self._handlers[0x580 + axis.drive.node_id] = partial(self._poll.take_response, axis)
-            self._handlers[0x700 + axis.drive.node_id] = partial(self._on_heartbeat, axis)
+            for watched in axis.drive.watched:
+                state = WatchedState(axis, watched, report)
+                self._poll.add(axis, (watched.index, watched.sub), state.take)
+        self._monitor = BusMonitor(self._axes, link, rig, report)
+        self._handlers: dict[int, Callable[[bytes], None]] = {}
+        self._nodes = axes_by_node(self._axes)
+        for node_id, axes in self._nodes.items():
+            self._handlers[0x80 + node_id] = partial(self._on_emcy, axes)
+            self._handlers[0x580 + node_id] = partial(self._poll.take_response, axes)
+            self._handlers[0x700 + node_id] = partial(self._on_heartbeat, axes)
         self._listen_to_tpdos()
 
-    def _make_axis(self, joint: int) -> CanopenAxis:
-        drive = self._rig.drives[joint - 1]
-        sdo = Sdo(drive.node_id, f"joint {joint} (node {drive.node_id})", self._link, self._dispatch)
-        still_counts = max(1.0, _STILL_SPEED / self._rig.rate * abs(drive.counts_per_radian))
-        return CanopenAxis(joint, drive, sdo, pdo.effort_per_count(self._rig, joint - 1), still_counts)
-
     def _listen_to_tpdos(self) -> None:
-        self._axis_of_tpdo = {arbitration_id: axis for axis in self._axes for arbitration_id in axis.answer_ids}
+        self._axis_of_tpdo = {arbitration_id: axis for axis in self._axes for arbitration_id in axis.tpdos}
         self._handlers |= self._monitor.handlers()
 
     # Before the cycle
@@ -92,29 +88,35 @@ class CanopenDrives:
         """See `Amplifiers`."""
         return [*check.unexpected_nodes(self._rig, self._link), *check.compare_with_rig(self._rig, self._axes)]
 
-    def configure(self, *, referenced: bool = True) -> None:
-        """See `Amplifiers` and `HomingAmplifiers`."""
-        prepared = [
-            preparation.Preparation(self._rig, axis, self._report, partial(self._send_nmt, only=axis))
-            for axis in self._axes
-        ]
-        # Nothing else is written to any drive before all are off and known to fit.
-        for drive in prepared:
-            drive.switch_off()
-        for drive in prepared:
-            drive.check_fit()
-        foreign = [size for drive in prepared for size in drive.set_up(referenced=referenced)]
+    def self_test(self, duration: float) -> Sequence[CheckResult]:
+        """Exchange requests and answers for `duration` [s], to see how well this host and the adapter keep time;
+        writes nothing, moves nothing. Call after `discover`."""
+        return list(self_test.self_test(self._rig, self._link, duration))
+
+    def configure(self, *, decided: bool = False, referenced: bool = True) -> None:
+        """See `Amplifiers`; `referenced`: refuse drives without their zero reference."""
+        with preparation.said_once(self._report) as report:
+            prepared = [preparation.Preparation(self._rig, axis, report, decided) for axis in self._axes]
+            # Nothing else is written to any drive before all are off and known to fit.
+            for drive in prepared:
+                drive.switch_off()
+            for drive in prepared:
+                drive.check_fit()
+            # Where the controlword does not help, the whole node is reset, with what was written to its other axes.
+            for drive in prepared:
+                drive.reset_fault()
+            foreign = [size for drive in prepared for size in drive.set_up(referenced=referenced)]
+            for axes in self._nodes.values():
+                foreign += preparation.silence_other_axes(axes, report)
         self._listen_to_tpdos()
         self._check_load(foreign)
-        for axis in self._axes:
-            axis.nmt_state = 0
         self._send_nmt(0x01)
         self._operational = self._monitor.armed = True
 
     def _check_load(self, foreign: list[int]) -> None:
         """Check the bus load with the sizes that the drives have, and with the PDOs that they did not let go of."""
-        dictionaries = {axis.drive.node_id: axis.dictionary for axis in self._axes}
-        load, allowed = bus_load(self._rig, self._rig.rate, dictionaries, foreign), self._rig.can.max_load
+        dictionaries, allowed = [axis.dictionary for axis in self._axes], self._rig.can.max_load
+        load = pdo.bus_load(self._rig, self._rig.rate, dictionaries, foreign)
         if load > allowed:
             raise BadInput(
                 f"with {len(foreign)} PDO(s) that are not ours the cycle takes up to {load:.0%} of the bus, "
@@ -130,28 +132,31 @@ class CanopenDrives:
         rows = zip(self._rig.target_counts(targets).tolist(), offsets.tolist(), strict=True)
         return [[axis.target(*pair) for axis, *pair in zip(self._axes, *row, strict=True)] for row in rows]
 
+    def poll_velocity(self, joint: int) -> PolledVelocity | None:
+        """Poll 606Ch of `joint` (1 ... n) in the cycles to come; None where the drive does not state its unit (60A9h)
+        or the bus has no room. Begin with `discover`."""
+        axis = self._axes[joint - 1]
+        unit = read_dictionary(axis.drive, axis.sdo).units.velocity
+        if unit is None or pdo.bus_load(self._rig, self._rig.rate, foreign=(8, 8)) > self._rig.can.max_load:
+            return None
+        velocity = PolledVelocity(axis.drive.sign / unit.per_radian)
+        self._poll.add(axis, (0x606C, 0), velocity.take)
+        return velocity
+
+    def in_doubt(self, joint: int) -> bool:
+        """Whether the drive of `joint` (1 ... n) states two units of position, of which none is decided. Begin with
+        `configure`."""
+        return bool(readiness.position_doubt(self._axes[joint - 1].dictionary))
+
     # Homing
 
     def is_homed(self, joint: int) -> bool | None:
-        """See `HomingAmplifiers`."""
-        return homing.is_homed(self._axes[joint - 1])
+        """Whether the drive of `joint` (1 ... n) has its zero reference; None: it does not say."""
+        return self._axes[joint - 1].is_homed()
 
-    def prepare_homing(self, joint: int) -> None:
-        """See `HomingAmplifiers`."""
-        self._homing = homing.DriveHoming(self._axes[joint - 1], self._rig.rate)
-        self._homing.prepare()
-
-    def start_homing(self, joint: int) -> None:
-        """See `HomingAmplifiers`."""
-        self._homing.start()
-
-    def homing_state(self, joint: int) -> HomingState:
-        """See `HomingAmplifiers`."""
-        return self._homing.state()
-
-    def finish_homing(self, joint: int) -> None:
-        """See `HomingAmplifiers`."""
-        self._homing.finish()
+    def homing(self, joint: int) -> DriveHoming:
+        """One search of the zero of `joint` (1 ... n) by its drive. Begin with `configure`."""
+        return DriveHoming(self._axes[joint - 1], self._rig.rate)
 
     # The cycle
 
@@ -161,7 +166,7 @@ class CanopenDrives:
         for axis in self._axes:
             axis.begin_cycle()
         # Frames since the last exchange first, so that a late answer is not taken for the next one.
-        while (frame := self._link.receive(0.0)) is not None:
+        for frame in self._link.frames(0.0):
             self._dispatch(*frame)
         self._poll.request(self._cycle)
         for j, axis in enumerate(self._axes):
@@ -177,16 +182,19 @@ class CanopenDrives:
             self._link.send(setup.SYNC_ID, b"")
         else:
             number = self._kernel_sync.wait(self._dispatch, timeout)
+            if self._kernel_sync.second:
+                self._monitor.second_sync()
             timeout = deadline - time.perf_counter()
         self._cycle += 1
         self._collect(timeout)
+        self._monitor.end_cycle(self._cycle)
         return self._sample(number)
 
     def _show_life(self) -> None:
         self._link.send(0x700 + setup.MASTER_ID, b"\x05")
-        for axis in self._axes:
-            if axis.dictionary.watchdog == "guarding":
-                self._link.send_remote(0x700 + axis.drive.node_id)
+        for node_id, axes in self._nodes.items():
+            if axes[0].dictionary.watchdog == "guarding":
+                self._link.send(0x700 + node_id, None)
 
     def _controlword(self, axis: CanopenAxis) -> int:
         if self.goal is Goal.STOPPED and self._rests_in_quick_stop(axis):
@@ -206,14 +214,12 @@ class CanopenDrives:
         return stays and resting and axis.state is cia402.DriveState.QUICK_STOP
 
     def _collect(self, timeout: float) -> None:
-        deadline = time.perf_counter() + timeout
-        while not all(axis.answered for axis in self._axes):
-            frame = self._link.receive(max(0.0, deadline - time.perf_counter()))
-            if frame is None:
-                break
+        for frame in self._link.frames(timeout):
             axis = self._axis_of_tpdo.get(frame[0])
             if axis is None or not axis.take_tpdo(*frame):
                 self._dispatch(*frame)
+            if all(axis.answered for axis in self._axes):
+                break
 
     def _sample(self, sync: int | None) -> Sample:
         axes = self._axes
@@ -234,7 +240,7 @@ class CanopenDrives:
     def _trouble(self) -> str | None:
         timeouts = self._cycles(_HEARTBEAT_TIMEOUT), self._cycles(_FOLLOWING_TIMEOUT)
         troubles = (axis.trouble(self._cycle, *timeouts) for axis in self._axes)
-        return self._bus_trouble or self._monitor.trouble or next(filter(None, troubles), None)
+        return self._monitor.trouble or next(filter(None, troubles), None)
 
     # Unsolicited frames
 
@@ -243,29 +249,22 @@ class CanopenDrives:
         if handler is not None:
             handler(data)
 
-    def _on_emcy(self, axis: CanopenAxis, data: bytes) -> None:
-        message = axis.take_emcy(data)
+    def _on_emcy(self, axes: Sequence[CanopenAxis], data: bytes) -> None:
+        """Store an EMCY, which does not say of which axis of its node it is."""
+        *_, message = (axis.take_emcy(data) for axis in axes)
+        axis, name = axes[0], names(axes)
         text = f"EMCY 0x{message.code:04X}: {axis.text_of(message.code)}{message.details}"
         if message.ends_run or message.code == 0:
-            self._report("error" if message.code else "info", axis.name, text)
+            self._report("error" if message.code else "info", name, text)
         elif axis.warnings[message.code] == 1:
-            self._report("warning", axis.name, f"{text}; a warning, the run goes on")
+            self._report("warning", name, f"{text}; a warning, the run goes on")
 
-    def _on_heartbeat(self, axis: CanopenAxis, data: bytes) -> None:
-        if data[:1] != _BOOT_UP:
-            axis.last_heartbeat_cycle = self._cycle
-            axis.nmt_state = data[0] & 0x7F if data else 0
-        elif self._operational:
-            axis.restarted = True
-            self._report("error", axis.name, "boot-up message: the drive restarted")
-
-    def _on_error_frame(self, message: can.Message) -> None:
-        text = can_errors.decode(message.arbitration_id, bytes(message.data))
-        if text == can_errors.BUS_OFF:
-            self._bus_trouble = text
-        if text not in self._bus_warnings:
-            self._bus_warnings.add(text)
-            self._report("error" if text == can_errors.BUS_OFF else "warning", "bus", text)
+    def _on_heartbeat(self, axes: Sequence[CanopenAxis], data: bytes) -> None:
+        for axis in axes:
+            if data[:1] != _BOOT_UP:
+                axis.take_heartbeat(data[0] & 0x7F if data else 0, self._cycle, self._cycles(_TWICE_HEARD))
+            elif self._operational:
+                axis.take_boot_up(self._cycle)
 
     # Shutdown
 
@@ -280,7 +279,7 @@ class CanopenDrives:
 
     def fault_details(self) -> str:
         """See `Amplifiers`: by 603Fh or 1003h."""
-        return "; ".join(faults.details(axis) for axis in self._axes if axis.fault_without_emcy)
+        return "; ".join(shutdown.fault_details(axis) for axis in self._axes if axis.fault_without_emcy)
 
     def close(self) -> None:
         """See `Amplifiers`: Disable voltage again by SDO, watchdog off, pre-operational."""
@@ -295,9 +294,9 @@ class CanopenDrives:
             self._report("error", "bus", f"while closing: {error}")
         self._link.close()
 
-    def _send_nmt(self, command: int, only: CanopenAxis | None = None) -> None:
-        for axis in self._axes if only is None else [only]:
-            self._link.send(0x000, bytes([command, axis.drive.node_id]))
+    def _send_nmt(self, command: int) -> None:
+        for first, *_ in self._nodes.values():
+            first.send_nmt(command)
 
     def _cycles(self, duration: float) -> int:
         return max(1, round(duration * self._rig.rate))

@@ -1,40 +1,41 @@
 """Homing of one drive by itself (CiA 402 mode 6): its objects, its start, and what it says about it."""
 
-from drivers.canopen.axis import NO_MODE, CanopenAxis
-from drivers.canopen.dictionary import DriveDictionary, integer_at
+from enum import Enum
+
+from drivers.canopen.axis import CanopenAxis
+from drivers.canopen.dictionary import DriveDictionary
 from drivers.canopen.sdo import SdoWrite
 from drivers.canopen.setup import MODES
 from drivers.canopen.units import Scale
-from drivers.protocol import HomingState
-from recordings.errors import BadInput, RunFailed
+from recordings.errors import BadInput
 from recordings.rig import Homing
 
 MODE = 6
-_MODE_BIT = 5
-"""Bit of object 6502."""
 _AT_REST, _ATTAINED, _ERROR = 0x0400, 0x1000, 0x2000
 """Statusword bits 10, 12 and 13 in homing mode."""
 _START_TIME = 0.5
 """Time after the start for which "attained" may still be that of an earlier homing [s]."""
 
 
+class HomingState(Enum):
+    """Progress of a homing."""
+
+    RUNNING = "running"
+    DONE = "done"
+    FAILED = "failed"
+
+
 class DriveHoming:
     """Homing of one drive; the statusword of a drive that was homed before says so until the new homing begins."""
 
     def __init__(self, axis: CanopenAxis, rate: float) -> None:
-        """`rate`: answers per second [Hz].
-
-        Raises:
-            BadInput: the rig file has no homing for this drive.
-        """
-        if axis.drive.homing is None:
-            raise BadInput(f"{axis.name}: homing = {{ method = ... }} expected in the rig file, none found")
-        self._axis, self._settings = axis, axis.drive.homing
+        """`rate`: answers per second [Hz]."""
+        self._axis = axis
         self._answers_to_wait = max(2, round(_START_TIME * rate))
         self._answers = 0
         self._begun = False
 
-    def prepare(self) -> None:
+    def prepare(self, settings: Homing) -> None:
         """Write method, speeds and mode, without power.
 
         Raises:
@@ -43,15 +44,15 @@ class DriveHoming:
         """
         axis = self._axis
         modes = axis.dictionary.value((0x6502, 0))
-        if modes and not modes >> _MODE_BIT & 1:
+        if modes and not modes >> MODE - 1 & 1:
             raise BadInput(f"{axis.name}: 6502h = 0x{modes:X}: no mode 6 (homing); home it with its own tool")
-        for write in homing_writes(self._settings, axis.dictionary, axis.name):
+        for write in homing_writes(settings, axis.dictionary, axis.name):
             axis.sdo.write(write)
         self._set_mode(MODE)
         axis.homing = True
 
     def start(self) -> None:
-        """Let the next controlwords start the search."""
+        """Let the next controlwords of the enabled drive start the search."""
         self._axis.homing_started = True
 
     def finish(self) -> None:
@@ -61,12 +62,10 @@ class DriveHoming:
 
     def _set_mode(self, mode: int) -> None:
         self._axis.sdo.write(SdoWrite(0x6060, 0, "<b", mode))
-        shown = self._axis.shown_mode(mode)
-        if shown not in (None, NO_MODE, mode):
-            raise RunFailed(f"{self._axis.name}: mode {mode} was written, but the drive shows mode {shown} (6061h)")
+        self._axis.confirm_mode(mode)
 
     def state(self) -> HomingState:
-        """What the last statusword says."""
+        """What the last statusword says; call once per `exchange`."""
         if not self._axis.answered:
             return HomingState.RUNNING
         self._answers += 1
@@ -77,12 +76,6 @@ class DriveHoming:
         self._begun = self._begun or not attained
         believed = self._begun or self._answers > self._answers_to_wait
         return HomingState.DONE if attained and believed else HomingState.RUNNING
-
-
-def is_homed(axis: CanopenAxis) -> bool | None:
-    """Whether the drive has its zero reference; None: it has no object that says it."""
-    homed = axis.drive.homed
-    return None if homed is None else bool(integer_at(axis.sdo, homed.index, homed.sub) & homed.mask)
 
 
 def homing_writes(settings: Homing, dictionary: DriveDictionary, name: str) -> list[SdoWrite]:

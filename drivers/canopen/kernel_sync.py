@@ -5,6 +5,7 @@ microseconds each time. A phase-locked loop therefore adjusts the period after e
 The socket belongs to this process: SYNC ends with it.
 """
 
+import math
 import socket
 import struct
 import time
@@ -23,6 +24,9 @@ _SYNC_FRAME = struct.pack("=IB3x8s", SYNC_ID, 0, b"")
 _PROPORTIONAL, _INTEGRAL = 0.2, 0.02
 _MAX_CORRECTION = 0.1
 """Greatest correction of one period, as a fraction of it."""
+
+_LEAST_PERIOD = 0.5
+"""Fraction of the period between two SYNCs below which the kernel sent only one of them."""
 
 
 class Pacer:
@@ -58,6 +62,9 @@ class KernelSync:
         self._pacer: Pacer | None = None
         self._period_us = 0
         self._number = -1
+        self._stamp = -math.inf
+        self.second = False
+        """Whether anyone else has sent a SYNC."""
         try:
             self._socket = socket.socket(socket.AF_CAN, socket.SOCK_DGRAM, socket.CAN_BCM)
             self._socket.connect((channel,))
@@ -77,27 +84,27 @@ class KernelSync:
         if self._pacer is None:
             self._start(dispatch)
         before = self._number
-        while self._number == before:
-            frame = self._link.receive(max(0.0, deadline - time.perf_counter()))
-            if frame is None:
-                return None
+        for frame in self._link.frames(deadline - time.perf_counter()):
             if frame[0] != SYNC_ID:
                 dispatch(*frame)
-        return self._number
+            if self._number != before:
+                return self._number
+        return None
 
     def _start(self, dispatch: Callable[[int, bytes], None]) -> None:
         first = time.perf_counter() + LEAD * self._period
-        while (remaining := first - time.perf_counter()) > 0:
-            frame = self._link.receive(remaining)
-            if frame is not None:
-                dispatch(*frame)
+        for frame in self._link.frames(LEAD * self._period):
+            dispatch(*frame)
         self._pacer = Pacer(self._period, first)
         # The kernel sends the first frame immediately.
         self._set_period(self._period, socket.CAN_BCM_SETTIMER | socket.CAN_BCM_STARTTIMER)
 
-    def _on_sync_frame(self, stamp: float) -> None:
-        if self._pacer is None:
+    def _on_sync_frame(self, stamp: float, received: bool) -> None:
+        # Frames of other programs of this host are marked as those of the kernel's timer are.
+        self.second = self.second or received or stamp - self._stamp < _LEAST_PERIOD * self._period
+        if self._pacer is None or received:
             return
+        self._stamp = stamp
         # The stamp is wall clock time, which may be adjusted meanwhile.
         sent = stamp - (time.time() - time.perf_counter())
         self._number, period = self._pacer.on_sync(sent)

@@ -1,108 +1,148 @@
-"""PDOs of one drive: what is mapped into them, how they are set up, and which of them are not ours."""
+"""PDOs of one drive: what is mapped into them, how they are set up, which are not ours; load of the bus by all."""
 
-from collections.abc import Container
+import struct
+from collections.abc import Container, Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import accumulate
 
-from drivers.canopen.dictionary import RECEIVE, TRANSMIT, DriveDictionary, layout_of, standard_dictionary
+from drivers.canopen.bus import frame_bits
+from drivers.canopen.dictionary import (
+    MAPPING,
+    PREDEFINED,
+    RECEIVE,
+    TRANSMIT,
+    DriveDictionary,
+    layout_of,
+    standard_dictionary,
+)
+from drivers.canopen.node_axes import on_node
 from drivers.canopen.sdo import SdoWrite
+from drivers.eds import Address
+from recordings.drives import STATUSWORD
 from recordings.errors import BadInput
 from recordings.rig import Drive, Rig
 
-_INVALID, _NO_REMOTE = 0x8000_0000, 0x4000_0000
-_COB_ID_BITS = _INVALID | 0x2000_07FF
+INVALID, _NO_REMOTE = 0x8000_0000, 0x4000_0000
+"""Bits 31 and 30 of a COB-ID: the PDO is off; it answers no remote frames."""
+_COB_ID_BITS = INVALID | 0x2000_07FF
 """Bits of a COB-ID that are read back as they were written: valid, frame format, identifier."""
-_CONTROLWORD, _TORQUE_OFFSET = 0x6040_00_10, 0x60B2_00_10
-_TARGET = {"cyclic": 0x607A_00_20, "interpolated": 0x60C1_01_20}
 _TORQUE = {"torque_actual": (0x6077, 0), "current_actual": (0x6078, 0)}
 _LARGEST = 8
 """Data bytes of a PDO."""
+_FIRST_OF_AXIS = (0, 2, 1, 3)
+"""The first PDO of each axis, of the four each way to which CiA 301 gives a node COB-IDs: two axes have two each."""
 _MOST_ENTRIES = 8
 """Objects that a PDO takes where the drive does not say it."""
 
 
 @dataclass(frozen=True)
 class PdoField:
-    """One object mapped into a TPDO."""
+    """One object mapped into a PDO."""
 
     name: str
-    mapped: int
-    """Index, sub-index and length in bits, as in the mapping object."""
+    address: Address
     layout: str
 
+    def mapped(self, axis: int) -> int:
+        """Index, sub-index and length in bits, as in the mapping object of an axis of the node."""
+        index, sub = self.address
+        return on_node(index, axis) << 16 | sub << 8 | 8 * struct.calcsize(self.layout)
+
+
+_CONTROLWORD, _OFFSET = PdoField("controlword", (0x6040, 0), "H"), PdoField("offset", (0x60B2, 0), "h")
+TARGET = {
+    "cyclic": PdoField("target", (0x607A, 0), "i"),
+    "interpolated": PdoField("target", (0x60C1, 1), "i"),
+}
+
+
+@dataclass(frozen=True)
+class Pdo:
+    """One PDO of the cycle."""
+
+    parameters: int
+    """Index of its communication parameters."""
+    cob_id: int
+    """In the predefined connection set."""
+    fields: list[PdoField]
+
     @property
-    def size(self) -> int:
-        """Length [bytes]."""
-        return size_of(self.mapped)
+    def name(self) -> str:
+        """Kind and number from 1, as in manuals."""
+        kind, first = ("RPDO", RECEIVE) if self.parameters < TRANSMIT else ("TPDO", TRANSMIT)
+        return f"{kind} {self.parameters - first + 1}"
+
+    @cached_property
+    def layout(self) -> struct.Struct:
+        """Layout of its data."""
+        return struct.Struct("<" + "".join(field.layout for field in self.fields))
 
 
-def tpdos(drive: Drive, dictionary: DriveDictionary | None = None) -> dict[int, list[PdoField]]:
-    """Objects that the drive sends after SYNC, by the number of their TPDO (from 0); sizes as in the drive, or the
-    standard ones.
+def tpdos(dictionary: DriveDictionary) -> list[Pdo]:
+    """What the drive sends after SYNC, with the sizes that its objects have.
 
     Raises:
         BadInput: an object has a size that cannot be mapped, or the drive has too few TPDOs.
     """
-    dictionary = dictionary or standard_dictionary(drive)
-    fields = [PdoField("status", 0x6041_00_10, "H"), PdoField("position", 0x6064_00_20, "i")]
-    voltage = drive.voltage
+    drive, voltage = dictionary.drive, dictionary.drive.voltage
+    fields = [PdoField("status", (STATUSWORD, 0), "H"), PdoField("position", (0x6064, 0), "i")]
     if drive.torque_source == "voltage" and voltage.transfer == "pdo":
         signed = voltage_is_signed(drive)
         fields.append(_field("voltage", (voltage.index, voltage.sub), dictionary, signed=signed))
-    if drive.torque_actual or drive.torque_source != "voltage":
+    if drive.measures_effort:
         fields.append(
             _field("torque", _TORQUE.get(drive.torque_source, _TORQUE["torque_actual"]), dictionary, signed=True)
         )
-    sizes = [field.size for field in fields]
-    return {number: fields[part] for number, part in _placed(dictionary, TRANSMIT, sizes).items()}
+    return _placed(dictionary, TRANSMIT, fields)
 
 
-def rpdos(drive: Drive, dictionary: DriveDictionary | None = None) -> dict[int, list[int]]:
-    """Objects that the drive receives before SYNC, as in the mapping object, by the number of their RPDO (from 0).
-
-    In the order of controlword, target and torque offset.
+def rpdos(dictionary: DriveDictionary) -> list[Pdo]:
+    """What the drive receives before SYNC, in the order of controlword, target and torque offset.
 
     Raises:
         BadInput: the drive has too few RPDOs.
     """
-    objects = [_CONTROLWORD, _TARGET[drive.mode], *([_TORQUE_OFFSET] if drive.torque_offset else [])]
-    sizes = [size_of(mapped) for mapped in objects]
-    placed = _placed(dictionary or standard_dictionary(drive), RECEIVE, sizes)
-    return {number: objects[part] for number, part in placed.items()}
+    drive = dictionary.drive
+    fields = [_CONTROLWORD, TARGET[drive.mode], *([_OFFSET] if drive.torque_offset else [])]
+    return _placed(dictionary, RECEIVE, fields)
 
 
-def size_of(mapped: int) -> int:
-    """Length of a mapped object [bytes]."""
-    return (mapped & 0xFF) // 8
-
-
-def _placed(dictionary: DriveDictionary, first: int, sizes: list[int]) -> dict[int, slice]:
-    """Spread objects over the drive's PDOs in their order: the part of the objects for each PDO, by its number.
+def _placed(dictionary: DriveDictionary, first: int, fields: list[PdoField]) -> list[Pdo]:
+    """Spread objects over the drive's PDOs in their order.
 
     Each part goes to the PDO that takes most of what remains, the first of equal ones: some drives map one object
     into a PDO and two into the next. Entries that cannot be read may exist once a longer mapping is written.
     """
-    for entries in (dictionary.entries(first), dict.fromkeys(dictionary.entries(first), _MOST_ENTRIES)):
-        placed, free, begin = {}, entries, 0
-        while begin < len(sizes):
-            number = max(free, key=lambda n: _fitting(sizes[begin:], free[n]), default=None)
-            if number is None or not (count := _fitting(sizes[begin:], free[number])):
+    usable = len(_FIRST_OF_AXIS) - _FIRST_OF_AXIS[dictionary.drive.axis - 1]
+    known = {number: count for number, count in dictionary.entries(first).items() if number < usable}
+    for entries in (known, dict.fromkeys(known, _MOST_ENTRIES)):
+        placed, free, rest = list[Pdo](), dict(entries), fields
+        while rest:
+            number = max(free, key=lambda n: _fitting(rest, free[n]), default=None)
+            if number is None or not (count := _fitting(rest, free.pop(number))):
                 break
-            placed[number] = slice(begin, begin + count)
-            begin += count
-            free = {other: room for other, room in free.items() if other != number}
+            placed.append(Pdo(first + number, _cob_id(first + number, dictionary.drive), rest[:count]))
+            rest = rest[count:]
         else:
             return placed
     kind = "RPDO" if first == RECEIVE else "TPDO"
     raise BadInput(
-        f"node {dictionary.drive.node_id}: {len(placed) + 1} {kind}(s) or more needed, {len(entries)} found in the "
-        'drive; record less by PDO (voltage.transfer = "sdo", torque_actual = false)'
+        f"{dictionary.drive.address}: {len(placed) + 1} {kind}(s) or more needed, {len(known)} found among the "
+        f'{usable} that have COB-IDs; record less by PDO (voltage.transfer = "sdo", torque_actual = false)'
     )
 
 
-def _fitting(sizes: list[int], entries: int) -> int:
+def _cob_id(parameters: int, drive: Drive) -> int:
+    """COB-ID, of the predefined connection set of the node, for the PDO with these parameters."""
+    first = RECEIVE if parameters < TRANSMIT else TRANSMIT
+    number = parameters - first + _FIRST_OF_AXIS[drive.axis - 1]
+    return PREDEFINED[first] + 0x100 * number + drive.node_id
+
+
+def _fitting(fields: list[PdoField], entries: int) -> int:
     """Number of objects, the first ones, that a PDO with so many entries takes."""
-    return sum(total <= _LARGEST for total in accumulate(sizes[:entries]))
+    return sum(total <= _LARGEST for total in accumulate(struct.calcsize(field.layout) for field in fields[:entries]))
 
 
 def effort_per_count(rig: Rig, joint: int) -> float:
@@ -116,13 +156,13 @@ def effort_per_count(rig: Rig, joint: int) -> float:
 
 def measures_effort(rig: Rig) -> bool:
     """Whether drives send torque or current."""
-    return any(drive.torque_actual or drive.torque_source != "voltage" for drive in rig.drives)
+    return any(drive.measures_effort for drive in rig.drives)
 
 
-def tpdos_by_size(drive: Drive) -> list[dict[int, list[PdoField]]]:
+def tpdos_by_size(drive: Drive) -> list[list[Pdo]]:
     """`tpdos` for each size that the voltage object may have, the usual one first: for frames of an unknown drive."""
     address, standard = (drive.voltage.index, drive.voltage.sub), standard_dictionary(drive)
-    return [tpdos(drive, DriveDictionary(drive, {**standard.data, address: bytes(size)})) for size in (2, 4, 1)]
+    return [tpdos(DriveDictionary(drive, {**standard.data, address: bytes(size)})) for size in (2, 4, 1)]
 
 
 def voltage_is_signed(drive: Drive) -> bool:
@@ -130,75 +170,84 @@ def voltage_is_signed(drive: Drive) -> bool:
     return drive.voltage.index != 0x6079 if drive.voltage.signed is None else drive.voltage.signed
 
 
-def _field(name: str, address: tuple[int, int], dictionary: DriveDictionary, *, signed: bool) -> PdoField:
+def _field(name: str, address: Address, dictionary: DriveDictionary, *, signed: bool) -> PdoField:
     size = len(dictionary.data.get(address) or bytes(2))
     layout = layout_of(size, signed=signed)
     if layout is None:
         raise BadInput(
-            f"node {dictionary.drive.node_id}: object {address[0]:04X}:{address[1]:02X} has {size} bytes, 1, 2 or 4 "
+            f"{dictionary.drive.address}: object {address[0]:04X}:{address[1]:02X} has {size} bytes, 1, 2 or 4 "
             f"expected for the {name}; choose another object"
         )
-    return PdoField(name, address[0] << 16 | address[1] << 8 | 8 * size, layout[1:])
+    return PdoField(name, address, layout[1:])
 
 
-def rpdo_id(drive: Drive, number: int) -> int:
-    """Arbitration id of RPDO `number` (from 0) in the predefined connection set."""
-    return 0x200 + 0x100 * number + drive.node_id
+def bus_load(
+    rig: Rig, rate: float, dictionaries: Iterable[DriveDictionary] | None = None, foreign: Iterable[int] = ()
+) -> float:
+    """Worst-case bus load (0 ... 1) of the cycle at `rate` [Hz]: SYNC, the drives' PDOs, and one SDO request with its
+    response if something is polled.
+
+    `dictionaries`: of the drives, where they are known; `foreign`: data bytes of PDOs that drives send besides,
+    counted once per cycle.
+
+    Raises:
+        BadInput: two axes of a node need the same COB-ID.
+    """
+    known = dictionaries or map(standard_dictionary, rig.drives)
+    pdos = [pdo for each in known for pdo in (*rpdos(each), *tpdos(each))]
+    for pdo in pdos:
+        if sum(other.cob_id == pdo.cob_id for other in pdos) > 1:
+            raise BadInput(
+                f"COB-ID {pdo.cob_id:03X}h is needed by two axes of one node, which has those of four PDOs each way; "
+                "record less by PDO, or drive fewer axes of this node"
+            )
+    sizes = [0, *foreign, *(pdo.layout.size for pdo in pdos)]
+    if any(each.watched or (each.torque_source, each.voltage.transfer) == ("voltage", "sdo") for each in rig.drives):
+        sizes += [8, 8]
+    return sum(map(frame_bits, sizes)) * rate / rig.can.bitrate
 
 
-def tpdo_id(drive: Drive, number: int) -> int:
-    """Arbitration id of TPDO `number` (from 0) in the predefined connection set."""
-    return 0x180 + 0x100 * number + drive.node_id
+def highest_rate(rig: Rig) -> float:
+    """The rate [Hz] at which the bus load reaches the limit in the rig file."""
+    return rig.can.max_load / bus_load(rig, 1.0)
 
 
-def pdo_sizes(drive: Drive, dictionary: DriveDictionary | None = None) -> list[int]:
-    """Data bytes of each PDO of one drive in a cycle."""
-    received = [sum(map(size_of, objects)) for objects in rpdos(drive, dictionary).values()]
-    return [*received, *(sum(field.size for field in fields) for fields in tpdos(drive, dictionary).values())]
-
-
-def pdo_writes(drive: Drive, dictionary: DriveDictionary) -> list[SdoWrite]:
+def pdo_writes(dictionary: DriveDictionary) -> list[SdoWrite]:
     """SDO downloads that switch off the drive's other PDOs and set up ours.
 
     Raises:
         BadInput: the drive has too few PDOs, or an object cannot be mapped.
     """
-    received = {number: (rpdo_id(drive, number), objects) for number, objects in rpdos(drive, dictionary).items()}
-    transmitted = {
-        number: (tpdo_id(drive, number), [field.mapped for field in fields])
-        for number, fields in tpdos(drive, dictionary).items()
-    }
-    ours = {RECEIVE: received, TRANSMIT: transmitted}
-    writes = [write for first, pdos in ours.items() for write in _switch_off(dictionary, first, pdos)]
-    for first, pdos in ours.items():
-        for number, (cob_id, objects) in pdos.items():
-            writes += _pdo(dictionary, first + number, cob_id, objects)
-    return writes
+    ours = [*rpdos(dictionary), *tpdos(dictionary)]
+    used = {pdo.parameters for pdo in ours}
+    return [*switch_off(dictionary, used), *(write for pdo in ours for write in _set_up(dictionary, pdo))]
 
 
-def _switch_off(dictionary: DriveDictionary, first: int, ours: Container[int]) -> list[SdoWrite]:
+def switch_off(dictionary: DriveDictionary, used: Container[int] = ()) -> list[SdoWrite]:
+    """SDO downloads that switch off the PDOs that are on, except those whose parameters are `used`."""
     return [
-        SdoWrite(first + number, 1, "<I", cob_id | _INVALID, mask=_INVALID)
+        SdoWrite(first + number, 1, "<I", cob_id | INVALID, mask=INVALID)
+        for first in (RECEIVE, TRANSMIT)
         for number, cob_id in dictionary.pdos(first).items()
-        if number not in ours and not cob_id & _INVALID
+        if first + number not in used and not cob_id & INVALID
     ]
 
 
 def is_foreign(write: SdoWrite) -> bool:
     """Whether a write switches off a PDO that is not ours."""
-    return write.mask == _INVALID
+    return write.mask == INVALID
 
 
-def _pdo(dictionary: DriveDictionary, parameters: int, cob_id: int, objects: list[int]) -> list[SdoWrite]:
+def _set_up(dictionary: DriveDictionary, pdo: Pdo) -> list[SdoWrite]:
     # Order required by CiA 301: disable the PDO, clear the mapping, write it, set its length, enable the PDO. Bit 30
     # stays as it is: a drive that answers no remote frames may refuse to clear it.
-    present = dictionary.value((parameters, 1), "<I") or 0
-    mapping = parameters + 0x200
+    axis, present = dictionary.drive.axis, dictionary.value((pdo.parameters, 1), "<I") or 0
+    mapping = pdo.parameters + MAPPING
     return [
-        SdoWrite(parameters, 1, "<I", present | _INVALID, check=False),
-        SdoWrite(parameters, 2, "<B", 1),  # synchronous, every SYNC
+        SdoWrite(pdo.parameters, 1, "<I", present | INVALID, check=False),
+        SdoWrite(pdo.parameters, 2, "<B", 1),  # synchronous, every SYNC
         SdoWrite(mapping, 0, "<B", 0, check=False),
-        *(SdoWrite(mapping, i + 1, "<I", mapped) for i, mapped in enumerate(objects)),
-        SdoWrite(mapping, 0, "<B", len(objects)),
-        SdoWrite(parameters, 1, "<I", cob_id | present & _NO_REMOTE, mask=_COB_ID_BITS),
+        *(SdoWrite(mapping, i, "<I", field.mapped(axis)) for i, field in enumerate(pdo.fields, start=1)),
+        SdoWrite(mapping, 0, "<B", len(pdo.fields)),
+        SdoWrite(pdo.parameters, 1, "<I", pdo.cob_id | present & _NO_REMOTE, mask=_COB_ID_BITS),
     ]

@@ -1,34 +1,71 @@
 """Preparation of a drive for the cycle: power off, fault reset, DCF, set-up, and what must be true before power."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 from drivers import cia402
 from drivers.canopen import dcf, readiness, setup
-from drivers.canopen.axis import NO_MODE, CanopenAxis
-from drivers.canopen.dictionary import DriveDictionary, integer_at, read_dictionary, standard_dictionary
-from drivers.canopen.pdo import is_foreign
+from drivers.canopen.axis import CanopenAxis
+from drivers.canopen.dictionary import DriveDictionary, read_dictionary, standard_dictionary
+from drivers.canopen.node_axes import AXES
+from drivers.canopen.pdo import is_foreign, switch_off
 from drivers.canopen.roles import ROLES, role_of, without
 from drivers.canopen.sdo import ObjectRefused, SdoWrite, format_address
 from drivers.protocol import Power, Report
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import Rig
+from recordings.schemas import Level
 
 _RESTART_TIMEOUT = 3.0
 """Time that a drive may take to answer again after NMT "reset communication" [s]."""
 _RESET_COMMUNICATION = 0x82
 _PERIOD = 0x60C2
+_LARGEST_PDO = 8
+"""[bytes]."""
+_COUNTED = "counted in the bus load"
+
+
+@contextmanager
+def said_once(report: Report) -> Iterator[Report]:
+    """Give a report that says each text once, at the end of the block, with the names of all drives that it is of."""
+    told: dict[tuple[Level, str], list[str]] = {}
+    try:
+        yield lambda level, name, text: told.setdefault((level, text), []).append(name)
+    finally:
+        for (level, text), names in told.items():
+            report(level, ", ".join(names), text)
+
+
+def silence_other_axes(axes: Sequence[CanopenAxis], report: Report) -> list[int]:
+    """Switch off the PDOs of the axes of one node that the rig does not have; returns as `Preparation.set_up`.
+
+    `axes`: those that it has.
+    """
+    kept, first = list[int](), axes[0]
+    for number in sorted({*range(1, AXES + 1)} - {axis.drive.axis for axis in axes}):
+        sdo, drive = first.sdo.of_axis(number), first.drive.model_copy(update={"axis": number})
+        if not sdo.has(0x6040, 0):
+            continue
+        for write in switch_off(read_dictionary(drive, sdo)):
+            try:
+                sdo.write(write)
+            except ObjectRefused:
+                report("warning", first.name, f"a PDO of axis {number} of its node stays on: {_COUNTED}")
+                kept.append(_LARGEST_PDO)
+    return kept
 
 
 class Preparation:
-    """Preparation of one drive; `send_nmt(command)` addresses this drive only."""
+    """Preparation of one drive."""
 
-    def __init__(self, rig: Rig, axis: CanopenAxis, report: Report, send_nmt: Callable[[int], None]) -> None:
+    def __init__(self, rig: Rig, axis: CanopenAxis, report: Report, decided: bool) -> None:
+        """`decided`: see `Amplifiers.configure`."""
         self._rig = rig
         self._axis = axis
         self._sdo = axis.sdo
         self._report = report
-        self._send_nmt = send_nmt
+        self._decided = decided
         self._dictionary = standard_dictionary(axis.drive)
         """Objects and values of the drive before the writes that follow."""
 
@@ -56,45 +93,55 @@ class Preparation:
         self._dictionary = read_dictionary(self._axis.drive, self._sdo)
         self._refuse_misfit(self._dictionary.after(dcf.configuration(self._axis.drive)))
 
-    def _refuse_misfit(self, dictionary: DriveDictionary) -> None:
+    def _refuse_misfit(self, dictionary: DriveDictionary) -> str:
+        """Raise BadInput where the drive does not fit; returns the doubt that a small motion will decide, or ""."""
         reasons = readiness.problems(dictionary)
+        if doubt := readiness.position_doubt(dictionary):
+            doubt = f"position units per motor turn: {doubt}"
+        if doubt and self._decided:
+            reasons.append(doubt)
         if reasons:
             further = f" (and {len(reasons) - 1} more: daq check shows all)" if len(reasons) > 1 else ""
             raise BadInput(f"{self._axis.name}: {reasons[0]}{further}")
+        return doubt
 
     def set_up(self, *, referenced: bool = True) -> list[int]:
-        """Reset a fault and write the set-up; returns the data bytes of the PDOs that the drive did not let go of.
+        """Write the set-up; returns the data bytes of the PDOs that the drive did not let go of.
 
         `referenced`: refuse a drive without its zero reference.
 
         Raises:
             BadInput: as `check_fit`.
-            RunFailed: the drive refuses a value, keeps its fault, or has no zero reference.
+            RunFailed: the drive refuses a value, has a fault, or has no zero reference.
         """
         axis, drive = self._axis, self._axis.drive
-        self._reset_fault()
         for write in dcf.configuration(drive):
             self._apply(write)
         # Again: a reset of the communication and the DCF have changed values.
         self._dictionary = dictionary = read_dictionary(drive, self._sdo)
-        self._refuse_misfit(dictionary)
+        doubt = self._refuse_misfit(dictionary)
         axis.use(dictionary)
-        if doubt := readiness.position_doubt(dictionary):
-            self._report("warning", axis.name, f"position units per motor turn: {doubt}")
+        if doubt:
+            self._report("warning", axis.name, doubt)
         for index in readiness.missing_for_safety(dictionary):
             role = ROLES[index]
             text = f"driven without {index:04X}h ({role.meaning}): {role.loss}; {role.instead}"
             self._report("warning", axis.name, text)
-        kept = [size for write in setup.own_writes(self._rig, drive, dictionary) for size in self._apply(write)]
-        self._check_mode()
+        kept = [size for write in setup.own_writes(self._rig, dictionary) for size in self._apply(write)]
+        mode = setup.MODES[drive.mode]
+        if not axis.confirm_mode(mode):
+            self._report("warning", axis.name, f"shows no mode yet (6061h) after mode {mode} was written")
         axis.counts = self._sdo.read(0x6064, 0, "<i")
         axis.read_state()
         if axis.state is cia402.DriveState.FAULT:
             raise RunFailed(f"{axis.name}: {self._fault()} came back after the reset; remove its cause at the drive")
         # Earlier errors (such as the loss of the last master) are reported, but do not end this run.
         axis.clear_errors()
-        if referenced:
-            self._check_homed()
+        if referenced and drive.homed is not None and not axis.is_homed():
+            raise RunFailed(
+                f"{axis.name} has no zero reference (object {format_address(drive.homed.index, drive.homed.sub)}, "
+                f"mask 0x{drive.homed.mask:X}); home the drive first"
+            )
         return kept
 
     @property
@@ -103,7 +150,12 @@ class Preparation:
 
     # Faults
 
-    def _reset_fault(self) -> None:
+    def reset_fault(self) -> None:
+        """Reset a fault; where the controlword does not help, with the communication of the whole node.
+
+        Raises:
+            RunFailed: the drive keeps its fault.
+        """
         axis = self._axis
         if axis.state is not cia402.DriveState.FAULT:
             return
@@ -111,7 +163,7 @@ class Preparation:
         if self._try_reset():
             self._report("info", axis.name, f"{fault}: reset by the controlword")
             return
-        self._send_nmt(_RESET_COMMUNICATION)
+        axis.send_nmt(_RESET_COMMUNICATION)
         self._wait_for_restart()
         axis.read_state()
         step = 'NMT "reset communication"'
@@ -162,10 +214,8 @@ class Preparation:
             if self._was_so(write, present):
                 return []
             if is_foreign(write):
-                self._report(
-                    "warning", self._axis.name, f"a PDO ({address}) cannot be switched off: counted in the bus load"
-                )
-                return [8]
+                self._report("warning", self._axis.name, f"a PDO ({address}) cannot be switched off: {_COUNTED}")
+                return [_LARGEST_PDO]
             accepted = f"{write.index:04X}" in self._axis.drive.accept_missing
             if role.role == "convenience" or accepted:
                 level, loss = ("warning", f": {role.loss}, {role.instead}") if accepted else ("info", "")
@@ -180,26 +230,6 @@ class Preparation:
         before = self._dictionary.value((write.index, write.sub), write.layout)
         value = present if before is None else before
         return value is not None and not (value ^ write.value) & write.mask
-
-    def _check_mode(self) -> None:
-        """Compare the mode that the drive shows (6061h) with the one that was written."""
-        mode = setup.MODES[self._axis.drive.mode]
-        shown = self._axis.shown_mode(mode)
-        if shown == NO_MODE:
-            self._report("warning", self._axis.name, f"shows no mode yet (6061h) after mode {mode} was written")
-        elif shown not in (None, mode):
-            raise RunFailed(
-                f"{self._axis.name}: mode {mode} was written, the drive shows mode {shown} (6061h); check what it "
-                "supports"
-            )
-
-    def _check_homed(self) -> None:
-        homed = self._axis.drive.homed
-        if homed is not None and not integer_at(self._sdo, homed.index, homed.sub) & homed.mask:
-            raise RunFailed(
-                f"{self._axis.name} has no zero reference (object {format_address(homed.index, homed.sub)}, mask "
-                f"0x{homed.mask:X}); home the drive first"
-            )
 
 
 def _advice(write: SdoWrite, present: int | None) -> str:

@@ -4,13 +4,11 @@ import math
 from collections.abc import Iterator
 
 from drivers.canopen.dictionary import DriveDictionary
+from drivers.canopen.pdo import TARGET
 from drivers.canopen.roles import ROLES, without
 from drivers.canopen.setup import MODES
 from recordings.drives import STATUSWORD
 
-_TARGETS = {"cyclic": (0x607A, 0), "interpolated": (0x60C1, 1)}
-_MODE_BITS = {"cyclic": 7, "interpolated": 6}
-"""Bits of object 6502 (supported drive modes)."""
 RATING_TOLERANCE = 0.01
 """Relative difference below which ratings of the drive and of the rig file agree."""
 _GUARDS = {0x1016: ("guarding", "rpdo")}
@@ -23,12 +21,13 @@ _UNSET = (-(2**31), 2**31 - 1, 2**32 - 1)
 
 def missing_for_motion(dictionary: DriveDictionary) -> Iterator[str]:
     """Objects without which the drive cannot follow targets of the rig's mode."""
-    for index, sub in ((STATUSWORD, 0), (0x6060, 0), (0x6064, 0), _TARGETS[dictionary.drive.mode]):
+    target = TARGET[dictionary.drive.mode].address
+    for index, sub in ((STATUSWORD, 0), (0x6060, 0), (0x6064, 0), target):
         if (index, sub) not in dictionary:
             yield f"{index:04X}:{sub:02X} {ROLES[index].meaning}: no such object"
     if dictionary.drive.torque_offset and (0x60B2, 0) not in dictionary:
         yield "60B2:00 torque offset: no such object, so no torque can be fed forward; drop --feedforward"
-    for address in ((0x6064, 0), _TARGETS[dictionary.drive.mode]):
+    for address in ((0x6064, 0), target):
         data = dictionary.data.get(address)
         if data and len(data) != 4:
             yield f"{address[0]:04X}:{address[1]:02X}: 4 bytes expected, {len(data)} found"
@@ -67,9 +66,10 @@ def unit_problems(dictionary: DriveDictionary) -> list[str]:
 
 
 def position_doubt(dictionary: DriveDictionary) -> str:
-    """Ask which of two units a drive means that states both, and say what its values show; "" where it states one."""
+    """Ask which of two units a drive means that states both, and say what its values show; "" where it states one, or
+    the motion of the joint has decided."""
     readings = dictionary.units.readings
-    if not readings:
+    if not readings or dictionary.drive.counts_source == "measured":
         return ""
     said = ", ".join(f"{source} say {per_turn:g}" for source, per_turn in readings.items())
     against = [
@@ -80,7 +80,8 @@ def position_doubt(dictionary: DriveDictionary) -> str:
     ]
     return (
         f"{said}: either may be right ({'; '.join(against) or 'its other values do not decide'}). Turn the joint by "
-        "hand, without power, and compare with the joint angle of daq check; then daq jog or daq axis-check decides"
+        "hand, without power, and compare with the joint angle of daq check; daq jog or daq axis-check (--write) "
+        'decides, by counts_source = "measured" in [[drives]]'
     )
 
 
@@ -95,12 +96,11 @@ def _lengths(dictionary: DriveDictionary) -> Iterator[tuple[str, int]]:
 def mode_problem(dictionary: DriveDictionary) -> str | None:
     """Why the drive may not have the rig's mode (6502h); None: it has it, or the rig file assumes it."""
     drive, modes = dictionary.drive, dictionary.value((0x6502, 0))
-    bit = _MODE_BITS[drive.mode]
     name = f"mode {MODES[drive.mode]} ({drive.mode})"
     if modes:
-        if modes >> bit & 1:
+        others = [other for other, number in MODES.items() if modes >> number - 1 & 1]
+        if drive.mode in others:
             return None
-        others = [mode for mode, other in _MODE_BITS.items() if modes >> other & 1]
         advice = f'mode = "{others[0]}" is there' if others else "neither mode 7 nor 8 is there"
         return f"6502h = 0x{modes:X}: {name} not supported; {advice}"
     if drive.assume_mode:

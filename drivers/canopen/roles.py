@@ -92,12 +92,13 @@ ROLES: dict[int, ObjectRole] = {
 PDO = ObjectRole("motion", "PDO")
 _RPDO_TIMEOUT = ObjectRole("convenience", "RPDO time-out [ms]")
 _DCF = ObjectRole("motion", "from the DCF")
-_PDOS = range(0x1400, 0x1C00)
+PDOS = range(0x1400, 0x1C00)
+"""Indices of parameters and mappings."""
 
 
 def role_of(index: int, sub: int) -> ObjectRole:
     """Role of an object of the set-up."""
-    if index in _PDOS:
+    if index in PDOS:
         return _RPDO_TIMEOUT if (index, sub) == (0x1400, 5) else PDO
     return ROLES.get(index, _DCF)
 

@@ -2,7 +2,6 @@
 
 import logging
 import struct
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -13,12 +12,15 @@ from canopen.sdo import SdoAbortedError, SdoClient, SdoCommunicationError
 from canopen.sdo.constants import REQUEST_DOWNLOAD, REQUEST_UPLOAD, RESPONSE_ABORTED
 
 from drivers.canopen.bus import Link
+from drivers.canopen.node_axes import on_node
 from recordings.errors import RunFailed
 
 _SECOND_RESPONSE_TIMEOUT = 0.01
 """Time that a second drive under the same node id may answer after the first [s]."""
 _LOCKSTEP_RESPONSE_TIMEOUT = 2.0
 """Response timeout with simulated time, where a stall of this machine is not a silent drive [s]."""
+READ_DEVICE_TYPE = bytes.fromhex("4000100000000000")
+"""SDO request that any node answers (object 1000)."""
 _ABORT_CODE = struct.Struct("<4xL")
 _NO_OBJECT = (0x0602_0000, 0x0609_0011)
 """Abort codes: no such object, no such sub-index."""
@@ -39,7 +41,7 @@ class _PollingClient(SdoClient):  # type: ignore[misc]
     def send_request(self, request: bytes) -> None:
         # Frames that have already arrived do not answer this request. canopen would take a repeated response for the
         # answer to the next request, even if that request was lost.
-        while (frame := self._link.receive(0.0)) is not None:
+        for frame in self._link.frames(0.0):
             self._on_other_frame(*frame)
         self._request = bytes(request)
         super().send_request(request)
@@ -52,9 +54,7 @@ class _PollingClient(SdoClient):  # type: ignore[misc]
     def read_response(self) -> bytes:
         lockstep = self._link.clock is not None
         timeout = max(self.RESPONSE_TIMEOUT, _LOCKSTEP_RESPONSE_TIMEOUT) if lockstep else self.RESPONSE_TIMEOUT
-        deadline = time.monotonic() + timeout
-        while (frame := self._link.receive(deadline - time.monotonic())) is not None:
-            arbitration_id, data = frame
+        for arbitration_id, data in self._link.frames(timeout):
             if arbitration_id != self.tx_cobid or len(data) != 8 or not self._is_response(data):
                 self._on_other_frame(arbitration_id, data)
                 continue
@@ -66,8 +66,7 @@ class _PollingClient(SdoClient):  # type: ignore[misc]
     def count_further_responses(self, duration: float) -> int:
         """Number of unrequested responses within `duration` [s]."""
         count = 0
-        deadline = time.monotonic() + duration
-        while (frame := self._link.receive(deadline - time.monotonic())) is not None:
+        for frame in self._link.frames(duration):
             if frame[0] == self.tx_cobid:
                 count += 1
             else:
@@ -98,14 +97,21 @@ class ObjectMissing(ObjectRefused):
 
 
 class Sdo:
-    """Access to the object dictionary of one drive."""
+    """Access to the object dictionary of one drive: objects are named as those of the first axis of its node."""
 
-    def __init__(self, node_id: int, name: str, link: Link, on_other_frame: Callable[[int, bytes], None]) -> None:
+    def __init__(
+        self, node_id: int, name: str, link: Link, on_other_frame: Callable[[int, bytes], None], axis: int = 1
+    ) -> None:
         """`name` of the drive in errors; `on_other_frame` receives the other frames that arrive meanwhile."""
         # canopen logs every abort and timeout that it also raises.
         logging.getLogger("canopen").setLevel(logging.CRITICAL)
         self._client: Any = _PollingClient(node_id, link, on_other_frame)
-        self._name = name
+        self._name, self._axis = name, axis
+        self._node = node_id, name, link, on_other_frame
+
+    def of_axis(self, axis: int) -> "Sdo":
+        """Access to another axis of the same node."""
+        return Sdo(*self._node, axis)
 
     def count_answers(self) -> int:
         """Number of drives that answer under this node id when the device type (object 1000) is read."""
@@ -138,7 +144,7 @@ class Sdo:
         Raises:
             RunFailed: no answer, or the drive refuses the request.
         """
-        data: bytes = self._transfer("read", index, sub, lambda: self._client.upload(index, sub))
+        data: bytes = self._transfer("read", index, sub, self._client.upload)
         return bytes(data)
 
     def read_optional(self, index: int, sub: int, layout: str) -> int | None:
@@ -172,7 +178,7 @@ class Sdo:
             RunFailed: no answer, the drive refuses, or it reads back another value.
         """
         index, sub, data = write.index, write.sub, struct.pack(write.layout, write.value)
-        self._transfer("write", index, sub, lambda: self._client.download(index, sub, data))
+        self._transfer("write", index, sub, self._client.download, data)
         actual = self.read_optional(index, sub, write.layout) if write.check else None
         if actual is not None and (actual ^ write.value) & write.mask:
             raise RunFailed(
@@ -180,9 +186,10 @@ class Sdo:
                 f"{actual:#x}; check what the drive supports"
             )
 
-    def _transfer(self, verb: str, index: int, sub: int, transfer: Callable[[], Any]) -> Any:
+    def _transfer(self, verb: str, index: int, sub: int, transfer: Callable[..., Any], *data: bytes) -> Any:
+        index = on_node(index, self._axis)
         try:
-            return transfer()
+            return transfer(index, sub, *data)
         except SdoAbortedError as error:
             text = f"{self._name} refuses to {verb} object {format_address(index, sub)}: {error}"
             raise (ObjectMissing if error.code in _NO_OBJECT else ObjectRefused)(text) from None

@@ -2,13 +2,13 @@
 
 import struct
 
-from drivers.canopen import dcf, pdo
-from drivers.canopen.dictionary import RECEIVE, SLOW_DOWN, STANDARD, DriveDictionary, standard_dictionary
+from drivers.canopen import pdo
+from drivers.canopen.dictionary import RECEIVE, SLOW_DOWN, STANDARD, DriveDictionary
 from drivers.canopen.sdo import SdoWrite
 from drivers.canopen.units import Scale
 from drivers.eds import Address
 from recordings.errors import BadInput
-from recordings.rig import Drive, Rig
+from recordings.rig import Rig
 
 SYNC_ID = 0x80
 MASTER_ID = 127
@@ -18,28 +18,33 @@ MASTER_HEARTBEAT = 0.05
 MASTER_TIMEOUT_MS = 250
 """Time without a master heartbeat after which a drive stops (object 1016)."""
 DRIVE_HEARTBEAT_MS = 100
+_DRIVE_HEARTBEAT = 0x1017, 0
 _GUARD_TIME_MS, _LIFE_TIME_FACTOR = 100, 3
 _RPDO_TIMEOUT_MS = 100
 
 MODES = {"cyclic": 8, "interpolated": 7}
-"""Object 6060."""
+"""Object 6060; a drive that has mode m sets bit m - 1 of 6502h."""
 _ROUNDING = 0.05
 """Largest relative error of the quick stop deceleration by the drive's unit."""
 
 
-def sdo_writes(rig: Rig, drive: Drive, dictionary: DriveDictionary | None = None) -> list[SdoWrite]:
-    """The SDO downloads that configure one drive, in order; without a `dictionary`, of one that has all objects.
+class TooCoarse(BadInput):
+    """A unit of the drive cannot hold a value; `nearest`: the nearest one that it can, which is not 0."""
+
+    def __init__(self, text: str, nearest: float) -> None:
+        super().__init__(text)
+        self.nearest = nearest
+
+
+def own_writes(rig: Rig, dictionary: DriveDictionary) -> list[SdoWrite]:
+    """The SDO downloads that configure one drive, in order, after those of its DCF.
 
     Raises:
-        BadInput: the rate or a limit does not fit its object, the DCF cannot be read, or the drive has too few PDOs.
+        BadInput: the rate or a limit does not fit its object, or the drive has too few PDOs.
     """
-    return [*dcf.configuration(drive), *own_writes(rig, drive, dictionary or standard_dictionary(drive))]
-
-
-def own_writes(rig: Rig, drive: Drive, dictionary: DriveDictionary) -> list[SdoWrite]:
-    """`sdo_writes` without those of the DCF."""
+    drive = dictionary.drive
     objects = [
-        *_motion_objects(rig, drive, dictionary),
+        *_motion_objects(rig, dictionary),
         # A run that was killed left an offset, which would act in a run without offsets.
         *([((0x60B2, 0), 0)] if dictionary.value((0x60B2, 0)) else []),
         ((0x605A, 0), drive.quick_stop_option),
@@ -50,14 +55,14 @@ def own_writes(rig: Rig, drive: Drive, dictionary: DriveDictionary) -> list[SdoW
     ]
     writes = [
         *(_sized(dictionary, address, value) for address, value in objects if address in dictionary),
-        *pdo.pdo_writes(drive, dictionary),
+        *pdo.pdo_writes(dictionary),
     ]
     for write in writes:
         try:
             struct.pack(write.layout, write.value)
         except struct.error:
             raise BadInput(
-                f"node {drive.node_id}: {write.value:.6g} does not fit object {write.index:04X}:{write.sub:02X}; "
+                f"{drive.address}: {write.value:.6g} does not fit object {write.index:04X}:{write.sub:02X}; "
                 "check counts_per_turn, gear, zero_offset, units and the limits in the rig file"
             ) from None
     return writes
@@ -67,7 +72,8 @@ def _sized(dictionary: DriveDictionary, address: Address, value: int) -> SdoWrit
     return SdoWrite(*address, dictionary.layout(address, STANDARD.get(address, "<H")), value)
 
 
-def _motion_objects(rig: Rig, drive: Drive, dictionary: DriveDictionary) -> list[tuple[Address, int]]:
+def _motion_objects(rig: Rig, dictionary: DriveDictionary) -> list[tuple[Address, int]]:
+    drive = dictionary.drive
     counts = abs(drive.counts_per_radian)
     low, high = rig.limits.joint_counts(drive)
     period, exponent = interpolation_period(rig.rate)
@@ -94,14 +100,15 @@ def _deceleration(limit: float, unit: Scale) -> int:
     """`limit` [rad/s^2] in the drive's unit.
 
     Raises:
-        BadInput: the unit is too coarse.
+        TooCoarse: the unit is.
     """
-    value = round(limit * unit.per_radian)
+    value = max(1, round(limit * unit.per_radian))
     nearest = value / unit.per_radian
     if abs(nearest - limit) > _ROUNDING * limit:
-        raise BadInput(
+        raise TooCoarse(
             f"limits.acceleration = {limit:g} rad/s^2 cannot be written in the drive's unit ({unit.name}, "
-            f"{unit.source}), the nearest is {nearest:g}; choose a finer unit in the drive, or another limit"
+            f"{unit.source}), the nearest is {nearest:g}; choose a finer unit in the drive, or another limit",
+            nearest,
         )
     return value
 
@@ -109,24 +116,19 @@ def _deceleration(limit: float, unit: Scale) -> int:
 def _watchdog(dictionary: DriveDictionary) -> list[tuple[Address, int]]:
     """Objects that let the drive notice a lost master, and the host a lost drive. A drive that is guarded produces no
     heartbeat: CiA 301 allows one of both."""
-    heartbeat = ((0x1017, 0), DRIVE_HEARTBEAT_MS)
+    heartbeat = (_DRIVE_HEARTBEAT, DRIVE_HEARTBEAT_MS)
     return {
         "heartbeat": [heartbeat, ((0x1016, 1), MASTER_ID << 16 | MASTER_TIMEOUT_MS)],
-        "guarding": [((0x1017, 0), 0), ((0x100C, 0), _GUARD_TIME_MS), ((0x100D, 0), _LIFE_TIME_FACTOR)],
+        "guarding": [(_DRIVE_HEARTBEAT, 0), ((0x100C, 0), _GUARD_TIME_MS), ((0x100D, 0), _LIFE_TIME_FACTOR)],
         "rpdo": [heartbeat, ((RECEIVE, 5), _RPDO_TIMEOUT_MS)],
         None: [heartbeat],
     }[dictionary.watchdog]
 
 
 def watchdog_off(dictionary: DriveDictionary) -> list[SdoWrite]:
-    """The SDO downloads that make a drive expect no master any more."""
-    addresses: list[Address] = {
-        "heartbeat": [(0x1016, 1)],
-        "guarding": [(0x100D, 0), (0x100C, 0)],
-        "rpdo": [(RECEIVE, 5)],
-        None: [],
-    }[dictionary.watchdog]
-    return [_sized(dictionary, address, 0) for address in addresses]
+    """The SDO downloads that make a drive expect no master any more; its own heartbeat goes on."""
+    addresses = [address for address, _ in _watchdog(dictionary) if address != _DRIVE_HEARTBEAT]
+    return [_sized(dictionary, address, 0) for address in reversed(addresses)]
 
 
 def interpolation_period(rate: float) -> tuple[int, int]:

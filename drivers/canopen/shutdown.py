@@ -1,12 +1,16 @@
-"""The end of a run: every drive loses power by SDO, whatever the others answer."""
+"""The end of a run: every drive loses power by SDO, whatever the others answer, and says what has happened."""
 
 from collections.abc import Sequence
 
 from drivers import cia402
 from drivers.canopen import setup
 from drivers.canopen.axis import CanopenAxis
+from drivers.canopen.sdo import format_address
 from drivers.protocol import Report
 from recordings.errors import RunFailed
+
+_FAULT_CODES = (((0x603F, 0), "<H"), ((0x1003, 1), "<I"))
+"""Objects that hold the code of the last fault, with their standard types."""
 
 
 def power_off(axes: Sequence[CanopenAxis], report: Report) -> None:
@@ -38,3 +42,17 @@ def report_repeated_warnings(axes: Sequence[CanopenAxis], report: Report) -> Non
         for code, count in axis.warnings.items():
             if count > 1:
                 report("info", axis.name, f"EMCY 0x{code:04X} ({axis.text_of(code)}) came {count} times")
+
+
+def fault_details(axis: CanopenAxis) -> str:
+    """What a drive says of a fault for which it sent no EMCY: its code by SDO, or by an EMCY that came late."""
+    if axis.error_code:
+        return f"{axis.name}: EMCY 0x{axis.error_code:04X} ({axis.error_text}) came later"
+    try:
+        for address, layout in _FAULT_CODES:
+            code = (axis.sdo.read_optional(*address, layout) or 0) & 0xFFFF
+            if code:
+                return f"{axis.name}: {format_address(*address)} says 0x{code:04X} ({axis.text_of(code)})"
+    except RunFailed as error:
+        return str(error)
+    return f"{axis.name}: neither 603F:00 nor 1003:01 holds a code; read the display or the tool of the drive"

@@ -66,31 +66,6 @@ class Scale:
     """The object, or the key of the rig file, that states the unit."""
 
 
-@dataclass(frozen=True)
-class Units:
-    """Units of one drive; None: not stated."""
-
-    position: Scale
-    velocity: Scale | None
-    acceleration: Scale | None
-    problems: tuple[str, ...]
-    """Contradictions and unknown codes, with both numbers and what to do."""
-    readings: Mapping[str, float]
-    """Position units per motor turn by each group of objects where they contradict and either may be right."""
-    question: str
-    """What the rig file must say of the unit of acceleration; "" where it is known."""
-
-
-def units_of(objects: Objects, drive: Drive) -> Units:
-    """Units of `drive` by its `objects`, compared with counts_per_turn, gear and units in the rig file."""
-    reader = _Reader(objects, drive)
-    velocity = reader.stated(_VELOCITY, 0x608C)
-    acceleration = reader.acceleration()
-    position = Scale(abs(drive.counts_per_radian), "counts", "counts_per_turn")
-    question = reader.question() if acceleration is None else ""
-    return Units(position, velocity, acceleration, tuple(reader.problems), reader.readings, question)
-
-
 def position_units_per_turn(objects: Objects) -> dict[str, float]:
     """Position units per motor turn, by each group of objects that states them, the likeliest first; empty where none
     does."""
@@ -127,14 +102,16 @@ def _decoded(objects: Objects, index: int) -> tuple[str | None, float]:
     return ("", 1.0) if code == 0 else (_CODES[index].get(code & 0xFF_FFFF), 10.0**exponent)
 
 
-class _Reader:
-    """Reader of one drive's units; collects problems."""
+class Units:
+    """Units of one drive by its objects, compared with counts_per_turn, gear and units in the rig file."""
 
     def __init__(self, objects: Objects, drive: Drive) -> None:
         self._objects = objects
         self._drive = drive
         self.problems: list[str] = []
+        """Contradictions and unknown codes, with both numbers and what to do."""
         self.readings: Mapping[str, float] = {}
+        """Position units per motor turn by each group of objects where they contradict and either may be right."""
         self._motor = drive.gear / math.tau
         """Motor turns per radian of the joint."""
         self._shaft = self._motor / (gear_ratio(objects) or 1.0)
@@ -144,6 +121,12 @@ class _Reader:
         """Increments per motor turn, where positions may be in another unit."""
         self._check_gear()
         self._check_position()
+        self.position = Scale(abs(drive.counts_per_radian), "counts", "counts_per_turn")
+        self.velocity = self._stated(_VELOCITY, 0x608C)
+        """None: not stated, as of accelerations."""
+        self.acceleration = self._acceleration()
+        self.question = "" if self.acceleration else self._question()
+        """What the rig file must say of the unit of acceleration; "" where it is known."""
 
     def _check_gear(self) -> None:
         stated, gear = gear_ratio(self._objects), self._drive.gear
@@ -169,7 +152,7 @@ class _Reader:
     def _code(self, index: int) -> str:
         return f"{index:04X}h = {self._objects[index, 0]:08X}h"
 
-    def stated(self, index: int, dimension: int) -> Scale | None:
+    def _stated(self, index: int, dimension: int) -> Scale | None:
         """Scale by 60A9h or 60AAh, otherwise by the dimension index of older profiles and its notation index."""
         name, factor = _decoded(self._objects, index)
         source = f"{index:04X}h"
@@ -184,9 +167,9 @@ class _Reader:
         per_radian = self._motor * counts_per_turn if unit == "counts" else self._shaft / _TURNS[unit]
         return Scale(per_radian / factor, name if factor == 1 else f"{factor:g} {name}", source)
 
-    def acceleration(self) -> Scale | None:
+    def _acceleration(self) -> Scale | None:
         """Scale of accelerations: what drive and rig file state, in agreement."""
-        stated = self.stated(_ACCELERATION, 0x608E)
+        stated = self._stated(_ACCELERATION, 0x608E)
         said = self._drive.units.acceleration
         if said is None:
             return stated
@@ -199,7 +182,7 @@ class _Reader:
             )
         return chosen
 
-    def question(self) -> str:
+    def _question(self) -> str:
         """Text that asks for the unit of acceleration, with what the drive says of it."""
         return (
             f"unit of acceleration: {self._known_of_acceleration()}; find the unit of 6085h in the manual and say it "
@@ -210,10 +193,9 @@ class _Reader:
         if self._objects.get((_ACCELERATION, 0), 0):
             return f"{self._code(_ACCELERATION)} is unknown"
         factor, dimension = _ratio(self._objects, 0x6097), self._objects.get((0x608E, 0), 0)
-        velocity = self.stated(_VELOCITY, 0x608C)
         if dimension:
-            speed = _DIMENSIONS.get((0x608C, dimension))
-            means = f" ({speed}, a unit of speed)" if speed else ""
+            name = _DIMENSIONS.get((0x608C, dimension))
+            means = f" ({name}, a unit of speed)" if name else ""
             return f"608Eh = {dimension:X}h{means} is no unit of acceleration that makers agree on"
         if factor not in (None, 1.0):
             # The internal unit of the factor is the maker's: counts/s^2, or counts per square of a sampling time.
@@ -223,8 +205,8 @@ class _Reader:
                 f"6097h of the drive gives {per_radian:g} for 1 rad/s^2 of the joint if the drive's internal unit is "
                 "counts/s^2, which it does not say"
             )
-        if velocity is not None:
-            return f"{velocity.source} says {velocity.name} for speeds, nothing says the unit of accelerations"
+        if speed := self.velocity:
+            return f"{speed.source} says {speed.name} for speeds, nothing says the unit of accelerations"
         return "the drive does not say it"
 
 

@@ -97,13 +97,17 @@ class SerialAxis:
         text = yield from ask(self.get(names.device or names.status))
         return text if names.device else "serial drive"
 
+    def read_position(self) -> Generator[str, Reply, float]:
+        """Subscript: where the joint stands [rad or m]."""
+        counts = yield from ask_integer(self.get(self._bus.registers.position))
+        return self.drive.to_position(counts)
+
     def check(self) -> Generator[str, Reply, list[CheckResult]]:
         """Subscript: compare state and settings with the rig file."""
         yield from self._read_status()
-        state = CheckResult(self.name, "state", "off", self.power.value, "fine")
-        if self.power is Power.FAULT:
-            state = CheckResult(self.name, "state", "off", f"fault: {self._fault_text()}", "will be written")
-        results = [state]
+        fault = f"fault: {self._fault_text()}" if self.power is Power.FAULT else ""
+        state = fault or self.power.value
+        results = [CheckResult(self.name, "state", "off", state, "will be written" if fault else "fine")]
         for setting in settings(self._rig, self.drive):
             actual = yield from ask_integer(self.get(setting.register))
             verdict: Literal["fine", "will be written"] = "fine" if actual == setting.value else "will be written"

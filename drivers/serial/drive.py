@@ -37,6 +37,8 @@ _STOP_TIMEOUT = 1.0
 """Time that a drive may take to stop after the disable command [s]."""
 _LAST_COMMANDS_TIMEOUT = 0.5
 """Time for the last commands on all lines [s]."""
+_SETUP_PATIENCE = 0.2
+"""Time that a reply may take before the cycles, where a busy host hurts nobody [s]."""
 
 T = TypeVar("T")
 
@@ -52,6 +54,8 @@ class SerialDrives:
         self._stamped = stamped
         self._axes = [SerialAxis(rig, joint) for joint in range(1, rig.dof + 1)]
         self._lines = {line: [axis for axis in self._axes if axis.port == port] for port, line in lines.items()}
+        for line in lines.values():
+            line.patience = _SETUP_PATIENCE
         self._status_turn = 0
         self._disturbances = 0
         self._configured = False
@@ -61,19 +65,17 @@ class SerialDrives:
     def discover(self) -> tuple[Identity, ...]:
         """See `Amplifiers`."""
         for line in self._lines:
-            try:
-                line.flush()
-            except LineLost as error:
-                raise RunFailed(str(error)) from None
+            line.flush()
         identities, unanswered = [], []
         for axis in self._axes:
             try:
                 identities.append(self._identity(axis))
-            except (ReplyTimeout, InvalidReply) as error:
+            except LineError as error:
                 unanswered.append(f"{axis.name}: {error}")
         if unanswered:
             raise RunFailed(
-                f"{'; '.join(unanswered)}. Check supply, cable, baud rate and the ports and prefixes in the rig file"
+                f"{'; '.join(unanswered)}. Check supply, cable, baud rate and the ports, prefixes and registers in "
+                "the rig file"
             )
         return tuple(identities)
 
@@ -86,16 +88,18 @@ class SerialDrives:
             device=device,
             vendor_id=0,
             product_code=0,
-            revision=0,
+            revision=None,
             simulated=device.startswith(SIMULATED),
             lockstep=axis.lockstep,
+            # A simulated drive in lockstep has no past.
+            position=None if axis.lockstep else self._run_script(axis, axis.read_position),
         )
 
     def check(self) -> Sequence[CheckResult]:
         """See `Amplifiers`."""
         return [result for axis in self._axes for result in self._require(axis, axis.check)]
 
-    def configure(self) -> None:
+    def configure(self, *, decided: bool = False) -> None:
         """See `Amplifiers`."""
         self._configured = True
         for axis in self._axes:
@@ -112,6 +116,7 @@ class SerialDrives:
 
         Raises:
             LineError: the error of the last attempt.
+            LineLost: the port is gone.
         """
         line = next(line for line, axes in self._lines.items() if axis in axes)
         result: list[T] = []
@@ -123,8 +128,6 @@ class SerialDrives:
             failure = converse({line: store()}, time.perf_counter() + _SETUP_TIMEOUT).get(line)
             if not isinstance(failure, InvalidReply | ReplyTimeout):
                 break
-        if isinstance(failure, LineLost):
-            raise RunFailed(str(failure))
         if failure is not None:
             raise failure
         return result[0]
@@ -147,6 +150,8 @@ class SerialDrives:
         the next exchanges continue with them."""
         deadline = time.perf_counter() + timeout
         usable = self._usable_lines()
+        for line in usable:
+            line.patience = 0.0
         if not usable:
             raise RunFailed("all serial lines are lost")
         for axis in self._axes:
@@ -159,7 +164,7 @@ class SerialDrives:
         lost = [failure for failure in failures.values() if isinstance(failure, LineLost)]
         if lost:
             self._stop_other_lines()
-            raise RunFailed(str(lost[0]))
+            raise lost[0]
         return self._sample()
 
     def _latch(self) -> None:
@@ -178,7 +183,7 @@ class SerialDrives:
             except (InvalidReply, ReplyTimeout) as disturbance:
                 self._report_disturbance(line, disturbance)
 
-    def _report_disturbance(self, line: SerialLine, failure: LineError) -> None:
+    def _report_disturbance(self, line: SerialLine, failure: LineError | LineLost) -> None:
         # Only the first, second, fourth, eighth ...: a bad line would fill the log.
         self._disturbances += 1
         if self._disturbances & (self._disturbances - 1) == 0:

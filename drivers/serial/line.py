@@ -43,6 +43,8 @@ class SerialLine:
         self.lost = False
         self._port, self._bus = port, bus
         self._reply_wait = max(bus.reply_timeout, least_timeout)
+        self.patience = 0.0
+        """Lower bound of the reply timeout where no cycle waits [s]."""
         # Silence after which no more of an earlier reply can arrive.
         self._quiet_time = LONGEST_REPLY * bus.character + bus.turnaround
         self._last_command = b""
@@ -75,7 +77,7 @@ class SerialLine:
         self._reply_pending = True
         self._write(self._last_command + END)
         on_the_wire = (len(self._last_command) + 1 + LONGEST_REPLY) * self._bus.character
-        self._latest_reply = time.perf_counter() + on_the_wire + self._reply_wait
+        self._latest_reply = time.perf_counter() + on_the_wire + max(self._reply_wait, self.patience)
         return self._latest_reply
 
     def receive(self) -> Reply | None:
@@ -179,7 +181,7 @@ class SerialLine:
         return LineLost(f"serial port {self.name} is lost ({error}); check cable and adapter")
 
 
-def converse(scripts: Mapping[SerialLine, Script], deadline: float) -> dict[SerialLine, LineError]:
+def converse(scripts: Mapping[SerialLine, Script], deadline: float) -> dict[SerialLine, LineError | LineLost]:
     """Run each script on its line, all lines in parallel, until `deadline` [s, perf_counter].
 
     InvalidReply and ReplyTimeout are thrown into the script, which may catch them and continue; its next command
@@ -207,7 +209,7 @@ class _Conversation:
     def __init__(self, line: SerialLine, script: Script) -> None:
         self.line = line
         self.over = False
-        self.failure: LineError | None = None
+        self.failure: LineError | LineLost | None = None
         self._script = script
         self._command: str | None = None
         """Command to send as soon as the line is synchronized."""
@@ -272,6 +274,6 @@ class _Conversation:
         except LineError as error:
             self._end(error)
 
-    def _end(self, failure: LineError | None) -> None:
+    def _end(self, failure: LineError | LineLost | None) -> None:
         self.over, self.failure = True, failure
         self._script.close()

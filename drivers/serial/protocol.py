@@ -9,6 +9,8 @@ from collections.abc import Generator
 from dataclasses import dataclass
 from typing import Literal
 
+from recordings.errors import RunFailed
+
 END = b"\r"
 LONGEST_REPLY = 14
 """Number of characters of `v -2147483648` with its end."""
@@ -54,7 +56,7 @@ class ReplyTimeout(LineError):
     """No reply in time."""
 
 
-class LineLost(LineError):
+class LineLost(RunFailed):
     """The port no longer exists."""
 
 

@@ -1,17 +1,16 @@
 """The sim file: true properties of the simulated machine, which the rig file does not contain."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from drivers.simulated.habits import Habits
+from drivers.simulated.habits import Habits, NotNegative, Trouble
 from recordings.config import ConfigSection, Positive, read_toml
 
 ROBOTS = Path(__file__).with_name("robots")
 """Folder with sim files of further robots."""
-NotNegative = Annotated[float, Field(ge=0)]
 Joint = Annotated[int, Field(ge=1, le=3)]
 _JOINTS = 3
 PerJoint = tuple[NotNegative, NotNegative, NotNegative]
@@ -77,6 +76,25 @@ class EffectSpec(ConfigSection):
     """By the names in the effect's file; the others have their defaults."""
 
 
+class SimEvent(ConfigSection):
+    """Something that happens to the machine or its drives while it runs."""
+
+    at: NotNegative
+    """When it begins, in simulated time from power-on [s]; with the next cycle."""
+    effect: EffectSpec | None = None
+    """The effect that begins and stays: as in [[effects]]."""
+    trouble: Trouble | None = None
+    """What happens to drives on a CAN bus instead: as in [drives.habits]."""
+    joints: tuple[Joint, ...] = (1, 2, 3)
+    """Whose drives have the trouble."""
+
+    @model_validator(mode="after")
+    def _check_kind(self) -> Self:
+        if (self.effect is None) == (self.trouble is None):
+            raise ValueError("[[events]]: either effect or trouble expected")
+        return self
+
+
 class SimDrive(ConfigSection):
     """One simulated CANopen drive."""
 
@@ -100,12 +118,37 @@ class SimConfig(ConfigSection):
     drives: tuple[SimDrive, ...] = ()
     """Dictionaries and habits of the drives on a CAN bus: one for each joint, or one for all."""
     effects: tuple[EffectSpec, ...] = ()
+    events: tuple[SimEvent, ...] = ()
 
     @model_validator(mode="after")
     def _check_drives(self) -> Self:
         if len(self.drives) not in (0, 1, _JOINTS):
             raise ValueError(f"[[drives]]: one for all joints or {_JOINTS} expected, {len(self.drives)} found")
         return self
+
+    @property
+    def all_effects(self) -> tuple[EffectSpec, ...]:
+        """The effects from the beginning, then those of the events."""
+        return (*self.effects, *(effect for _, effect in self.effects_that_begin))
+
+    @property
+    def effects_that_begin(self) -> tuple[tuple[float, EffectSpec], ...]:
+        """Effects of the events, with their times [s]."""
+        return tuple((event.at, event.effect) for event in self.events if event.effect is not None)
+
+    def troubles(self, joint: int) -> list[tuple[float, Trouble]]:
+        """Troubles of the drive of `joint` (1 ... n), with their times [s]."""
+        return [(event.at, event.trouble) for event in self.events if event.trouble and joint in event.joints]
+
+    def with_effects(self, effects: Sequence[EffectSpec]) -> Self:
+        """The same machine with others in place of `all_effects`."""
+        count = len(self.effects)
+        begin = iter(effects[count:])
+        events = (
+            event if event.effect is None else event.model_copy(update={"effect": next(begin)})
+            for event in self.events
+        )
+        return self.model_copy(update={"effects": tuple(effects[:count]), "events": tuple(events)})
 
     @property
     def drive_of_each_joint(self) -> tuple[SimDrive, ...]:

@@ -18,7 +18,8 @@ from recordings.rig import Drive
 UNIT_OBJECTS = (*range(0x608D, 0x6098), 0x60A8, 0x60A9, 0x60AA)
 """Objects that the units follow from."""
 _REVOLUTIONS, _RPM = 0xB4, 0xC0
-_SECOND, _MINUTE, _SQUARE_SECOND = 0x03, 0x47, 0x57
+_SECONDS = {0x03: 1, 0x47: 60, 0x57: 1}
+"""Seconds of each code in a denominator: second, minute (of an acceleration: minute and second), square second."""
 _ANGLES = {0x10: 1.0, 0x41: math.pi / 180, 0x42: math.pi / 180 / 60, 0x43: math.pi / 180 / 3600}
 """Radians per unit of each code: radian, degree, minute and second of arc."""
 _RAD_PER_SECOND_SQUARED = 0xAE
@@ -62,31 +63,24 @@ class FactorGroup:
     def _acceleration(self) -> float:
         code = self._objects.value(0x60AA)
         if code:
-            return self._coded_acceleration(code)
+            return self._coded(code)
         if self._objects.value(0x608E) == _RAD_PER_SECOND_SQUARED:
             return self._angle_units(0x10) * 10.0 ** -self._objects.value(0x608D)
-        in_increments = self._increments_per_radian
         if (0x6097, 1) in self._objects:
-            return in_increments / float(self._ratio(0x6097))
-        return in_increments * self.position
+            return self._increments_per_radian / float(self._ratio(0x6097))
+        return self._increments_per_radian * self.position
 
     def _velocity(self) -> float:
         code = self._objects.value(0x60A9)
-        numerator, denominator = code >> 16 & 0xFF, code >> 8 & 0xFF
-        if numerator == _RPM or denominator == _MINUTE:
-            return 60 * self._angle_units(_REVOLUTIONS) / _power_of_ten(code)
-        if denominator == _SECOND:
-            return self._angle_units(numerator) / _power_of_ten(code)
-        return self._increments_per_radian * self.position
+        return self._coded(code) if code else self._increments_per_radian * self.position
 
-    def _coded_acceleration(self, code: int) -> float:
-        numerator, denominator, rest = code >> 16 & 0xFF, code >> 8 & 0xFF, code & 0xFF
-        if numerator == _RPM:  # rpm/s
+    def _coded(self, code: int) -> float:
+        """Units of a speed or an acceleration, per rad/s or rad/s^2 of the joint."""
+        numerator, denominator = code >> 16 & 0xFF, code >> 8 & 0xFF
+        if numerator == _RPM:
             units = 60 * self._angle_units(_REVOLUTIONS)
-        elif (denominator, rest) == (_MINUTE, _SECOND):  # revolutions per minute and second
-            units = 60 * self._angle_units(numerator)
-        elif denominator == _SQUARE_SECOND:
-            units = self._angle_units(numerator)
+        elif denominator in _SECONDS:
+            units = _SECONDS[denominator] * self._angle_units(numerator)
         else:
             units = self._increments_per_radian * self.position
         return units / _power_of_ten(code)

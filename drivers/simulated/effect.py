@@ -59,6 +59,8 @@ class HiddenEffect(ConfigSection):
     """True if the effect is drawn for one joint only: it is a difference between joints."""
     drawn_by_seed: ClassVar[bool] = True
     """False for effects that came later: a seed draws the same effect in every version."""
+    contains: ClassVar[tuple[str, ...]] = ()
+    """Effects that are special cases of this one: its size is what they cannot absorb either."""
     cycles: ClassVar[int] = 1
     """Number of repetitions of a motion needed to measure its size."""
 
@@ -68,6 +70,10 @@ class HiddenEffect(ConfigSection):
     def name(cls) -> str:
         """Name in the list of effects: the name of its file."""
         return cls.__module__.rpartition(".")[2]
+
+    def contained(self) -> list["HiddenEffect"]:
+        """The effects that it contains, on each of its joints alone."""
+        return [discover()[name](joints=(joint,)) for name in self.contains for joint in self.joints]
 
     @classmethod
     def in_library(cls) -> bool:
@@ -130,7 +136,7 @@ class HiddenEffect(ConfigSection):
 
     def reads_state(self) -> bool:
         """Whether the effect has hooks with the machine's state as argument."""
-        return overrides(self, "torque") or overrides(self, "friction")
+        return bool(overriding((self,), "torque") or overriding((self,), "friction"))
 
     def spec(self) -> EffectSpec:
         """The effect as in a sim file."""
@@ -154,7 +160,15 @@ class HiddenEffect(ConfigSection):
         """Displacement over which dry friction builds up [rad]."""
         return 0.0
 
+    def warming(self) -> tuple[float, float, float] | None:
+        """Share by which friction falls at a power of it [W], this power, and the time constant [s]; or None."""
+        return None
+
     # Hooks: the mechanism
+
+    def ball_friction(self) -> tuple[float, float]:
+        """Dry [N m] and viscous [N m s/rad] friction of the balls at each end of a rod."""
+        return 0.0, 0.0
 
     def added_mass(self, t: float) -> float:
         """Additional mass on the platform [kg] at time t [s]."""
@@ -256,6 +270,7 @@ def build(spec: EffectSpec) -> HiddenEffect:
     return validated(content, discover()[spec.name], f"effect {spec.name}")
 
 
-def overrides(effect: HiddenEffect, hook: str) -> bool:
-    """Whether the effect overrides a hook."""
-    return getattr(type(effect), hook) is not getattr(HiddenEffect, hook)
+def overriding(effects: Sequence[HiddenEffect], hook: str) -> list[Any]:
+    """The hook of each of the effects that override it."""
+    base = getattr(HiddenEffect, hook)
+    return [getattr(effect, hook) for effect in effects if getattr(type(effect), hook) is not base]

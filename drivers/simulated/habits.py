@@ -13,6 +13,20 @@ NotNegative = Annotated[float, Field(ge=0)]
 Word = Annotated[int, Field(ge=0, le=0xFFFF)]
 
 
+Trouble = Literal[
+    "short_tpdo",
+    "long_tpdo",
+    "nmt_stop",
+    "pre_operational",
+    "silent_fault",
+    "sync_loss",
+    "limit_switch",
+    "quick_stop",
+    "flicker",
+    "turn_lost",
+    "quiet_reboot",
+    "bus_off",
+]
 ObjectAddress = Annotated[str, Field(pattern="^[0-9A-Fa-f]{4}(:[0-9A-Fa-f]{1,2})?$")]
 """Address as in manuals: "60C2:01", or "605A" for sub-index 0."""
 
@@ -52,17 +66,25 @@ class Habits(ConfigSection):
     """Whether it has it when the drive is switched on."""
     home_distance: NotNegative = 0.02
     """Distance from the pose at power-on to the home switch [rad]; methods 35 and 37 do not search."""
-    trouble: Literal["none", "short_tpdo", "nmt_stop", "silent_fault"] = "none"
-    """What happens while the drive has power: its TPDOs lose their last byte, another master stops its communication
-    by NMT, or it has a fault (2310h) without EMCY."""
+    trouble: Trouble | Literal["none"] = "none"
+    """What happens while the drive has power. Its TPDOs lose their last byte (short_tpdo) or have one more; another
+    master stops it by NMT (nmt_stop), or it goes to pre-operational; it has a fault 2310h without EMCY (silent_fault)
+    or 8700h (sync_loss); it stops at a limit switch, or by a quick stop of its own; one statusword in ten says
+    "switched on" (flicker); its encoder loses a turn of the motor (turn_lost); it restarts without a boot-up message
+    (quiet_reboot); or errors cut it off from the bus (bus_off)."""
     trouble_after: NotNegative = 3.0
     """Time from power to that [s]."""
+    turns_off: int = 0
+    """Turns of the motor by which its encoder is wrong from the end of the first run on, as if it had lost its count
+    while the drive was off."""
     voltage: ObjectAddress | None = None
     """Object that holds the motor's voltage; None: that of the rig file, if it is a manufacturer's object."""
     voltage_scale: Positive | None = None
     """Voltage per count [V]; None: that of the rig file."""
     counts_per_turn: Annotated[int, Field(gt=0)] | None = None
     """Encoder increments per turn of the motor; None: object 608Fh, or the rig file where it says nothing."""
+    velocity_factor: Positive = 1.0
+    """Velocity actual (606Ch) over what the unit that the drive states (60A9h) would give."""
     position_in_increments: bool = False
     """True: 6091h and 6092h are as they were delivered, and positions count encoder increments whatever they say."""
     gear: Positive | None = None

@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Sequence
+from functools import reduce
 
 import numpy as np
 
-from drivers.simulated.config import SimConfig
-from drivers.simulated.effect import HiddenEffect, JointState, build, overrides
+from drivers.simulated.config import EffectSpec, SimConfig
+from drivers.simulated.effect import HiddenEffect, JointState, build, overriding
 from drivers.simulated.joint import Joint
 from drivers.simulated.model_xml import Arm
 from drivers.simulated.plant import Plant
@@ -29,21 +30,14 @@ class SimulatedMachine:
                 `sizing.resolve`); or the platform cannot reach its park position.
         """
         self._rig, self._config, self._rng = rig, config, rng
-        effects = _effects(config)
+        self._effects = [_build(spec) for spec in config.effects]
+        self._events = sorted(
+            ((at, _build(effect)) for at, effect in config.effects_that_begin), key=lambda event: event[0]
+        )
         self.dt = plant_step(rig.rate)
         """Time step of plant and servo loops [s]."""
-        on_joint = [[effect for effect in effects if i + 1 in effect.joints] for i in range(3)]
-        self._joints = [
-            Joint(i, effects_of_joint, rig, config, self.dt) for i, effects_of_joint in enumerate(on_joint)
-        ]
-        self.plant = _plant(rig, config, effects, on_joint, self.dt)
-        self._elastic = any(effect.couplings() for effect in effects)
-        read = {variable for effect in effects if effect.reads_state() for variable in effect.variables}
-        self._load_matters, self._acceleration_matters = "load" in read, "acceleration" in read
-        self._variable_friction = any(joint.variable_friction for joint in self._joints)
-        self._masses = [effect.added_mass for effect in effects if overrides(effect, "added_mass")]
-        self._drags = [effect.drag for effect in effects if overrides(effect, "drag")]
         self._state = JointState()
+        self._friction = [0.0, 0.0, 0.0]
         self.reset(config.park)
 
     def reset(self, platform: Sequence[float]) -> None:
@@ -56,18 +50,29 @@ class SimulatedMachine:
         """Power on and position loop closed, per joint; may be set between two calls of `advance`."""
         self.brake = [True, True, True]
         """Holding brake engaged, per joint; may be set likewise."""
-        self._steps = 0
+        self._steps = self._happened = 0
         self._added_mass = 0.0
-        self.plant.set_added_mass(0.0)
+        self._assemble()
+        # The acceleration before the first step is that under the friction so far.
+        self.plant.set_friction(self._friction)
         self.plant.place(platform)
         self._friction = [self._config.servo.brake_torque] * 3
-        self._presliding = [0.0, 0.0, 0.0]
         self.plant.set_friction(self._friction)
-        if self._elastic:
+        if self.plant.elastic:
             self.plant.settle()
         self._setpoint: Sequence[float] = self.position()
-        for joint in self._joints:
-            joint.reset()
+
+    def _assemble(self) -> None:
+        """Make plant and joints of a machine with the effects from the beginning and of the events so far."""
+        rig, config = self._rig, self._config
+        effects = [*self._effects, *(effect for _, effect in self._events[: self._happened])]
+        on_joint = [[effect for effect in effects if i + 1 in effect.joints] for i in range(3)]
+        self._joints = [Joint(i, on_joint[i], rig, config, self.dt) for i in range(3)]
+        self.plant = _plant(rig, config, effects, on_joint, self.dt)
+        read = {variable for effect in effects if effect.reads_state() for variable in effect.variables}
+        self._load_matters, self._acceleration_matters = "load" in read, "acceleration" in read
+        self._variable_friction = any(joint.variable_friction for joint in self._joints)
+        self._masses, self._drags = overriding(effects, "added_mass"), overriding(effects, "drag")
 
     def set_torque_offsets(self, offsets: Sequence[float]) -> None:
         """Set the torques [N m] that the drives add to the demands of their loops; reset makes them 0."""
@@ -76,6 +81,8 @@ class SimulatedMachine:
 
     def advance(self, setpoints: Sequence[Sequence[float]]) -> None:
         """Run one step per row of three joint setpoints [rad], at least one row; axes without power ignore them."""
+        while self._happened < len(self._events) and self.time >= self._events[self._happened][0]:
+            self._happen()
         for joint, enabled, setpoint in zip(self._joints, self.enabled, setpoints[0], strict=True):
             joint.switch(enabled, setpoint)
         self._sense()
@@ -83,6 +90,17 @@ class SimulatedMachine:
         for row in setpoints:
             self._step(row)
         self._setpoint = setpoints[-1]
+
+    def _happen(self) -> None:
+        """Go on as a machine that has the effect of the next event, too, in the same state."""
+        self._happened += 1
+        joints, plant = self._joints, self.plant
+        self._assemble()
+        for new, old in zip(self._joints, joints, strict=True):
+            new.take_over(old)
+        self.plant.take_over(plant)
+        self.plant.set_added_mass(self._added_mass)
+        self.plant.set_friction(self._friction)
 
     @property
     def time(self) -> float:
@@ -140,14 +158,9 @@ class SimulatedMachine:
             self._load_platform()
         if self._drags:
             self._drag_platform()
-        state, presliding = self._state, self._presliding
-        first, second, third = self._joints
+        state, (first, second, third) = self._state, self._joints
         self.plant.step(
-            (
-                first.step(setpoint[0], state, presliding[0]),
-                second.step(setpoint[1], state, presliding[1]),
-                third.step(setpoint[2], state, presliding[2]),
-            )
+            (first.step(setpoint[0], state), second.step(setpoint[1], state), third.step(setpoint[2], state))
         )
         self._steps += 1
 
@@ -172,9 +185,7 @@ class SimulatedMachine:
         self.plant.push([-resistance * component for component in velocity])
 
     def _set_friction(self) -> None:
-        levels = [joint.friction(brake, self._state) for joint, brake in zip(self._joints, self.brake, strict=True)]
-        friction = [dry for dry, _ in levels]
-        self._presliding = [presliding_level for _, presliding_level in levels]
+        friction = [joint.friction(brake, self._state) for joint, brake in zip(self._joints, self.brake, strict=True)]
         if friction != self._friction:
             self._friction = friction
             self.plant.set_friction(friction)
@@ -185,11 +196,10 @@ def plant_step(rate: float) -> float:
     return 1 / (rate * math.ceil(1 / (rate * MAX_STEP) - 1e-9))
 
 
-def _effects(config: SimConfig) -> list[HiddenEffect]:
-    for spec in config.effects:
-        if spec.size is not None:
-            raise BadInput(f"effect {spec.name}: its size must be converted to parameters first (sizing.resolve)")
-    return [build(spec) for spec in config.effects]
+def _build(spec: EffectSpec) -> HiddenEffect:
+    if spec.size is not None:
+        raise BadInput(f"effect {spec.name}: its size must be converted to parameters first (sizing.resolve)")
+    return build(spec)
 
 
 def _plant(
@@ -200,25 +210,20 @@ def _plant(
     dt: float,
 ) -> Plant:
     """The plant with the true properties of the mechanism."""
-    geometry, arms = rig.geometry, [Arm.of(config.links)] * 3
-    for effect in effects:
-        geometry = effect.geometry(geometry)
-    for i, effects_of_joint in enumerate(on_joint):
-        for effect in effects_of_joint:
-            arms[i] = effect.arm(arms[i])
-    couplings = [
-        tuple(coupling for effect in effects_of_joint for coupling in effect.couplings())
-        for effects_of_joint in on_joint
-    ]
+    geometry = reduce(lambda lengths, effect: effect.geometry(lengths), effects, rig.geometry)
     plant = Plant(
         geometry,
         config.links,
-        (couplings[0], couplings[1], couplings[2]),
-        arms=arms,
+        [reduce(lambda arm, effect: effect.arm(arm), each, Arm.of(config.links)) for each in on_joint],
+        [[coupling for effect in each for coupling in effect.couplings()] for each in on_joint],
         viscous=[
-            level * math.prod(effect.viscous_share() for effect in effects_of_joint)
-            for level, effects_of_joint in zip(config.friction.viscous, on_joint, strict=True)
+            level * math.prod(effect.viscous_share() for effect in each)
+            for level, each in zip(config.friction.viscous, on_joint, strict=True)
         ],
+        balls=(
+            sum(effect.ball_friction()[0] for effect in effects),
+            sum(effect.ball_friction()[1] for effect in effects),
+        ),
         dt=dt,
     )
     g_x, g_y = ([effect.tilt()[axis] for effect in effects] for axis in (0, 1))

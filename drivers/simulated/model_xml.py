@@ -7,8 +7,8 @@ two sites connects its tip to the platform.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Literal, Self
+from dataclasses import dataclass
+from typing import Self
 
 from drivers.simulated.config import Links
 from recordings.rig import Geometry
@@ -32,10 +32,6 @@ class ShaftCoupling:
     """Half of the backlash [rad]; None: not limited."""
 
 
-Couplings = tuple[Sequence[ShaftCoupling], Sequence[ShaftCoupling], Sequence[ShaftCoupling]]
-RIGID: Couplings = ((), (), ())
-
-
 @dataclass(frozen=True)
 class Arm:
     """A rigid arm: mass [kg], centre of mass [m], and inertia about it [kg m^2]."""
@@ -52,44 +48,30 @@ class Arm:
         """The arm of the sim file."""
         return cls(mass=links.arm_mass, com=links.arm_com, inertia=links.arm_inertia)
 
-    def moved(self, across: float) -> Self:
-        """The same arm with the centre of mass shifted sideways [m]."""
-        return replace(self, across=self.across + across)
-
-    def loaded(self, mass: float) -> Self:
-        """The same arm with an added point mass [kg] at the centre of mass."""
-        return replace(self, mass=self.mass + mass)
-
 
 def model_xml(
     geometry: Geometry,
     links: Links,
-    couplings: Couplings = RIGID,
-    *,
-    arms: Sequence[Arm] | None = None,
-    dt: float = 2e-4,
-    integrator: Literal["implicitfast", "RK4"] = "implicitfast",
+    arms: Sequence[Arm],
+    couplings: Sequence[Sequence[ShaftCoupling]],
+    dt: float,
 ) -> str:
     """The MJCF text. Joints are named motor_i, twist_i_k, swing_i, sway_i (i from 0), x, y, z.
 
-    `arms`: one per limb; None: all as in `links`. Joint friction is omitted: the plant sets it.
+    Joint friction is omitted: the plant sets it.
     """
-    arms = arms or [Arm.of(links)] * 3
     limbs = "".join(_limb(i, geometry, links, arms[i], couplings[i], dt) for i in range(3))
     sites = "".join(f'<site name="platform_{i}" pos="{_xyz(geometry.r, geometry.phi[i])}"/>' for i in range(3))
     slides = "".join(
         f'<joint name="{name}" type="slide" axis="{axis}"/>'
         for name, axis in (("x", "1 0 0"), ("y", "0 1 0"), ("z", "0 0 1"))
     )
-    connects = "".join(
-        f'<connect site1="rod_{i}" site2="platform_{i}" solref="{2 * dt} 1" solimp="0.9999 0.9999 1"/>'
-        for i in range(3)
-    )
+    connects = "".join(f'<connect site1="rod_{i}" site2="platform_{i}" {_stiffest("", dt)}/>' for i in range(3))
     mass = links.platform_mass + links.payload
     return f"""
 <mujoco model="delta">
   <compiler angle="radian" autolimits="true"/>
-  <option timestep="{dt}" integrator="{integrator}" gravity="0 0 {-GRAVITY}" jacobian="dense" tolerance="1e-12">
+  <option timestep="{dt}" integrator="implicitfast" gravity="0 0 {-GRAVITY}" jacobian="dense" tolerance="1e-12">
     <flag contact="disable"/>
   </option>
   <worldbody>
@@ -112,10 +94,12 @@ def _limb(i: int, geometry: Geometry, links: Links, arm: Arm, couplings: Sequenc
     """
     frame = f'pos="{_xyz(geometry.R, geometry.phi[i])}" euler="0 0 {geometry.phi[i]}"'
     armature = 0.0 if couplings else links.motor_inertia
-    joints = [f'name="motor_{i}" armature="{armature}" {_friction(dt)}']
+    joints = [f'name="motor_{i}" armature="{armature}" {_stiffest("friction", dt)}']
     joints += [f'name="twist_{i}_{k}" {_coupling(coupling, dt)}' for k, coupling in enumerate(couplings)]
     share = links.motor_inertia / max(len(couplings), 1)
-    text = _arm(arm) + _rod(i, geometry, links)
+    text = f"""
+<inertial pos="{arm.com} 0 {arm.across}" mass="{arm.mass}"
+          diaginertia="{arm.inertia} {arm.inertia} {arm.inertia}"/>{_rod(i, geometry, links)}"""
     for number, joint in reversed(list(enumerate(joints))):
         if number < len(couplings):
             text = f'<inertial pos="0 0 0" mass="1e-3" diaginertia="{share} {share} {share}"/>{text}'
@@ -124,17 +108,11 @@ def _limb(i: int, geometry: Geometry, links: Links, arm: Arm, couplings: Sequenc
     return text
 
 
-def _arm(arm: Arm) -> str:
-    return f"""
-<inertial pos="{arm.com} 0 {arm.across}" mass="{arm.mass}"
-          diaginertia="{arm.inertia} {arm.inertia} {arm.inertia}"/>"""
-
-
 def _rod(i: int, geometry: Geometry, links: Links) -> str:
     """The rod, connected to the elbow."""
     across = links.rod_mass * geometry.L2**2 / 12
     return f"""
-<body pos="{geometry.L1} 0 0">
+<body name="rod_{i}" pos="{geometry.L1} 0 0">
   <inertial pos="{geometry.L2 / 2} 0 0" mass="{links.rod_mass}" diaginertia="{_SPIN_INERTIA} {across} {across}"/>
   <joint name="swing_{i}" axis="0 -1 0"/>
   <joint name="sway_{i}" axis="0 0 1"/>
@@ -143,16 +121,14 @@ def _rod(i: int, geometry: Geometry, links: Links) -> str:
 
 
 def _coupling(coupling: ShaftCoupling, dt: float) -> str:
-    limit = ""
-    if coupling.gap is not None:
-        stiff = f'solreflimit="{2 * dt} 1" solimplimit="0.9999 0.9999 1"'
-        limit = f'range="{-coupling.gap} {coupling.gap}" {stiff}'
+    gap = coupling.gap
+    limit = "" if gap is None else f'range="{-gap} {gap}" {_stiffest("limit", dt)}'
     return f'stiffness="{coupling.stiffness}" damping="{coupling.damping}" {limit}'
 
 
-def _friction(dt: float) -> str:
-    """The stiffest friction constraint that the time step allows: a softer one creeps while the joint sticks."""
-    return f'solreffriction="{2 * dt} 1" solimpfriction="0.9999 0.9999 1"'
+def _stiffest(kind: str, dt: float) -> str:
+    """The stiffest constraint of a kind that the time step allows: with softer friction a stuck joint creeps."""
+    return f'solref{kind}="{2 * dt} 1" solimp{kind}="0.9999 0.9999 1"'
 
 
 def _xyz(radius: float, angle: float) -> str:

@@ -1,6 +1,7 @@
 """Motion control of a simulated CiA 402 drive: power states, operation modes, stops, following error, units."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from itertools import cycle
 
 from drivers.simulated.drive_state_machine import PowerState, next_state
 from drivers.simulated.drive_units import FactorGroup
@@ -10,6 +11,7 @@ from drivers.simulated.setpoint_generator import SetpointGenerator
 from recordings.rig import Drive
 
 _VOLTAGE_ENABLED, _REMOTE, _TARGET_REACHED, _FOLLOWS, _DEVIATES = 0x10, 0x200, 0x400, 0x1000, 0x2000
+_LIMITED = 0x800
 _HOMING, _INTERPOLATED, _CYCLIC = 6, 7, 8
 _TARGETS = {_INTERPOLATED: (0x60C1, 1), _CYCLIC: (0x607A, 0)}
 _NEW_SETPOINT = 0x10
@@ -19,6 +21,8 @@ _HERE = (35, 37)
 _UNLIMITED = 2**32 - 1
 _SLOW_RAMP, _QUICK_STOP_RAMP, _LAST_RAMP = 1, 2, 4
 """Option codes of 605Ah and 605Eh; 5 to 8 are 1 to 4, after which the drive stays in Quick stop active."""
+_FILTER = 0.2
+"""Share of the velocity between two SYNCs in the low-passed one."""
 _STRONGEST = 400.0
 """Deceleration at the current limit, and where the dictionary has no ramp or none was set [rad/s^2]."""
 FOLLOWING_ERROR = 0x8611
@@ -34,6 +38,7 @@ class MotionControl:
         self._objects, self._drive, self._habits = objects, drive, habits
         self._on_reset = on_reset
         self.state = PowerState.SWITCH_ON_DISABLED
+        self._flickering: Iterator[int] | None = None
         self.generator = SetpointGenerator(dt)
         self.restart(0.0)
 
@@ -51,10 +56,19 @@ class MotionControl:
         self._pause = 0.0
         self._reset_due: float | None = None
         self._enable_due: float | None = None
+        self._at_limit, self._flickering = False, None
         self._after_stop = PowerState.SWITCH_ON_DISABLED
         self._last_sync: float | None = None
+        self._counts_at_sync, self._speed = 0, 0.0
         self._sync_period = 0.0
         self.disable()
+
+    def lose_turns(self, turns: int) -> int:
+        """Let the encoder be wrong by turns of the motor, without power; returns that in increments."""
+        increments = turns * self._drive.counts_per_turn
+        shift = increments / self._drive.counts_per_radian
+        self._drive = self._drive.model_copy(update={"zero_offset": self._drive.zero_offset - shift})
+        return increments
 
     @property
     def powered(self) -> bool:
@@ -77,8 +91,12 @@ class MotionControl:
         word = self.state.value | _REMOTE
         if self.state is not PowerState.SWITCH_ON_DISABLED:
             word |= _VOLTAGE_ENABLED
+        if self._flickering is not None and self.state is PowerState.ENABLED and not next(self._flickering):
+            return PowerState.SWITCHED_ON.value | _REMOTE | _VOLTAGE_ENABLED
         if self.state is PowerState.ENABLED and self._follows:
             word |= _FOLLOWS
+        if self._at_limit:
+            word |= _LIMITED
         if self._following_error_since is not None:
             word |= _DEVIATES
         if self._referenced:
@@ -162,10 +180,14 @@ class MotionControl:
     # Targets
 
     def synchronise(self, now: float) -> None:
-        """Note the time of a SYNC."""
+        """Note the time of a SYNC and, from the increments since the last one, the speed."""
         if self._last_sync is not None:
             self._sync_period = now - self._last_sync
-        self._last_sync = self.now = now
+        if self._sync_period > 0:
+            speed = (self.counts - self._counts_at_sync) / self._sync_period
+            self._speed += _FILTER * (speed - self._speed)
+        self._last_sync, self._counts_at_sync = now, self.counts
+        self.now = now
 
     def follow_target(self) -> None:
         """Move to the target of the mode of operation, if the drive is enabled and has such a mode."""
@@ -191,6 +213,8 @@ class MotionControl:
     @property
     def _follows(self) -> bool:
         """Whether the target is followed: in interpolated position mode the controlword must enable it."""
+        if self._at_limit:
+            return False
         if self.mode == _INTERPOLATED:
             return bool(self._objects.value(0x6040) & _NEW_SETPOINT)
         return self.mode == _CYCLIC
@@ -200,6 +224,15 @@ class MotionControl:
     def quick_stop(self) -> None:
         """Stop as object 605Ah says; without it, on the quick stop ramp."""
         self._stop(PowerState.QUICK_STOP, self._objects.value(0x605A, absent=_QUICK_STOP_RAMP))
+
+    def reach_limit(self) -> None:
+        """Stop at a limit switch on the quick stop ramp, and follow no target any more."""
+        self._at_limit = True
+        self.generator.stop(self._deceleration(_QUICK_STOP_RAMP))
+
+    def flicker(self) -> None:
+        """Let every tenth statusword say another state from now on."""
+        self._flickering = cycle(range(9, -1, -1))
 
     def enter_fault(self) -> None:
         """Stop as object 605Eh says, without it on the quick stop ramp, then Fault."""
@@ -239,6 +272,11 @@ class MotionControl:
         self._end_reset()
         self._end_homing()
         return self._deviates(now)
+
+    @property
+    def velocity(self) -> float:
+        """Velocity, low-passed, in velocity units of the drive."""
+        return self._speed * self.units.velocity / abs(self._drive.counts_per_radian)
 
     @property
     def following_error(self) -> float:

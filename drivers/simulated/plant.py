@@ -2,13 +2,12 @@
 
 import math
 from collections.abc import Sequence
-from typing import Literal
 
 import mujoco
 import numpy as np
 
 from drivers.simulated.config import Links
-from drivers.simulated.model_xml import GRAVITY, RIGID, Arm, Couplings, model_xml
+from drivers.simulated.model_xml import GRAVITY, Arm, ShaftCoupling, model_xml
 from recordings.recording import Floats
 from recordings.rig import Geometry
 from trajectories.kinematics import inverse
@@ -21,6 +20,8 @@ _SOFTNESS = 0.01
 """Softness of the friction constraint, relative to the least that MuJoCo offers."""
 _SETTLING_TIME = 0.5
 """Time for elastic joints, critically damped meanwhile, to come to rest [s]."""
+_ROLLING = 0.02
+"""Angular velocity of a ball below which dry friction is less, so that it does not chatter [rad/s]."""
 _OSCILLATING_INERTIA = 0.2
 """Approximate inertia that oscillates on elastic joints [kg m^2]."""
 
@@ -32,16 +33,21 @@ class Plant:
         self,
         geometry: Geometry,
         links: Links,
-        couplings: Couplings = RIGID,
+        arms: Sequence[Arm],
+        couplings: Sequence[Sequence[ShaftCoupling]],
         *,
-        arms: Sequence[Arm] | None = None,
-        viscous: Sequence[float] = (0.0, 0.0, 0.0),
-        dt: float = 2e-4,
-        integrator: Literal["implicitfast", "RK4"] = "implicitfast",
+        viscous: Sequence[float],
+        balls: tuple[float, float] = (0.0, 0.0),
+        dt: float,
     ) -> None:
+        """Arm, couplings and viscous friction [N m s/rad] of each limb; `dt`: time step [s].
+
+        balls: dry [N m] and viscous [N m s/rad] friction at each end of the rods.
+        """
         self.geometry = geometry
-        xml = model_xml(geometry, links, couplings, arms=arms, dt=dt, integrator=integrator)
-        self.model = mujoco.MjModel.from_xml_string(xml)
+        self.elastic = any(couplings)
+        """Whether a motor is not rigidly connected to its arm."""
+        self.model = mujoco.MjModel.from_xml_string(model_xml(geometry, links, arms, couplings, dt))
         self.data = mujoco.MjData(self.model)
         self._platform_mass = links.platform_mass + links.payload
         self._motor = np.array([self.model.joint(f"motor_{i}").dofadr[0] for i in range(3)])
@@ -55,6 +61,8 @@ class Plant:
         self._frictionloss = self.model.dof_frictionloss
         # Indexing by an array costs more than by three integers.
         self._motors: tuple[int, int, int] = tuple(self._motor.tolist())
+        self._balls = balls
+        self._rods = [self.model.body(f"rod_{i}").id for i in range(3)]
         self.set_friction((0.0, 0.0, 0.0))
 
     def place(self, platform: Sequence[float]) -> None:
@@ -74,11 +82,42 @@ class Plant:
             self.data.joint(f"sway_{i}").qpos = sway
         mujoco.mj_forward(self.model, self.data)
 
+    def take_over(self, other: "Plant") -> None:
+        """Go on where another plant stands; joints that it has not got are relaxed and at rest."""
+        for number in range(other.model.njnt):
+            name = other.model.joint(number).name
+            try:
+                joint = self.data.joint(name)
+            except KeyError:
+                continue
+            joint.qpos, joint.qvel = other.data.joint(name).qpos, other.data.joint(name).qvel
+        self._applied[self._slides] = other._applied[other._slides]
+        mujoco.mj_forward(self.model, self.data)
+
     def step(self, torque: Sequence[float]) -> None:
         """One time step with the motor torques `torque` [N m]."""
         applied, (first, second, third) = self._applied, self._motors
         applied[first], applied[second], applied[third] = torque
+        if any(self._balls):
+            self._rub_balls()
         mujoco.mj_step(self.model, self.data)
+
+    def _rub_balls(self) -> None:
+        """Brake the rods relative to the platform, which only translates, and to the arms, which get the reaction.
+
+        Balls let a rod spin about its axis as it likes: the model's spin neither rubs nor is braked.
+        """
+        dry, viscous = self._balls
+        for rod in self._rods:
+            arm, axis = self.model.body_parentid[rod], self.data.xmat[rod, ::3]
+            of_rod, of_arm = self.data.cvel[rod, :3], self.data.cvel[arm, :3]
+            turning = of_rod - axis * (axis @ of_rod)
+            at_platform, at_arm = (
+                (dry / math.hypot(*w, _ROLLING) + viscous) * w for w in (turning, turning - of_arm)
+            )
+            brake = at_platform + at_arm
+            self.data.xfrc_applied[rod, 3:] = axis * (axis @ brake) - brake
+            self.data.xfrc_applied[arm, 3:] = at_arm
 
     def settle(self) -> None:
         """Let elastic joints come to rest under the present friction, without torque."""

@@ -39,8 +39,8 @@ class ProcessData:
         self._objects, self._send, self._written = objects, send, written
         self._rpdos = _numbers(objects, _RECEIVE)
         self._tpdos = _numbers(objects, _TRANSMIT)
-        self.shortened = 0
-        """Number of bytes that the end of each TPDO lacks."""
+        self._excess = 0
+        """Bytes by which each TPDO is too long; negative: too short."""
         self._mappings: dict[int, Mapping] = {}
         self.restart()
 
@@ -51,6 +51,10 @@ class ProcessData:
         self._state = {number: _Transmission() for number in self._tpdos}
         self.last_received: dict[int, float] = {}
         """When each RPDO with an event timer last arrived [s]."""
+
+    def resize(self, excess: int) -> None:
+        """Let the TPDOs be too long by these bytes from now on; negative: too short."""
+        self._excess = excess
 
     # Frames
 
@@ -121,7 +125,7 @@ class ProcessData:
     def _transmit(self, number: int, cob_id: int, data: bytes, now: float) -> None:
         state = self._state[number]
         state.last, state.sent = data, now
-        self._send(cob_id, data[: len(data) - self.shortened])
+        self._send(cob_id, (data + bytes(8))[: len(data) + self._excess])
 
     def _pack(self, number: int) -> bytes:
         return b"".join(self._objects.read(address) for address, _ in self._mapping(_TRANSMIT_MAP + number))[:8]
@@ -140,15 +144,13 @@ class ProcessData:
     def _mapping(self, index: int) -> Mapping:
         mapping = self._mappings.get(index)
         if mapping is None:
-            count = self._objects.value(index, 0)
-            entries = [self._objects.value(index, sub) for sub in range(1, count + 1)]
+            entries = (self._objects.value(index, sub + 1) for sub in range(self._objects.value(index, 0)))
             mapping = self._mappings[index] = [
-                ((entry >> 16, entry >> 8 & 0xFF), (entry & 0xFF) // 8) for entry in entries if self._exists(entry)
+                (_address(entry), (entry & 0xFF) // 8)
+                for entry in entries
+                if _address(entry) in self._objects or entry >> 16 in _DUMMIES
             ]
         return mapping
-
-    def _exists(self, entry: int) -> bool:
-        return (entry >> 16, entry >> 8 & 0xFF) in self._objects or entry >> 16 in _DUMMIES
 
     def check_write(self, address: Address, value: int, *, operational: bool) -> None:
         """Check a write by SDO to an object of the PDOs.
@@ -158,11 +160,11 @@ class ProcessData:
         """
         index, sub = address
         self._mappings.clear()
-        if _RECEIVE <= index < _RECEIVE + _COUNT or _TRANSMIT <= index < _TRANSMIT + _COUNT:
+        if index - index % _COUNT in (_RECEIVE, _TRANSMIT):
             present = self._objects.value(index, 1) if sub == 1 else value
             if not (present | value) & _INVALID and (present ^ value) & _COB_ID:
                 raise SdoAbortedError(INVALID_VALUE)
-        elif _RECEIVE_MAP <= index < _RECEIVE_MAP + _COUNT or _TRANSMIT_MAP <= index < _TRANSMIT_MAP + _COUNT:
+        elif index - index % _COUNT in (_RECEIVE_MAP, _TRANSMIT_MAP):
             if operational:
                 raise SdoAbortedError(_WRONG_STATE)
             self._check_mapping(index, sub, value)
@@ -181,9 +183,14 @@ class ProcessData:
     def _check_mappable(self, value: int, *, dummies: bool) -> None:
         if dummies and value >> 16 in _DUMMIES:
             return
-        entry = self._objects.dictionary.get((value >> 16, value >> 8 & 0xFF))
+        entry = self._objects.dictionary.get(_address(value))
         if entry is None or not entry.mappable or 8 * (entry.size or 0) != value & 0xFF:
             raise SdoAbortedError(_NOT_MAPPABLE)
+
+
+def _address(entry: int) -> Address:
+    """Index and sub-index in an entry of a mapping."""
+    return entry >> 16, entry >> 8 & 0xFF
 
 
 def _numbers(objects: Objects, first: int) -> list[int]:

@@ -19,7 +19,9 @@ from drivers.simulated.service import CHUNK, Service, advance_machine
 from recordings.recording import Pace
 from recordings.rig import Rig
 
-_SYNC = 0x80
+_NMT, _SYNC = 0x000, 0x80
+_RESETS = (b"\x81", b"\x82")
+"""NMT commands: of the node, of its communication."""
 _BURST = 0.05
 """Real time: longest burst of frames during which the machine does not advance [s]."""
 
@@ -33,24 +35,28 @@ class SimulatedRig(Service):
     def __init__(self, rig: Rig, config: SimConfig, bus: can.BusABC, *, pace: Pace, seed: int) -> None:
         """`bus` stays open if this raises BadInput: a dictionary cannot be read."""
         self._outbox: list[tuple[int, bytes]] = []
-        self.drives = [
-            SimulatedCanopenDrive(
-                drive,
-                plant_step(rig.rate),
-                self._send,
-                partial(self._measure_voltage, j),
-                lockstep=pace == "lockstep",
-                eds=EDS if simulated.eds is None else Path(simulated.eds),
-                habits=simulated.habits,
-            )
-            for j, (drive, simulated) in enumerate(zip(rig.drives, config.drive_of_each_joint, strict=True))
-        ]
+        self._rig, self._config, self._pace = rig, config, pace
+        self.drives = [self._new_drive(j) for j in range(rig.dof)]
         true = rig.model_copy(update={"drives": tuple(drive.drive for drive in self.drives)})
         super().__init__(true, config, pace, seed)
         self._link = Link(bus)
         self._link.tap = self._on_any_frame
         self._last_sync: float | None = None
         self._update()
+
+    def _new_drive(self, joint: int) -> SimulatedCanopenDrive:
+        drive, simulated = self._rig.drives[joint], self._config.drive_of_each_joint[joint]
+        return SimulatedCanopenDrive(
+            drive,
+            plant_step(self._rig.rate),
+            self._send,
+            partial(self._measure_voltage, joint),
+            lockstep=self._pace == "lockstep",
+            eds=EDS if simulated.eds is None else Path(simulated.eds),
+            habits=simulated.habits,
+            axes=[other.axis for other in self._rig.drives if other.node_id == drive.node_id],
+            troubles=self._config.troubles(joint + 1),
+        )
 
     # Life cycle
 
@@ -91,9 +97,21 @@ class SimulatedRig(Service):
         if arbitration_id == _SYNC:
             self._synchronise()
         else:
+            if arbitration_id == _NMT and data[:1] in _RESETS:
+                self._renumber(data[1:])
             for drive in self.drives:
                 drive.receive(arbitration_id, data, self.machine.time)
             self._flush()
+
+    def _renumber(self, node: bytes) -> None:
+        """Let the node ids take effect that LSS has stored in the nodes that are reset."""
+        ids = {drive.drive.node_id: drive.lss.stored for drive in self.drives if drive.lss.stored}
+        ids = {old: new for old, new in ids.items() if node in (bytes([old]), b"\0")}
+        drives = (d.model_copy(update={"node_id": ids.get(d.node_id, d.node_id)}) for d in self._rig.drives)
+        before, self._rig = self._rig.drives, self._rig.model_copy(update={"drives": tuple(drives)})
+        for joint, drive in enumerate(before):
+            if drive.node_id in ids:
+                self.drives[joint] = self._new_drive(joint)
 
     def _synchronise(self) -> None:
         if not self._lockstep:

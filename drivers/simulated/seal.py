@@ -26,15 +26,18 @@ def sealed_path(recording: Path) -> Path:
 def truth(rig: Rig, config: SimConfig, seed: int | None, sizer: EffectSizer | None = None) -> dict[str, Any]:
     """True properties of the machine: effects (SI) with their sizes along fig5a, seed of --hidden, plant.
 
-    Each effect has the variables it depends on and whether it is in the list of effects. `sizer`: an existing one for
-    this machine.
+    Each effect has the variables it depends on, whether it is in the list of effects, and `at` [s] in an event.
+    `sizer`: an existing one for this machine.
     """
     sizer = sizer or EffectSizer(rig, config)
     return {
         "schema": 1,
         "seed": seed,
-        "effects": [_describe(build(spec), sizer) for spec in config.effects],
-        "plant": config.model_dump(mode="json", exclude={"effects"}),
+        "effects": [
+            *(_describe(build(spec), sizer) for spec in config.effects),
+            *(_describe(build(effect), sizer) | {"at": at} for at, effect in config.effects_that_begin),
+        ],
+        "plant": config.model_dump(mode="json", exclude={"effects", "events"}),
     }
 
 

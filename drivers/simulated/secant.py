@@ -1,15 +1,49 @@
 """Secant search for the strength at which an effect has a given size."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
+import numpy as np
+
+from drivers.simulated.effect import HiddenEffect
+from recordings.recording import Floats
+
+TOLERANCE = 0.01
+"""Relative tolerance of a requested size."""
 _MAX_TRIALS = 10
 _MAX_LOG_STEP = math.log(10)
 """Longest step in the logarithm of the strength."""
 
 
+def unabsorbed(change: Floats, contained: Sequence[Floats]) -> Floats:
+    """What changes of residuals (m, 3) by effects that an effect contains cannot absorb of its own `change`."""
+    if not contained:
+        return change
+    matrix = np.stack([each.ravel() for each in contained], axis=1)
+    fitted: Floats = matrix @ np.linalg.lstsq(matrix, change.ravel(), rcond=None)[0]
+    return change - fitted.reshape(change.shape)
+
+
+def nearest(
+    size: Callable[[HiddenEffect], float], effect: HiddenEffect, target_size: float
+) -> tuple[HiddenEffect, float] | None:
+    """The effect with the strength, of the same sign, whose `size` is nearest to `target_size`, and that size.
+
+    None: no strength tried has a finite size.
+    """
+    strength = effect.strength()
+    sign = math.copysign(1.0, getattr(effect, strength))
+    solution = solve(
+        lambda trial: size(effect.scaled(sign * trial)),
+        target_size,
+        start=abs(getattr(type(effect)(), strength)),
+        largest=effect.largest(),
+    )
+    return None if solution is None else (effect.scaled(sign * solution[0]), solution[1])
+
+
 def solve(
-    size: Callable[[float], float], target_size: float, *, start: float, largest: float, tolerance: float
+    size: Callable[[float], float], target_size: float, *, start: float, largest: float
 ) -> tuple[float, float] | None:
     """Strength up to `largest` whose `size` is nearest to `target_size`, and that size; None: never finite.
 
@@ -25,7 +59,7 @@ def solve(
         y = math.log(max(size(min(math.exp(x), largest)), 1e-9))
         if math.isfinite(y):
             trials.append((x, y))
-        if abs(y - goal) < tolerance or (x >= upper and y < goal):
+        if abs(y - goal) < TOLERANCE or (x >= upper and y < goal):
             break
         low, high = (low, min(high, x)) if y > goal else (max(low, x), high)
         x = min(_bracketed(_secant(trials, x, goal), low, high), upper)

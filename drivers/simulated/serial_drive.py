@@ -81,7 +81,9 @@ class SimulatedSerialDrive:
         """Reply to a command, both without prefix and end, that arrives at `now` [s]."""
         self._last_command = now
         if command == self._bus.quick_stop:
-            return self._quick_stop()
+            if self.powered:
+                self.generator.stop(self._deceleration)
+            return "ok"
         if self._bus.update and command == self._bus.update:
             return self._follow()
         if match := _GET.fullmatch(command):
@@ -130,11 +132,6 @@ class SimulatedSerialDrive:
         self.generator.interpolate(
             self.drive.to_position(self._registers[self._names.position_command]), self._period
         )
-        return "ok"
-
-    def _quick_stop(self) -> str:
-        if self.powered:
-            self.generator.stop(self._deceleration)
         return "ok"
 
     def _begin_stop(self) -> None:

@@ -10,7 +10,6 @@ import heapq
 import os
 import select
 import time
-import tty
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
@@ -178,6 +177,8 @@ class _Port:
         self.unplugged = False
         self._buffer = b""
         self._link: Path | None = None
+        import tty  # of systems that have pseudo-terminals
+
         self._controller, device = os.openpty()
         # The recorder's end is kept open here as well, so that recorders may connect and disconnect.
         self._open = [self._controller, device]

@@ -1,6 +1,6 @@
 """Size of a hidden effect: its residual after a fit of the base model, relative to the torque.
 
-The machine runs along a trajectory, without bus, noise or quantisation, with and without the effect. The base model
+The machine runs along fig5a, without bus, noise or quantisation, with and without the effect. The base model
 is fitted to its reported values both times: positions of the encoders, torques of the voltages by the rig's map. The
 size is the RMS of the difference of the two residuals over the RMS of the torque, on the joints of the effect.
 Effects of drives and sensors are thus measured, like all others, by the torque error that they cause in the model.
@@ -15,7 +15,7 @@ from drivers.simulated.base_model_residual import BaseModelResidual, JointMotion
 from drivers.simulated.config import EffectSpec, SimConfig
 from drivers.simulated.effect import HiddenEffect, build
 from drivers.simulated.machine import SimulatedMachine, plant_step
-from drivers.simulated.secant import solve
+from drivers.simulated.secant import TOLERANCE, nearest, unabsorbed
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Rig
@@ -28,20 +28,17 @@ _FIT_DECIMATION = 5
 """Samples per row of the fit."""
 _MARGIN = 0.15
 """Motion after the repetitions, for the low-pass filter [s]."""
-_SIZE_TOLERANCE = 0.01
-"""Relative tolerance of a requested size."""
 _UNSTABLE_CHANGE = 0.3
 """Change of the acceleration by an effect, relative to it, above which the loop counts as unstable."""
 
 
 class EffectSizer:
-    """Measures the size of effects on one robot and trajectory, with the fewest repetitions that an effect allows."""
+    """Measures the size of effects on one robot, with the fewest repetitions of fig5a that an effect allows."""
 
-    def __init__(self, rig: Rig, config: SimConfig, trajectory: str = "fig5a") -> None:
+    def __init__(self, rig: Rig, config: SimConfig) -> None:
         """`config`: the machine; its effects are omitted."""
         self._rig = rig
-        self._config = config.model_copy(update={"effects": ()})
-        self._trajectory = trajectory
+        self._config = config.model_copy(update={"effects": (), "events": ()})
         self._runs: dict[int, _TrajectoryRun] = {}
 
     def size(self, effect: HiddenEffect) -> float:
@@ -50,10 +47,10 @@ class EffectSizer:
         Effects that happen at an instant happen in the middle of the motion.
 
         Raises:
-            BadInput: no such trajectory, or the robot cannot follow it even without the effect.
+            BadInput: the robot cannot follow the trajectory even without the effect.
         """
         if effect.cycles not in self._runs:
-            self._runs[effect.cycles] = _TrajectoryRun(self._rig, self._config, self._trajectory, effect.cycles)
+            self._runs[effect.cycles] = _TrajectoryRun(self._rig, self._config, effect.cycles)
         return self._runs[effect.cycles].size(effect)
 
     def nearest(self, effect: HiddenEffect, target_size: float) -> tuple[HiddenEffect, float]:
@@ -62,30 +59,22 @@ class EffectSizer:
         Raises:
             BadInput: as `size`, or the robot cannot follow the trajectory with any strength tried.
         """
-        sign = math.copysign(1.0, effect.model_dump()[effect.strength()])
-        solution = solve(
-            lambda strength: self.size(effect.scaled(sign * strength)),
-            target_size,
-            start=abs(type(effect)().model_dump()[effect.strength()]),
-            largest=effect.largest(),
-            tolerance=_SIZE_TOLERANCE,
-        )
-        if solution is None:
+        found = nearest(self.size, effect, target_size)
+        if found is None:
             raise BadInput(
                 f"effect {effect.name()} makes this robot unstable at any strength; change its other parameters"
             )
-        strength, size = solution
-        return effect.scaled(sign * strength), size
+        return found
 
 
 class _TrajectoryRun:
-    """Some repetitions of a trajectory, and the base-model residual of the machine without effects on them."""
+    """Some repetitions of fig5a, and the base-model residual of the machine without effects on them."""
 
-    def __init__(self, rig: Rig, config: SimConfig, name: str, cycles: int) -> None:
+    def __init__(self, rig: Rig, config: SimConfig, cycles: int) -> None:
         self._rig, self._config = rig, config
         dt = plant_step(rig.rate)
         self._dt = _STEPS_PER_SAMPLE * dt
-        trajectory = load(name, rig, cycles=cycles, rate=1 / dt)
+        trajectory = load("fig5a", rig, cycles=cycles, rate=1 / dt)
         repeated = np.flatnonzero(trajectory.repeat >= 0) // _STEPS_PER_SAMPLE
         self._window = slice(int(repeated[0]), int(repeated[-1]) + 1)
         self._start: list[float] = trajectory.platform[0].tolist()
@@ -95,16 +84,20 @@ class _TrajectoryRun:
         )
         bare = self._residual_with(())
         if bare is None:
-            raise BadInput(f"the simulated robot cannot follow {name}; change its servo or its links in the sim file")
+            raise BadInput("the simulated robot cannot follow fig5a; change its servo or its links in the sim file")
         self._bare = bare
 
     def size(self, effect: HiddenEffect) -> float:
         middle = (self._window.start + self._window.stop) / 2 * self._dt
         joints = [joint - 1 for joint in effect.joints]
-        fit, bare = self._residual_with((effect.at(middle),)), self._bare
-        if fit is None or _rms(fit.acceleration - bare.acceleration) > _UNSTABLE_CHANGE * _rms(bare.acceleration):
+        fits, bare = [self._residual_with((each.at(middle),)) for each in (effect, *effect.contained())], self._bare
+        if any(
+            fit is None or _rms(fit.acceleration - bare.acceleration) > _UNSTABLE_CHANGE * _rms(bare.acceleration)
+            for fit in fits
+        ):
             return math.inf
-        return _rms((fit.residual - bare.residual)[:, joints]) / _rms(bare.torque[:, joints])
+        change, *contained = [fit.residual - bare.residual for fit in fits if fit is not None]
+        return _rms(unabsorbed(change, contained)[:, joints]) / _rms(bare.torque[:, joints])
 
     def _residual_with(self, effects: Sequence[HiddenEffect]) -> BaseModelResidual | None:
         """Residual of the base model; None if the robot does not follow the trajectory."""
@@ -140,22 +133,23 @@ def resolve(rig: Rig, config: SimConfig) -> SimConfig:
     Raises:
         BadInput: an effect is not valid or cannot have its size on this robot.
     """
-    effects = [build(spec) for spec in config.effects]
-    for spec, effect in zip(config.effects, effects, strict=True):
+    effects = [build(spec) for spec in config.all_effects]
+    for spec, effect in zip(config.all_effects, effects, strict=True):
         if spec.size is not None and effect.strength() in spec.parameters:
             raise BadInput(f"effect {spec.name}: a size or '{effect.strength()}' expected, both found; remove one")
-    if all(spec.size is None for spec in config.effects):
+    if all(spec.size is None for spec in config.all_effects):
         return config
     sizer = EffectSizer(rig, config)
-    resolved = tuple(_resolve(sizer, spec, effect) for spec, effect in zip(config.effects, effects, strict=True))
-    return config.model_copy(update={"effects": resolved})
+    return config.with_effects(
+        [_resolve(sizer, spec, effect) for spec, effect in zip(config.all_effects, effects, strict=True)]
+    )
 
 
 def _resolve(sizer: EffectSizer, spec: EffectSpec, effect: HiddenEffect) -> EffectSpec:
     if spec.size is None:
         return spec
     effect, size = sizer.nearest(effect, spec.size)
-    if abs(size / spec.size - 1) > 2 * _SIZE_TOLERANCE:
+    if abs(size / spec.size - 1) > 2 * TOLERANCE:
         raise BadInput(
             f"effect {spec.name}: a size of {spec.size:g} is not possible on joints {list(spec.joints)}, "
             f"{size:.3g} is the nearest; change the size or the other parameters"

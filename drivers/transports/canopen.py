@@ -1,10 +1,11 @@
 """CANopen: CiA 402 drives on a CAN bus."""
 
-from drivers.canopen import setup
+from drivers.canopen import dcf, setup
 from drivers.canopen.bus import Link, Tap, open_bus
+from drivers.canopen.dictionary import standard_dictionary
 from drivers.canopen.drive import CanopenDrives
 from drivers.canopen.kernel_sync import LEAD, KernelSync
-from drivers.canopen.load import bus_load, highest_rate
+from drivers.canopen.pdo import bus_load, highest_rate
 from drivers.protocol import Amplifiers, Report
 from drivers.transports import SimulatedTime
 from recordings.errors import BadInput
@@ -14,11 +15,12 @@ from recordings.rig import Rig
 def check(rig: Rig) -> None:
     """See `Transport`."""
     for drive in rig.drives:
-        setup.sdo_writes(rig, drive)
+        dcf.configuration(drive)
+        setup.own_writes(rig, standard_dictionary(drive))
     if rig.rate > highest_rate(rig):
         raise BadInput(
             f"at {rig.rate:g} Hz the cycle would take up to {bus_load(rig, rig.rate):.0%} of the bus, bus.max_load "
-            f"allows {rig.can.max_load:.0%}; choose --rate {highest_rate(rig):.0f} or less, or a higher bitrate"
+            f"allows {rig.can.max_load:.0%}; choose --rate {highest_rate(rig):.3g} or less, or a higher bitrate"
         )
 
 

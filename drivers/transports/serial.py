@@ -16,6 +16,7 @@ from recordings.rig import Drive, Rig
 
 _CANOPEN_OPTIONS = (
     *(
+        "axis",
         "mode",
         "torque_actual",
         "torque_source",
@@ -27,7 +28,14 @@ _CANOPEN_OPTIONS = (
         "units",
         "accept_missing",
     ),
-    *("assume_mode", "quick_stop_option", "fault_reaction_option", "abort_option", "halt_option"),
+    *(
+        "assume_mode",
+        "target_followed_bit",
+        "quick_stop_option",
+        "fault_reaction_option",
+        "abort_option",
+        "halt_option",
+    ),
     "fault_reset_timeout",
 )
 """Keys of [[drives]] that are for CANopen drives only."""

@@ -10,6 +10,8 @@ import numpy as np
 
 from recordings.recording import Bools, Floats
 
+REACH = 1.5
+"""Half-width of a low-pass, in periods of its cut-off."""
 _STOPBAND = 6.0
 """Kaiser's beta: about 63 dB of attenuation."""
 
@@ -59,11 +61,11 @@ def contiguous_slices(known: Bools) -> list[slice]:
 def low_pass(cutoff: float, rate: float) -> Floats:
     """Compute the taps (read-only) of a low-pass with -3 dB at `cutoff` [Hz], for `rate` samples per second.
 
-    A sinc with a Kaiser window, 1.5 periods of the cut-off to either side, with a gain of exactly one at 0 Hz.
+    A sinc with a Kaiser window, REACH to either side, with a gain of exactly one at 0 Hz.
     """
     from scipy.optimize import brentq
 
-    half = int(np.ceil(1.5 * rate / cutoff))
+    half = int(np.ceil(REACH * rate / cutoff))
     at_cutoff = np.cos(2 * np.pi * cutoff / rate * np.arange(-half, half + 1))
 
     def excess(corner: float) -> float:
@@ -92,16 +94,16 @@ def second_derivative(x: Floats, rate: float) -> Floats:
     return convolve(x, np.concatenate([right[::-1], [-2 * right.sum()], right]) * rate**2)
 
 
-def mean_sign(velocity: Floats) -> Floats:
-    """Average sgn of `velocity` (n, dof) over half a sample to either side of each instant.
+def mean_sign(velocity: Floats, window: float = 1.0) -> Floats:
+    """Average sgn of `velocity` (n, dof) over half a `window` [samples, at most 1] to either side of each instant.
 
     The velocity is interpolated linearly. Over a straight line from a to b the mean of sgn is (|b| - |a|) / (b - a),
     because sgn is the derivative of the absolute value.
     """
-    between = (velocity[1:] + velocity[:-1]) / 2
+    rise = np.diff(velocity, axis=0) * (window / 2)
     unknown = np.full_like(velocity[:1], np.nan)
-    before = _mean_sign_between(np.concatenate([unknown, between]), velocity)
-    after = _mean_sign_between(velocity, np.concatenate([between, unknown]))
+    before = _mean_sign_between(np.concatenate([unknown, velocity[1:] - rise]), velocity)
+    after = _mean_sign_between(velocity, np.concatenate([velocity[:-1] + rise, unknown]))
     return (before + after) / 2
 
 

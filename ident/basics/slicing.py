@@ -1,8 +1,8 @@
-"""Cut data along time: all arrays of a dataclass, and of what it contains, at once."""
+"""Cut and join data along time: all arrays of a dataclass, and of what it contains, at once."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +15,31 @@ def along_time(data: _T, index: slice | NDArray[Any]) -> _T:
 
     data: an array, a mapping, or a dataclass whose arrays all have time as their first axis. Other values are kept.
     """
-    return _cut(data, index)
-
-
-def _cut(value: Any, index: slice | NDArray[Any]) -> Any:
+    value: Any = data
     if isinstance(value, np.ndarray):
-        return value[index]
-    if isinstance(value, Mapping):
-        return {name: _cut(entry, index) for name, entry in value.items()}
-    if is_dataclass(value) and not isinstance(value, type):
-        return replace(value, **{field.name: _cut(getattr(value, field.name), index) for field in fields(value)})
-    return value
+        value = value[index]
+    elif isinstance(value, Mapping):
+        value = {name: along_time(entry, index) for name, entry in value.items()}
+    elif is_dataclass(value) and not isinstance(value, type):
+        value = replace(value, **{each.name: along_time(getattr(value, each.name), index) for each in fields(value)})
+    return cast(_T, value)
+
+
+def concatenated(parts: Sequence[_T]) -> _T:
+    """Join data along time: every array in the first of the `parts` goes on with those of the others.
+
+    What is None, or has no such name, in one of them is left out. Values other than arrays are those of the first.
+    """
+    several: Sequence[Any] = parts
+    first = joined = several[0]
+    if any(part is None for part in several):
+        joined = None
+    elif isinstance(first, np.ndarray):
+        joined = np.concatenate(several)
+    elif isinstance(first, Mapping):
+        names = [name for name in first if all(name in part for part in several)]
+        joined = {name: concatenated([part[name] for part in several]) for name in names}
+    elif is_dataclass(first) and not isinstance(first, type):
+        names = [each.name for each in fields(first)]
+        joined = replace(first, **{name: concatenated([getattr(part, name) for part in several]) for name in names})
+    return cast(_T, joined)

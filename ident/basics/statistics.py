@@ -12,6 +12,11 @@ TINY = 1e-150
 """In place of a divisor of zero; its square is a number, too."""
 
 
+def nonzero(sizes: Floats) -> Floats:
+    """The `sizes` as divisors: 1 in place of each zero, where what is divided is zero as well."""
+    return np.where(sizes == 0, 1.0, sizes)
+
+
 def half_width(freedom: Floats) -> Floats:
     """Half the width of an interval of `LEVEL`, in standard errors with this `freedom`, from Student's t."""
     from scipy.special import stdtrit  # takes time to import

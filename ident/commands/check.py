@@ -46,13 +46,15 @@ def command(
     import ident
     from ident.data_problems import check_data
     from ident.output.console.check import show
-    from ident.output.console.problems import show_problems
+    from ident.output.console.printing import show_problems
     from recordings.progress import progress_bar
     from recordings.reader import read
 
     if only_problems:
         listing = check_data([read(path) for path in files])
         show_result(as_json, listing.as_json, partial(show_problems, listing.data_problems))
+        if not (as_json or listing.data_problems):
+            click.echo("no data problem found")
         return
     with progress_bar("reading") as progress:
         document = ident.check(files, share=share, effect_files=effect_files, accept=accept, progress=progress)

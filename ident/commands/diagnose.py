@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -115,13 +116,9 @@ def command(
     """
     out = (out or files[0].with_suffix(".model.json")) if apply else None
     report = report or (None if as_json else files[0].with_suffix(".diagnose.html"))
-    start_files = [model_path] if model_path else []
-    check_readable(*files, *validate, *start_files)
-    check_outputs(
-        out, report, learned_curve, proposed, force=force, read=[*files, *validate, *effect_files, *start_files]
-    )
-
-    from functools import partial
+    inputs = [*files, *validate, *([model_path] if model_path else [])]
+    check_readable(*inputs)
+    check_outputs(out, report, learned_curve, proposed, force=force, read=[*inputs, *effect_files])
 
     import ident
     from ident.output.console.diagnosis import show
@@ -129,10 +126,10 @@ def command(
 
     with progress_bar("reading") as progress:
         start = ident.load_model(model_path, effect_files=effect_files) if model_path else None
-        own = () if start else effect_files
-        choices: dict[str, Any] = {"preprocessing": preprocess, "cutoff": cutoff, "accept": accept}
-        choices |= {"only": only, "without": without, "progress": progress}
-        result = ident.diagnose(files, validate=validate, model=start, effect_files=own, **choices)
+        result = ident.diagnose(
+            files, validate=validate, model=start, effect_files=() if start else effect_files,
+            preprocessing=preprocess, cutoff=cutoff, only=only, without=without, accept=accept, progress=progress,
+        )  # fmt: skip
         if learned_curve:
             progress("learning curves for the unexplained residual")
             result = _with_learned_curve(result, learned_curve)
@@ -152,7 +149,7 @@ def command(
     if document.next_motion:
         click.echo(f"next: {document.next_motion.command}", err=True)
     else:
-        say_next(*_next(document, files, out or model_path, applied=apply, proposed=proposed))
+        say_next(*_next(document, files, out or model_path, applied=apply, proposed=proposed, learned=learned_curve))
 
 
 def _say_not_written(document: Document, learned_curve: Path | None, proposed: Path | None) -> None:
@@ -187,11 +184,17 @@ def _write_report(
 
 
 def _next(
-    document: Document, files: Sequence[Path], model: Path | None, *, applied: bool, proposed: Path | None
+    document: Document,
+    files: Sequence[Path],
+    model: Path | None,
+    *,
+    applied: bool,
+    proposed: Path | None,
+    learned: Path | None,
 ) -> list[object]:
     """The command that follows from the verdict: add, propose, learn, repeat, or report.
 
-    proposed: the file of the formula that was asked for.
+    proposed: the file of the formula that was asked for; learned: that of curves, the last thing to be tried.
     """
     default = files[0].with_suffix(".model.json")
     recorded = again("--validate", "--effect-file")
@@ -200,7 +203,7 @@ def _next(
         return diagnosis(files, *recorded, *choices, "--effect-file", proposed, model=model or default)
     if not applied and document.findings and document.verdict == "missing-effect":
         return diagnosis(files, *recorded, *choices, model=model or default)
-    if not applied and document.verdict == "unknown-structure" and not document.learned_curve:
+    if not applied and document.verdict == "unknown-structure" and not learned:
         option, name = ("--learn", "learned.py") if proposed else ("--propose", "law.py")
         return diagnosis(files, *recorded, *choices, option, free_name(Path(name)))
     if not applied and document.verdict == "undetermined":

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ident.command_options import EFFECT_FILES, FILE, JSON, RuledCommand, excludes, needs, print_result
+from ident.command_options import EFFECT_FILES, FILE, JSON, RuledCommand, excludes, needs, print_listing, print_result
 from recordings.command_line import say_next
 
 if TYPE_CHECKING:
     from ident.dynamics.effects.base import Effect, Quantity
+
+_TEXTS = {"Symptom": "symptom", "Usual causes": "causes", "What to do": "remedy", "To see it, record": "record"}
 
 
 @click.command(
@@ -62,21 +64,15 @@ def command(
     elif name:
         _explain(name, effects[name], name in own)
     else:
-        _list(effects, own)
+        rows = [
+            (f"{each} (adopted)" if each in own else each, effect.sentence, effect.equation)
+            for each, effect in sorted(effects.items())
+        ]
+        print_listing(("effect", "description", "equation"), rows, "ident effects NAME explains one")
     if name:
         say_next("ident", "diagnose", "FILE", "--only", name)
     else:
         say_next("ident", "effects", "cogging")
-
-
-def _list(effects: dict[str, Effect], adopted: set[str]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table("effect", "description", "equation", title="ident effects NAME explains one", title_justify="left")
-    for name, effect in sorted(effects.items()):
-        table.add_row(f"{name} (adopted)" if name in adopted else name, effect.sentence, effect.equation)
-    Console().print(table)
 
 
 def _explain(name: str, effect: Effect, adopted: bool) -> None:
@@ -84,8 +80,9 @@ def _explain(name: str, effect: Effect, adopted: bool) -> None:
 
     entry = _entry(name, effect, adopted)
     click.echo(f"{name}{' (adopted)' if adopted else ''}: {effect.sentence}\n")
-    for title, key in (("Symptom", "symptom"), ("Usual causes", "causes"), ("What to do", "remedy")):
-        click.echo(f"{title}: {entry[key]}")
+    for title, key in _TEXTS.items():
+        if entry[key]:
+            click.echo(f"{title}: {entry[key]}")
     scope = "one set for the whole robot" if effect.whole_robot else "one set per joint"
     click.echo(
         f"\nEquation: {effect.equation}\nKind: {entry['kind']}, {scope}; mechanisms: {', '.join(effect.mechanisms)}"
@@ -105,8 +102,7 @@ def _entry(name: str, effect: Effect, adopted: bool) -> dict[str, Any]:
         "adopted": adopted,
         "kind": "additive" if effect.linear else "signal",
         "sentence": effect.sentence,
-        "symptom": effect.symptom,
-        **{key: getattr(effect, key) for key in ("causes", "remedy", "equation", "latex", "axis")},
+        **{key: getattr(effect, key) for key in (*_TEXTS.values(), "contains", "equation", "latex", "axis")},
         "mechanisms": list(effect.mechanisms),
         "whole_robot": effect.whole_robot,
         "parameters": [_quantity(quantity) for quantity in (*effect.parameters, *effect.shapes)],

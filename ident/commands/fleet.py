@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
+import shlex
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from datetime import datetime
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from ident.basics import plugins
-from ident.command_options import CUTOFF, FILE, JSON, PREPROCESS, print_result, say_written
+from ident.command_options import ALARM, CUTOFF, FILE, JSON, PLACE, PREPROCESS, print_result, say_written
 from ident.fleet import check_installed
 from recordings.command_line import NameChoice, refuse_existing, say, say_next
 from recordings.errors import BadInput
@@ -25,9 +29,6 @@ if TYPE_CHECKING:
     from ident.fleet.update import Plan
     from recordings.progress import Show
 
-ALARMS_OPEN = 3
-"""Exit code: done, alarms are open."""
-
 
 def _needed(context: click.Context, parameter: click.Parameter, value: Path | None) -> Path:
     """The store, which each of these commands needs; say how it is given."""
@@ -38,7 +39,7 @@ def _needed(context: click.Context, parameter: click.Parameter, value: Path | No
 
 
 STORE = click.option(
-    "--store", "folder", type=FILE, callback=_needed, metavar="DIR", help="Folder of the results.  [required]"
+    "--store", "folder", type=PLACE, callback=_needed, metavar="DIR", help="Folder of the results.  [required]"
 )
 
 
@@ -58,6 +59,13 @@ class FolderOrCommand(click.Group):
         name, chosen, rest = super().resolve_command(ctx, args)
         return None if name == _UPDATE else name, chosen, rest
 
+    def invoke(self, ctx: click.Context) -> Any:
+        """See click; an object store may be lost at any time."""
+        from ident.fleet.places import connected
+
+        with connected():
+            return super().invoke(ctx)
+
 
 _UPDATE = "FOLDER"
 
@@ -74,10 +82,10 @@ def command() -> None:
 
 @command.command(
     _UPDATE,
-    epilog="Subcommands: ident fleet report (a page), ident fleet ack (acknowledge alarms); a folder of such a name "
-    "is ./report. Example: ident fleet recordings --store fleet",
+    epilog="Subcommands: ident fleet report (a page), ident fleet ack (acknowledge alarms), ident fleet rebuild (the "
+    "state of a store); a folder of such a name is ./report. Example: ident fleet recordings --store fleet",
 )
-@click.argument("folders", metavar="FOLDER...", nargs=-1, required=True, type=FILE)
+@click.argument("folders", metavar="FOLDER...", nargs=-1, required=True, type=PLACE)
 @STORE
 @click.option(
     "--engine",
@@ -88,6 +96,9 @@ def command() -> None:
 @click.option("--workers", type=click.IntRange(1), metavar="N", help="Local workers.  [default: one per processor]")
 @click.option("--scheduler", metavar="ADDRESS", help="Compute on a running Dask cluster, say tcp://host:8786.")
 @click.option("--scheduler-file", type=FILE, metavar="FILE", help="The same, by the file that its scheduler wrote.")
+@click.option(
+    "--on-alarm", metavar="COMMAND", help="Start it once for each new alarm, with the alarm as JSON on stdin."
+)
 @PREPROCESS
 @CUTOFF
 @JSON
@@ -98,6 +109,7 @@ def update_command(
     workers: int | None,
     scheduler: str | None,
     scheduler_file: Path | None,
+    on_alarm: str | None,
     preprocess: str,
     cutoff: float | None,
     as_json: bool,
@@ -106,11 +118,14 @@ def update_command(
 
     Every recording becomes rows in the store, a table in Parquet files. What was analysed before is not analysed
     again. A recording that cannot be used is a row with the reason. Exit code 3: done, alarms are open.
+
+    FOLDER and DIR may be in an object store, as s3://bucket/folder or gs://bucket/folder.
     """
     check_installed()
 
-    from ident.fleet import alarms
+    from ident.fleet import alarms, engines
     from ident.fleet.engines import EngineOptions
+    from ident.fleet.places import in_object_store
     from ident.fleet.settings import FleetSettings
     from ident.fleet.store import Store
     from ident.fleet.update import plan, update
@@ -127,19 +142,25 @@ def update_command(
         chosen = _engine(engine, workers, scheduler or scheduler_file, len(work.pending))
         options = EngineOptions(workers, scheduler, scheduler_file, say)
         count = update(store, work, settings, chosen, options, _rated(show, "analysing"))
-        fleet_alarms = alarms.find(store, settings, lambda done, total: show("diagnosing events", done, total))
-        result = alarms.FleetFile(
-            schema=1,
-            settings=settings.digest,
-            folders=tuple(map(str, folders)),
-            recordings={"seen": count.seen, "new": count.new, "failed": count.failed},
-            alarms=tuple(fleet_alarms),
+        result = alarms.find(
+            store,
+            settings,
+            folders,
+            {"seen": count.seen, "new": count.new, "failed": count.failed},
+            lambda done, total: show("diagnosing events", done, total),
+            partial(engines.load(chosen).run, options=options),
         )
+        new_alarms = alarms.unheard(store, result.alarms)
         alarms.save(store, result)
+    for path, reason in count.unused:
+        say(f"not used: {reason if path in reason else f'{path}: {reason}'}", "yellow")
     _show(result, as_json)
-    say_next("ident", "fleet", "report", "--store", folder, "-o", free_name(folder.with_suffix(".html")))
-    if any(not alarm.acknowledged for alarm in fleet_alarms):
-        sys.exit(ALARMS_OPEN)
+    if on_alarm:
+        _pass_on(on_alarm, new_alarms)
+    page = (Path(folder.name) if in_object_store(folder) else folder).with_suffix(".html")
+    say_next("ident", "fleet", "report", "--store", folder, "-o", free_name(page))
+    if any(not alarm.acknowledged for alarm in result.alarms):
+        sys.exit(ALARM)
 
 
 @command.command(
@@ -165,8 +186,6 @@ def report_command(folder: Path, out: Path, force: bool) -> None:
     opened = [alarm.id for alarm in content.alarms if not alarm.acknowledged]
     if opened:
         say_next("ident", "fleet", "ack", *opened, "--store", folder)
-    else:
-        say_next("ident", "fleet", *content.folders, "--store", folder)
 
 
 @command.command(
@@ -174,22 +193,55 @@ def report_command(folder: Path, out: Path, force: bool) -> None:
     short_help="Acknowledge alarms.",
     epilog="Example: ident fleet ack r07-20260314 --store fleet --note 'gear replaced'",
 )
-@click.argument("ids", metavar="ALARM...", nargs=-1, required=True)
+@click.argument("words", metavar="ALARM... | ROBOT EFFECT", nargs=-1, required=True)
 @STORE
 @click.option("--note", default="", metavar="TEXT", help="What is known of it.")
-@click.option("--undo", is_flag=True, help="Open them again.")
+@click.option(
+    "--repaired",
+    type=click.DateTime(["%Y-%m-%d"]),
+    metavar="DATE",
+    help="The robot was repaired: its nights since that date (UTC) are a new baseline.",
+)
+@click.option("--undo", is_flag=True, help="Open them again, and forget the repair.")
 @click.option("--json", "as_json", is_flag=True, help="Print all alarms as one JSON document.")
-def ack_command(ids: tuple[str, ...], folder: Path, note: str, undo: bool, as_json: bool) -> None:
-    """Acknowledge alarms, which then no longer are open; they stay in the report with the note."""
+def ack_command(
+    words: tuple[str, ...], folder: Path, note: str, repaired: datetime | None, undo: bool, as_json: bool
+) -> None:
+    """Acknowledge alarms, which then no longer are open; they stay in the report with the note.
+
+    They are named by their ids, or by a robot and the effect that it shows (unknown-structure, where none is named).
+    """
     store = _opened(folder)
 
     from ident.fleet import alarms
 
     with store.locked():
-        alarms.acknowledge(store, ids, note, undo)
+        alarms.acknowledge(store, words, note, undo, repaired.date() if repaired else None)
     content = alarms.load(store)
     _show(content, as_json)
-    say_next("ident", "fleet", "report", "--store", folder, "-o", free_name(folder.with_suffix(".html")))
+
+
+@command.command(
+    "rebuild",
+    short_help="Make anew what follows from the rows of a store.",
+    epilog="Example: ident fleet rebuild --store fleet",
+)
+@STORE
+def rebuild_command(folder: Path) -> None:
+    """Make anew what follows from the rows of a store: what each robot has shown so far.
+
+    It is needed where files of the store were removed or came from a copy; a run does so itself for a robot whose
+    state is damaged, or one of whose recordings came late.
+    """
+    store = _opened(folder)
+
+    from ident.fleet import alarms, follow
+    from recordings.progress import progress_bar
+
+    content = alarms.load(store)
+    with store.locked(), progress_bar("gathering evidence anew"):
+        follow.rebuild(store, content.settings)
+    say_next("ident", "fleet", *content.folders, "--store", folder)
 
 
 def _opened(folder: Path) -> Store:
@@ -208,11 +260,23 @@ def _say_what_is_done(work: Plan) -> None:
         say("no recordings (.mcap) below these folders", "yellow")
 
 
+def _pass_on(command: str, new: Sequence[Alarm]) -> None:
+    """Start the `command` for each of the alarms; one that fails keeps none of the others back."""
+    import subprocess
+
+    for alarm in new:
+        text = json.dumps(alarm.model_dump(mode="json"))
+        try:
+            subprocess.run(shlex.split(command), input=text, text=True, check=True)
+        except (OSError, ValueError, subprocess.CalledProcessError) as error:
+            say(f"--on-alarm: the command expected to take {alarm.id}, it failed: {error}; tell it yourself", "red")
+
+
 def _check_scheduler(address: str | None, file: Path | None) -> None:
     if address is not None and not re.fullmatch(r"(\w+://)?.+:\d+", address):
-        raise BadInput(f"--scheduler: an address as tcp://host:8786 expected, '{address}' found")
+        raise BadInput(f"--scheduler: an address as tcp://host:8786 expected, '{address}' found; correct it")
     if file is not None and not file.is_file():
-        raise BadInput(f"--scheduler-file {file}: a file that a Dask scheduler wrote expected, none found")
+        raise BadInput(f"--scheduler-file {file}: a file that a Dask scheduler wrote expected, none found; check it")
 
 
 def _engine(name: str | None, workers: int, scheduler: object, pending: int) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from ident.basics import plugins
-from ident.command_options import JSON, print_result
+from ident.command_options import JSON, print_listing, print_result
 from recordings.command_line import NameChoice, say_next
 
 MODELS = {None: "Eq. (26)", "lagrange14": "Eqs. (37)-(40)"}
@@ -32,7 +32,11 @@ def command(name: str | None, as_json: bool) -> None:
     elif name:
         _explain(methods[0])
     else:
-        _list(methods)
+        rows = [
+            (each["name"], each["description"], ", ".join(setting["name"] for setting in each["settings"]))
+            for each in methods
+        ]
+        print_listing(("method", "description", "settings"), rows, "ident methods NAME explains one")
     if name is None:
         say_next("ident", "methods", "pso")
     else:
@@ -61,17 +65,6 @@ def _entry(name: str) -> dict[str, Any]:
             for setting in estimators.settings_of(name)
         ],
     }
-
-
-def _list(methods: list[dict[str, Any]]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table("method", "description", "settings", title="ident methods NAME explains one", title_justify="left")
-    for method in methods:
-        names = ", ".join(setting["name"] for setting in method["settings"])
-        table.add_row(method["name"], method["description"], names)
-    Console().print(table)
 
 
 def _explain(method: dict[str, Any]) -> None:

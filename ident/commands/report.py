@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from ident.command_options import ACCEPT, EFFECT_FILES, FILE, DataCommand, again, check_outputs, say_written
+from ident.command_options import ACCEPT, EFFECT_FILES, FILE, DataCommand, again, c_export, check_outputs, say_written
 from recordings.command_line import check_readable, say_next
 from recordings.errors import BadInput, ForeignFile
 from recordings.next_command import diagnosis
@@ -86,10 +86,11 @@ def command(
     if gathered.diagnosis:
         show_conclusion(gathered.diagnosis.document, Console(), nothing_more)
     say_written(report=out)
-    missing = gathered.diagnosis is not None and gathered.diagnosis.verdict == "missing-effect"
     within_noise = any(analysis.within_noise for analysis in gathered.primary_analyses.values())
-    if nothing_more or (within_noise and not missing):
-        say_next("ident", "workbench", *recordings[:1], *held_out[:1])
+    missing = gathered.diagnosis.verdict == "missing-effect" if gathered.diagnosis else not within_noise
+    if nothing_more or not missing:
+        # What a diagnosis could add, it has added: the road ends with the use of the last model, which is the best.
+        say_next(*c_export(models[-1]))
     else:
         say_next(*diagnosis(recordings, *again("--validate", "--effect-file", "--accept"), model=models[0]))
 

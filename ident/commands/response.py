@@ -36,7 +36,7 @@ def command(file: Path, out: Path | None, plot: Path | None, force: bool, as_jso
     if out is not None:
         out.write_text(_table(response.measured), encoding="utf-8")
     if plot is not None:
-        from ident.output.figures.bode import bode
+        from ident.output.figures.spectrum import bode
 
         bode(response.measured, response.model).write_html(plot)
     if as_json:

@@ -2,34 +2,29 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from ident.basics import plugins
-from ident.basics.model_name import model_stem
 from ident.command_options import (
     EFFECT_FILES,
     FILE,
     JSON,
     RuledCommand,
     belongs,
+    c_export,
     chosen_path,
     one_of,
     say_written,
     show_result,
 )
 from recordings.command_line import FiniteRange, NameChoice, check_readable, refuse_existing, say, say_next
-from recordings.next_command import free_name
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from ident.export.paths import TorquePath
-    from ident.export.torque_table import TorqueSummary
     from ident.identification.model import Model
-    from recordings.recording import Floats
     from recordings.rig import Rig
 
 _SOURCES = {"--traj": "--traj", "--csv": "--csv", "recording": "a recording"}
@@ -88,13 +83,9 @@ def command(
     The path is a trajectory, a table, or the motion of the recording FILE. The causes (inertia, coupling, Coriolis,
     gravity, friction, each effect) add up to the torque.
     """
-    from contextlib import nullcontext
-
     import ident
-    from ident.export import tables
+    from ident.export import tables, torque_table
     from ident.export.term_intervals import relative_half_widths
-    from ident.export.torque_table import TorqueSummary
-    from ident.export.torque_table import tables as torque_tables
     from ident.output.console.printing import print_table
     from ident.output.tables import causes
     from recordings.files import replacement
@@ -106,13 +97,15 @@ def command(
     model = ident.load_model(model_path, effect_files=effect_files)
     path = chosen_path(model, _rig(model, rig_file), recording, table, traj, temperature, cycles, rate)
     assert path is not None, "one is given"
-    summary = TorqueSummary()
+    summary = torque_table.TorqueSummary()
     widths = relative_half_widths(model, path.excerpt())
     with replacement(out) if out else nullcontext() as partial:
-        chunks = torque_tables(model, path, summary)
+        chunks = torque_table.tables(model, path, summary)
         rows = write(chunks, partial) if write and partial else sum(len(chunk["time"]) for chunk in chunks)
     if picture:
-        _draw(model, path, summary, widths, picture)
+        from ident.output.pictures import torque_by_cause
+
+        torque_by_cause(picture, model, path, summary.rms, widths)
     show_result(
         as_json,
         lambda: causes.document(model, summary, widths),
@@ -125,13 +118,7 @@ def command(
     if out:
         say(f"torque of {path.name}: {out}, {rows} rows")
     say_written(picture=picture)
-    if model.file.robot is None:  # for a URDF no C is written yet
-        _say_export(model_path)
-
-
-def _say_export(model_path: Path) -> None:
-    exported = free_name(model_path.with_name(f"{model_stem(model_path.name)}_c"))
-    say_next("ident", "export", model_path, "--to", "c", "-o", exported)
+    say_next(*c_export(model_path))
 
 
 def _rig(model: Model, rig_file: Path | None) -> Rig:
@@ -145,23 +132,3 @@ def _rig(model: Model, rig_file: Path | None) -> Rig:
     rig = load_rig(rig_file, driven=False)
     check_same_machine(model.file, rig, f"the rig of the model expected: {{}} in {rig_file}")
     return rig
-
-
-def _draw(
-    model: Model, path: TorquePath, summary: TorqueSummary, widths: Mapping[str, Floats] | None, picture: Path
-) -> None:
-    """Draw the first seconds of the middle of the path."""
-    from ident.export.torque_table import evaluate
-    from ident.output import torque_picture
-    from recordings.files import replacement
-
-    chunk = path.excerpt()
-    torque, terms = evaluate(model, chunk)
-    rows = slice(0, int(torque_picture.LONGEST * path.rate))
-    parts = {name: values[rows] for name, values in terms.items()}
-    units = model.file.effort_units
-    with replacement(picture) as partial:
-        time = chunk.time[chunk.used][rows]
-        torque_picture.draw(
-            partial, f"{path.name}: torque by cause", time, torque[rows], parts, summary.rms, widths, units
-        )

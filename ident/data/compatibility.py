@@ -1,6 +1,7 @@
 """Checks that recordings can be used together: different data, the same rig."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 from ident.data.samples import drive_signal, holds_torque
 from recordings.errors import BadInput
 from recordings.recording import Recording
+from recordings.urdf import Payload
 
 
 def check_no_overlap(recordings: Sequence[Recording]) -> None:
@@ -24,6 +26,48 @@ def check_no_overlap(recordings: Sequence[Recording]) -> None:
         pairs = ((first.position, second.position), (drive_signal(first), drive_signal(second)))
         if all(np.array_equal(a[:n], b[:n], equal_nan=True) for a, b in pairs):
             raise BadInput(f"{second.path} and {first.path} begin with the same data; give different recordings")
+
+
+def of_one_set_up(recording: Recording, payload: Payload | None) -> Recording:
+    """Return `recording` as of a rig with this `payload`, with what its own has beyond that."""
+    own = recording.rig.payload
+    if own == payload:
+        return recording
+    loads = [(sign * load.known_mass, load.com) for sign, load in ((1, own), (-1, payload)) if load]
+    return replace(recording, rig=recording.rig.model_copy(update={"payload": payload}), beyond=tuple(loads))
+
+
+def reference_payload(recordings: Sequence[Recording]) -> Payload | None:
+    """Return the payload that the parameters of a fit to `recordings` include: the first known one, or none.
+
+    Raises:
+        BadInput: all are unknown.
+    """
+    for recording in recordings:
+        if not is_unknown(recording):
+            return recording.rig.payload
+    raise BadInput(
+        'a recording without payload or with a known one expected, only payload.mass = "unknown" found; give one, or '
+        "remove payload from the rig file: the parameters then include it"
+    )
+
+
+def is_unknown(recording: Recording) -> bool:
+    """Whether the rig of `recording` declares a payload of unknown mass."""
+    return recording.rig.payload is not None and recording.rig.payload.mass == "unknown"
+
+
+def refuse_unknown_payload(recordings: Sequence[Recording]) -> None:
+    """Check that all payloads are known.
+
+    Raises:
+        BadInput: one is unknown.
+    """
+    for recording in filter(is_unknown, recordings):
+        raise BadInput(
+            f'{recording.path.name}: a payload of known mass expected, "unknown" found; write it into the rig file: '
+            "`ident fit` finds it together with another set-up"
+        )
 
 
 def check_same_rig(recordings: Sequence[Recording]) -> None:

@@ -142,7 +142,7 @@ def _between_gaps(samples: Samples, chosen: Cutoff) -> Cutoff:
 
 def _clear_share(known: Bools, hz: float, rate: float) -> float:
     """Share of the rows `known` (n,) that lie further from a gap than the filters of `parallel` reach."""
-    reach = 2 * round(1.5 * rate / hz + 1.5 * rate / min(3 * hz, rate / 4) + 4)
+    reach = 2 * round(filters.REACH * rate / hz + filters.REACH * rate / min(3 * hz, rate / 4) + 4)
     lengths = (int(stretch.stop - stretch.start) for stretch in contiguous_slices(known))
     return sum(max(0, length - reach) for length in lengths) / len(known)
 
@@ -173,7 +173,8 @@ def spectra(position: Floats, torque: Floats, rate: float) -> list["Spectra"]:
 
 def choose_from_spectra(joints: Sequence["Spectra"], rate: float, max_noise_share: float = MAX_NOISE_SHARE) -> Cutoff:
     """Choose the cut-off for all `joints` at `rate` [Hz]; `max_noise_share` as in `choose`."""
-    highest = _permitted(rate)
+    # A tenth of the rate, for accurate derivatives; for slow recordings up to a fifth.
+    highest = max(rate / 10, min(DEFAULT_CUTOFF, rate / 5))
     wanted = max([DEFAULT_CUTOFF, *(joint.signal_bandwidth() for joint in joints)])
     encoder = max(MIN_CUTOFF, min((joint.noise_limit(max_noise_share) for joint in joints), default=np.inf))
     hz = _round_down(min(wanted, encoder, highest))
@@ -265,11 +266,6 @@ class Spectra:
         empty = density[self.frequency[1:] > _EMPTY * self.rate]
         # Ratio of median to mean of the chi-square distribution of averaged spectra (Wilson and Hilferty).
         return float(np.median(empty) / (1 - 1 / (9 * self.averages)) ** 3)
-
-
-def _permitted(rate: float) -> float:
-    """Highest cut-off [Hz]: a tenth of the rate, for accurate derivatives; for slow recordings up to a fifth."""
-    return max(rate / 10, min(DEFAULT_CUTOFF, rate / 5))
 
 
 def _round_down(hz: float) -> float:

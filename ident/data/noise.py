@@ -21,14 +21,16 @@ from ident.data import cycle_statistics
 from ident.data.cycle_differences import CycleDifferences, between_cycles, cycle_differences
 from ident.data.prepared_recording import PreparedRecording
 from ident.data.samples import drive_signal, holds_torque
-from recordings.recording import Floats
+from recordings.recording import Bools, Floats
 
 _MIN_SHARE = 1e-3
 """Lower limit of a standard deviation relative to the joint's largest, so that no single sample dominates."""
 _NO_NOISE = 1e-24
 """Added variance [(N m)^2] that keeps weights finite without any noise."""
-_MEDIAN_OF_NORMAL = 0.6745
+MEDIAN_OF_NORMAL = 0.6745
 """Median of the absolute value of a standard normal variable."""
+_FILTERED = 0.7
+"""Level near half of the rate, relative to that near a quarter of it, below which a signal was filtered: 3 dB."""
 
 
 @dataclass(frozen=True)
@@ -149,7 +151,26 @@ def _quietest_level(signal: Floats, prepared: PreparedRecording) -> float:
     while edge <= rate / 4:
         taps = -filters.low_pass(edge, rate)
         taps[len(taps) // 2] += 1
-        above = np.abs(filters.convolve(signal, taps))
-        levels.append(float(np.nanmedian(above)) / float(np.linalg.norm(taps)) / _MEDIAN_OF_NORMAL)
+        levels.append(float(_white_level(signal, taps)))
         edge *= 2
     return min(levels)
+
+
+def is_filtered(prepared: PreparedRecording) -> Bools:
+    """(dof,) whether the noise of the drive's signal falls off towards half of the rate: it is not white.
+
+    Not where the motion reaches the frequencies that are compared.
+    """
+    signal, rate = drive_signal(prepared.recording), prepared.recording.run.rate
+    middle, wide, above = (np.array(filters.low_pass(share * rate, rate)) for share in (0.2, 0.3, 0.4))
+    margin = (len(middle) - len(wide)) // 2
+    middle -= np.pad(wide, margin)
+    above[len(above) // 2] -= 1
+    falls: Bools = _white_level(signal, above) < _FILTERED * _white_level(signal, middle)
+    return falls & (prepared.bandwidth < 0.2 * rate)
+
+
+def _white_level(signal: Floats, taps: Floats) -> Floats:
+    """(...) standard deviation of white noise of which `taps` leave as much as of `signal` (n, ...)."""
+    passed: Floats = np.nanmedian(np.abs(filters.convolve(signal, taps)), axis=0)
+    return passed / np.linalg.norm(taps) / MEDIAN_OF_NORMAL

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import cast
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from ident.data.preprocessing import Preprocessed
 from ident.data.samples import Samples, drive_signal, sample
 from ident.dynamics import mechanisms
 from ident.dynamics.mechanism_motion import MechanismMotion
-from ident.dynamics.mechanisms import Mechanism, RigidMechanism
+from ident.dynamics.mechanisms import RigidMechanism, torque_of_masses
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import ModelStructure
 from recordings.errors import BadInput
@@ -44,7 +45,7 @@ class PreparedRecording:
     regressor: Floats
     """(m, dof, k) columns of the mechanism, conditioned as the torque."""
     torque: Floats
-    """(m, dof) measured torque [N m]; NaN where a row is not usable."""
+    """(m, dof) measured torque [N m] without that of the masses beyond the payload; NaN where a row is not usable."""
     start: float = 0.0
     """Start on the time axis of effects [s]; not 0 for an excerpt of a longer recording."""
     end: float | None = None
@@ -53,7 +54,7 @@ class PreparedRecording:
     @cached_property
     def as_recorded(self) -> MechanismMotion:
         """Motion and mechanism without corrections, from the recording and its rig file."""
-        return MechanismMotion(self.recording.rig, self.preprocessed.motion, self.mechanism)
+        return MechanismMotion(self.recording.rig, self.preprocessed.motion, self.mechanism, self.recording.beyond)
 
     @cached_property
     def base_structure(self) -> ModelStructure:
@@ -130,7 +131,7 @@ class PreparedRecording:
         """(m, dof) torque of the manufacturer's model [N m], where there is one."""
         if self.mechanism.nominal_torque(slicing.along_time(self.preprocessed.motion, slice(1))) is None:
             return None
-        return _in_blocks(self.preprocessed, partial(_nominal_torque, self.mechanism))
+        return _in_blocks(self.preprocessed, cast(Callable[[Motion], Floats], self.mechanism.nominal_torque))
 
     @property
     def first_cycle(self) -> slice:
@@ -145,12 +146,13 @@ class PreparedRecording:
 
     def corrected_motion(self, rig: Rig, correct: Callable[[Floats], Floats]) -> MechanismMotion:
         """Motion and mechanism for a corrected `rig` and positions corrected by `correct`."""
-        return MechanismMotion(rig, self.with_positions(correct).preprocessed.motion, mechanisms.create(rig))
+        motion = self.with_positions(correct).preprocessed.motion
+        return MechanismMotion(rig, motion, mechanisms.create(rig), self.recording.beyond)
 
     def with_positions(self, correct: Callable[[Floats], Floats]) -> "PreparedRecording":
         """Return the recording with positions corrected by `correct`, and the same rows of the torque."""
         samples = replace(self.samples, position=correct(self.samples.position))
-        motion = preprocessing.load(self.method)(samples, self.cutoff.hz if self.cutoff else None).motion
+        motion = preprocessing.load(self.method)(samples, self.cutoff).motion
         return replace(self, samples=samples, preprocessed=replace(self.preprocessed, motion=motion))
 
     @property
@@ -184,16 +186,17 @@ def prepare(
     """
     samples = sample(recording)
     known = samples.known
-    if method not in preprocessing.WITHOUT_CUTOFF:
-        cutoff = given_or_chosen(cutoff, samples)
-    gap = cutoff.gap if isinstance(cutoff, Cutoff) else 0.0
+    chosen = None if cutoff is None and method in preprocessing.WITHOUT_CUTOFF else given_or_chosen(cutoff, samples)
+    gap = chosen.gap if chosen else 0.0
     samples = sample(recording, gap) if gap else samples
     mechanism = mechanisms.create(recording.rig, form)
     try:
-        preprocessed = preprocessing.load(method)(samples, cutoff)
+        preprocessed = preprocessing.load(method)(samples, chosen)
         preprocessed = across_gaps(preprocessed, samples, known) if gap else preprocessed
         regressor = _in_blocks(preprocessed, mechanism.regressor)
         torque = _usable_torque(recording, samples, preprocessed, regressor)
+        if recording.beyond:
+            torque = torque - _in_blocks(preprocessed, partial(torque_of_masses, mechanism, recording.beyond))
     except BadInput as error:
         raise BadInput(f"{recording.path.name}: {error}") from None
     return PreparedRecording(recording, method, mechanism, samples, preprocessed, regressor, torque, start, end)
@@ -237,12 +240,6 @@ def _in_blocks(preprocessed: Preprocessed, columns: Callable[[Motion], Floats]) 
         result[row : row + BLOCK] = conditioned[offset : offset + BLOCK]
     assert result is not None  # there are samples
     return result
-
-
-def _nominal_torque(mechanism: Mechanism, motion: Motion) -> Floats:
-    torque = mechanism.nominal_torque(motion)
-    assert torque is not None
-    return torque
 
 
 def _usable_torque(recording: Recording, samples: Samples, preprocessed: Preprocessed, regressor: Floats) -> Floats:

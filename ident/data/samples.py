@@ -8,7 +8,7 @@ import numpy as np
 from ident.basics import filters
 from ident.dynamics.torque_map import torque_from_voltage, torque_per_volt
 from recordings.data_problems import signals
-from recordings.data_problems.signals import MIN_TRAVEL
+from recordings.data_problems.signals import LEAST_SIGNAL, MIN_TRAVEL
 from recordings.errors import BadInput
 from recordings.interpolation import interpolate_columns
 from recordings.plausible import LARGEST, first_implausible
@@ -33,6 +33,8 @@ class Samples:
 
     rate: float
     """Instants per second [Hz]."""
+    window: float
+    """Time over which the torque of an instant is averaged [s]."""
     position: Floats
     """(n, dof) [rad or m]."""
     drive: Floats
@@ -89,6 +91,7 @@ def sample(recording: Recording, bridged: float = 0.0) -> Samples:
     instants = np.arange(len(position)) / rate
     return Samples(
         rate=rate,
+        window=min(recording.run.torque_window or 1 / rate, 1 / rate),
         position=position,
         drive=drive,
         torque=torque,
@@ -137,7 +140,7 @@ def _check_motion_and_drive(recording: Recording, drive: Floats) -> None:
         position, signal = position[np.isfinite(position)], signal[np.isfinite(signal)]
         if not len(position) or np.ptp(position) < MIN_TRAVEL:
             raise BadInput(f"{name}: joint {joint} should move, but its position is constant; record a motion")
-        if not len(signal) or np.ptp(signal) == 0:
+        if not len(signal) or np.ptp(signal) < LEAST_SIGNAL:
             value = f"{signal[0]:g} {units[joint - 1]} throughout" if len(signal) else "never received"
             raise BadInput(
                 f"{name}: {'an' if kind == 'effort' else 'a'} {kind} that drives the motion expected, but that of "

@@ -17,7 +17,7 @@ from recordings.recording import Floats
 
 MIN_FREQUENCY = 1.0
 """Lowest frequency of a vibration [Hz]."""
-_FALSE_ALARM = 1e-6
+FALSE_ALARM = 1e-6
 """Probability that the highest peak of noise exceeds the threshold."""
 _COLOURED = 1.5
 """Factor on the threshold, as coloured noise has higher peaks than white noise."""
@@ -76,7 +76,7 @@ def _strongest_line(prepared: PreparedRecording, residual: Floats) -> SpectralLi
     peak = int(np.argmax(np.where(inside, power / level, 0.0)))
     noise = level[peak]
     independent = prepared.bandwidth * count / prepared.rate
-    if power[peak] / noise < _COLOURED * np.log(independent / _FALSE_ALARM):
+    if power[peak] / noise < _COLOURED * np.log(independent / FALSE_ALARM):
         return None
     duration = count / prepared.rate
     if _half_width(power, peak) * frequency[1] > max(_MAX_WIDTH / duration, _MAX_WANDER * frequency[peak]):

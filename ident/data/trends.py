@@ -9,7 +9,7 @@ from ident.basics.statistics import TINY
 from recordings.recording import Bools, Floats, Ints
 
 SIGNIFICANT = 0.001
-"""Significance level of a trend."""
+"""Significance level of a trend, and of a residual that repeats with the motion."""
 _MIN_PHASES = 10
 """Minimum number of phases common to all cycles for a test of trends."""
 _INSTANTS = 10

@@ -14,11 +14,18 @@ from ident.data_problems.facts import Facts
 from ident.data_problems.implausible import ImplausibleData, ProblemsDocument
 from recordings import data_problems
 from recordings.data_problems import DataProblem
-from recordings.data_problems.kinds.spikes import without_spikes
 from recordings.errors import BadInput
-from recordings.recording import Recording
+from recordings.outliers import without_outliers
+from recordings.recording import IMPORTED, Recording
 
 _KINDS = "ident.data_problems.kinds"
+# What is to be corrected, beside the recording, where this program has recorded it.
+_OF_OUR_RIG = {
+    "joint-order": "In the rig file, correct the order of [[drives]].",
+    "angle-unit": "In the rig file, correct counts_per_turn and gear of [[drives]].",
+    "torque-unit": "In the rig file, correct rated_torque of [[drives]], torque.per_ampere or torque.gain.",
+    "torque-sign": "Turn the polarity of the torque in the drive: `sign` of [[drives]] turns the position, too.",
+}
 Preparation = Callable[[Sequence[Recording]], Sequence[Sequence[PreparedRecording]]]
 """Prepares recordings, each as one or several excerpts."""
 
@@ -49,9 +56,10 @@ def examined(
         )
     of_recordings = [list(_of_recording(recording)) for recording in recordings]
     _check(recordings, of_recordings, accept)
-    prepared = preparation([without_spikes(recording) for recording in recordings])
+    prepared = preparation([without_outliers(recording) for recording in recordings])
     for excerpts, found in zip(prepared, of_recordings, strict=True):
-        found.extend(problems(Facts(excerpts)))
+        facts = Facts(excerpts)
+        found.extend(filter(None, (plugins.load(_KINDS, name).find(facts) for name in plugins.names(_KINDS))))
     _check(recordings, of_recordings, accept)
     return [Examined(excerpts, tuple(found)) for excerpts, found in zip(prepared, of_recordings, strict=True)]
 
@@ -80,18 +88,20 @@ def listed(
     recordings: Sequence[Recording], of_recordings: Sequence[Sequence[DataProblem]]
 ) -> tuple[DataProblem, ...]:
     """The problems of all `recordings`, with the name of the file where there are several."""
-    pairs = [(each, problem) for each, found in zip(recordings, of_recordings, strict=True) for problem in found]
+    pairs = [
+        (each, _with_key(each, problem))
+        for each, found in zip(recordings, of_recordings, strict=True)
+        for problem in found
+    ]
     if len(recordings) == 1:
         return tuple(problem for _, problem in pairs)
     return tuple(problem.model_copy(update={"why": f"{each.path.name}: {problem.why}"}) for each, problem in pairs)
 
 
-def problems(facts: Facts) -> Iterator[DataProblem]:
-    """Yield the problems of a recording that take a model, by kind in alphabetical order."""
-    for name in plugins.names(_KINDS):
-        found = plugins.load(_KINDS, name).find(facts)
-        if found is not None:
-            yield found
+def _with_key(recording: Recording, problem: DataProblem) -> DataProblem:
+    ours = recording.rig.drives and recording.run.trajectory != IMPORTED
+    key = _OF_OUR_RIG.get(problem.kind) if ours else None
+    return problem.model_copy(update={"why": f"{problem.why} {key}"}) if key else problem
 
 
 def _of_recording(recording: Recording) -> Iterator[DataProblem]:

@@ -4,11 +4,9 @@ import numpy as np
 
 from recordings.command_line import repeated
 from recordings.data_problems import DataProblem, healing_command
+from recordings.data_problems.signals import MAX_SPAN
 from recordings.recording import Recording
 from trajectories import kinematics
-
-MAX_SPAN = np.pi
-"""No arm of a delta robot turns by more than half a turn [rad]."""
 
 
 def find(recording: Recording) -> DataProblem | None:

@@ -10,8 +10,9 @@ import numpy as np
 from ident.data.prepared_recording import PreparedRecording
 from recordings.recording import Floats
 
-MIN_PRESENT = 0.25
-"""Error of the present arrangement, as a share of the torque, below which it is not bad."""
+BAD = 0.25
+"""Error of the present arrangement, as a share of the torque, from which on it is bad; where it is smaller, the other
+one has to be better still, in proportion."""
 MAX_OTHER = 0.4
 """Another arrangement is far better if its error is smaller than this share of the present one's."""
 _MAX_PERMUTED = 3
@@ -70,9 +71,7 @@ class Arrangements:
         if not self._square:
             return None
         present = self._error(self._in_place)
-        if present < MIN_PRESENT:
-            return None
-        limit = MAX_OTHER * present
+        limit = MAX_OTHER * present * min(present / BAD, 1.0)
         hopeful = [each for each in self._others() if self._error(each, bounded=False) < limit]
         errors = {each: self._error(each) for each in hopeful}
         best = min(errors, key=lambda each: errors[each], default=None)

@@ -65,10 +65,6 @@ class DiscriminationModel:
         ]
         return np.concatenate([self.base.regressor(motion), *effect_columns], axis=2)
 
-    def nominal_torque(self, motion: Motion) -> Floats | None:
-        """Torque of the manufacturer's model, which has no effects."""
-        return self.base.nominal_torque(motion)
-
     def at_rate(self, rate: float) -> "DiscriminationModel":
         """Return the model for motions at `rate` [Hz]."""
         return replace(self, base=replace(self.base, rate=rate))

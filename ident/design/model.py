@@ -44,10 +44,6 @@ class DesignModel:
         dynamics = InverseDynamics(self.structure, self.values)
         return dynamics.columns(self._inputs(dynamics, motion))
 
-    def nominal_torque(self, motion: Motion) -> Floats | None:
-        """Torque of the manufacturer's model, which has no effects."""
-        return self.structure.mechanism.nominal_torque(motion)
-
     def with_parameters(self, parameters: Floats) -> "DesignModel":
         """Return the model with other linear `parameters` (k,)."""
         values = self.values.copy()

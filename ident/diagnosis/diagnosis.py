@@ -9,21 +9,20 @@ from numbers import Real
 import numpy as np
 
 from ident.basics.threads import in_threads
-from ident.data.compatibility import check_no_overlap, check_same_rig
+from ident.data.compatibility import check_no_overlap, check_same_rig, of_one_set_up, refuse_unknown_payload
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import PreparedRecording, common_cutoff, prepare
 from ident.data_problems import examined, listed
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.ripple.ripple import Ripple, below_low_pass, find_ripple
-from ident.diagnosis.ripple.vibration_check import with_vibration_alternatives
+from ident.diagnosis.ripple.ripple import Ripple, below_low_pass, find_ripple, with_vibration_alternatives
 from ident.diagnosis.search.search import Search
 from ident.diagnosis.search.selection import Selection
 from ident.diagnosis.split.observability import Observability, observability
 from ident.diagnosis.split.split_data import SplitData
 from ident.diagnosis.split.train_test_split import split_recordings
 from ident.diagnosis.unknown.imitation import analyse_unexplained
-from ident.diagnosis.unknown.nonparametric_fit import NonparametricFit
-from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual, with_vibrations
+from ident.diagnosis.unknown.residual_dependence import NonparametricFit
+from ident.diagnosis.unknown.residual_test import UnexplainedResidual, with_vibrations
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure
 from ident.identification.chosen_effects import check_effect_name
@@ -77,8 +76,7 @@ class DiagnosisInputs:
         """
         prepared = self.split.recordings[0]
         if model is None:
-            bare = prepared.base_structure
-            return bare, np.zeros(len(bare.parameters))
+            return prepared.base_structure, np.zeros(len(prepared.base_structure.parameters))
         check_model_rig(model, prepared.recording)
         if model.form:
             raise BadInput(
@@ -132,18 +130,34 @@ def diagnose(
             exist or cannot be observed.
     """
     _check_effects((*options.only, *options.without), library, {})
-    inputs = prepare_inputs(files, validate, library, options)
+    return diagnose_prepared(
+        prepare_inputs(files, validate, library, options), library, options, progress, initial_model
+    )
+
+
+def diagnose_prepared(
+    inputs: DiagnosisInputs,
+    library: Mapping[str, Effect],
+    options: DiagnosisOptions,
+    progress: StatusCallback = lambda text: None,
+    initial_model: ModelFile | None = None,
+) -> Diagnosis:
+    """As `diagnose`, from `inputs` that were prepared.
+
+    Raises:
+        BadInput: the model is of another rig, or a requested effect cannot be observed.
+    """
     effects = inputs.effects
     _check_effects(options.only, library, {**effects.unobservable, **effects.untested})
     search = Search(inputs.split, effects.observable, progress)
-    selection = _select(search, inputs.initial_model(library, initial_model), options)
+    start = inputs.initial_model(library, initial_model)
+    selection = search.select_forced(*start, options.only) if options.only else search.select(*start)
     progress("analysing the unexplained residual")
     selection, unexplained, learned = analyse_unexplained(search, selection, bool(options.only))
     # All steps are scored on the rows that the last model can judge, so that their errors can be compared.
     selection = selection.on(selection.model.on_judged_rows.split)
     progress("searching ripple above the low-pass")
-    tried = options.only or effects.observable
-    wanted = {name: effect for name, effect in effects.observable.items() if name in tried}
+    wanted = {name: effect for name, effect in effects.observable.items() if not options.only or name in options.only}
     ripple = find_ripple(selection.model, wanted)
     split = selection.model.split
     return Diagnosis(
@@ -167,10 +181,6 @@ def _check_effects(names: Sequence[str], library: Mapping[str, Effect], not_show
             raise BadInput(f"effect: one that these recordings can show expected, '{name}' found: {not_shown[name]}")
 
 
-def _select(search: Search, start: tuple[ModelStructure, Floats], options: DiagnosisOptions) -> Selection:
-    return search.select_forced(*start, options.only) if options.only else search.select(*start)
-
-
 def prepare_inputs(
     files: Sequence[Source], validate: Sequence[Source], library: Mapping[str, Effect], options: DiagnosisOptions
 ) -> DiagnosisInputs:
@@ -179,7 +189,9 @@ def prepare_inputs(
     Raises:
         BadInput: a recording cannot be used, or the recordings are not of the same rig.
     """
-    recordings = tuple(in_threads(opened, (*files, *validate)))
+    first, *others = in_threads(opened, (*files, *validate))
+    refuse_unknown_payload([first, *others])
+    recordings = (first, *(of_one_set_up(each, first.rig.payload) for each in others))
     check_same_rig(recordings)
     check_no_overlap(recordings)
     usable = examined(recordings, partial(_prepare_recordings, options), options.accept)
@@ -188,9 +200,12 @@ def prepare_inputs(
     split = split_recordings(list(chain.from_iterable(train)), list(chain.from_iterable(test)))
     kept = sum(len(excerpt.recording.time) for excerpt in chain.from_iterable(prepared))
     whole = sum(len(recording.time) for recording in recordings)
-    share = None if kept == whole else kept / whole
-    problems = listed(recordings, [each.problems for each in usable])
-    return DiagnosisInputs(split, observability(split, library, options.without), share, problems)
+    return DiagnosisInputs(
+        split,
+        observability(split, library, options.without),
+        None if kept == whole else kept / whole,
+        listed(recordings, [each.problems for each in usable]),
+    )
 
 
 def _prepare_recordings(options: DiagnosisOptions, recordings: Sequence[Recording]) -> list[list[PreparedRecording]]:

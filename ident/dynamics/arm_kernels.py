@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ident.basics.numba_cache import compiled
-from ident.dynamics.delta_motion import delta_motion, load_torques
+from ident.dynamics.delta_motion import ball_torques, delta_motion, load_torques
 from recordings.recording import Floats
 from trajectories.closed_chain import dot
 
@@ -112,3 +112,16 @@ def platform_along(constants: Floats, q: Floats, v: Floats, a: Floats) -> tuple[
             for i in range(3):
                 jacobian[k, d, i] = J[i][d]
     return velocity, jacobian, torque_per_mass, torque_of_rods
+
+
+@compiled
+def balls_along(constants: Floats, q: Floats, v: Floats) -> Floats:
+    """Torques (2, n, 3) of unit dry and of unit viscous friction in the balls of a delta's rods."""
+    torques = np.empty((2, len(q), 3))
+    lengths = (constants[0], constants[1], constants[2])
+    cosines, sines = (constants[7], constants[8], constants[9]), (constants[10], constants[11], constants[12])
+    for k in range(len(q)):
+        dry, viscous = ball_torques(lengths, cosines, sines, q[k], v[k])
+        for i in range(3):
+            torques[0, k, i], torques[1, k, i] = dry[i], viscous[i]
+    return torques

@@ -2,7 +2,24 @@
 
 from typing import Any
 
-from trajectories.closed_chain import Vector, Vectors, arms, dot, motion, platform, plus, rods_from, scaled
+import numpy as np
+
+from trajectories.closed_chain import (
+    Vector,
+    Vectors,
+    arms,
+    cross,
+    dot,
+    minus,
+    motion,
+    platform,
+    plus,
+    rods_from,
+    scaled,
+)
+
+_STILL = 1e-3
+"""Angular velocity of a ball around which its dry friction sets in, without a step [rad/s]."""
 
 
 def delta_motion(
@@ -54,3 +71,44 @@ def _at_elbow(own: Any, sixth: Any, tangent: Vector, elbow: Vector, lift: Vector
 
 def _lifted(acceleration: Vector, g: Any) -> Vector:
     return acceleration[0], acceleration[1], acceleration[2] + g
+
+
+def ball_torques(lengths: Any, cosines: Any, sines: Any, q: Any, v: Any) -> tuple[Vector, Vector]:
+    """Torques (3,) of unit dry [N m] and unit viscous [N m s/rad] friction in the balls at both ends of the rods.
+
+    A ball turns with the angular velocity w of its rod relative to the arm, or to the platform, which only
+    translates. The power |w| or w^2 that it takes is that of the torques: tau_j is the sum of w/|w| . dw/dv_j, or of
+    w . dw/dv_j. A rod does not spin about its axis: it turns with s x s' / L2^2.
+
+    All arguments: of `delta_motion`.
+    """
+    elbows, tangents, bends = arms(lengths[0], lengths[2], cosines, sines, q)
+    rods = rods_from(elbows, platform(elbows, lengths[1])[0])
+    velocity, _, J = motion(rods, tangents, bends, v, v)
+    first = _balls(lengths[1], cosines[0], sines[0], v[0], rods[0], tangents[0], velocity)
+    second = _balls(lengths[1], cosines[1], sines[1], v[1], rods[1], tangents[1], velocity)
+    third = _balls(lengths[1], cosines[2], sines[2], v[2], rods[2], tangents[2], velocity)
+    dry, viscous = plus(plus(first[0], second[0]), third[0]), plus(plus(first[2], second[2]), third[2])
+    return (
+        (dot(J[0], dry) - first[1], dot(J[1], dry) - second[1], dot(J[2], dry) - third[1]),
+        (dot(J[0], viscous) - first[3], dot(J[1], viscous) - second[3], dot(J[2], viscous) - third[3]),
+    )
+
+
+def _balls(
+    L2: Any, cosine: Any, sine: Any, rate: Any, rod: Vector, tangent: Vector, velocity: Vector
+) -> tuple[Vector, Any, Vector, Any]:
+    """Force on the platform, and torque on the arm, of one limb's balls: by dry, then by viscous friction."""
+    axis = (sine, -cosine, 0.0)
+    along = scaled(1 / (L2 * L2), rod)
+    at_platform = cross(along, minus(velocity, scaled(rate, tangent)))
+    at_arm = minus(at_platform, scaled(rate, axis))
+    dry = scaled(1 / np.sqrt(dot(at_arm, at_arm) + _STILL**2), at_arm)
+    force = cross(plus(scaled(1 / np.sqrt(dot(at_platform, at_platform) + _STILL**2), at_platform), dry), along)
+    viscous_force = cross(plus(at_platform, at_arm), along)
+    return (
+        force,
+        dot(tangent, force) + dot(axis, dry),
+        viscous_force,
+        dot(tangent, viscous_force) + dot(axis, at_arm),
+    )

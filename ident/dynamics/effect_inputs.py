@@ -4,7 +4,7 @@ Nothing here is derived from the measured torque: such a regressor would lower t
 """
 
 from collections.abc import Callable, Hashable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -12,12 +12,13 @@ import numpy as np
 
 from ident.basics import filters, slicing
 from ident.basics.recent import RecentResults
+from ident.dynamics import mechanisms
 from ident.dynamics.flexible_joints import FlexibleJoints, flexible_joints, joint_inertia
 from ident.dynamics.motion import Motion
-from ident.dynamics.platform import GRAVITY as GRAVITY
-from ident.dynamics.platform import Platform, platform
+from ident.dynamics.platform import Platform, kernel_constants, platform
 from recordings.recording import Floats
 from recordings.rig import Rig
+from recordings.urdf import Vector
 
 _REMEMBERED = 8
 """Number of results that `EffectInputs.remembered` keeps."""
@@ -48,6 +49,8 @@ class EffectInputs:
     """Time at which the run ends [s]; None: with these instants."""
     arm_load_at: Callable[["EffectInputs"], Floats] | None = None
     """Computes the torque (n, dof) [N m] of the model's effects on the arms for these or other inputs; None: 0."""
+    beyond: tuple[tuple[float, Vector], ...] = ()
+    """Masses [kg], NaN for an unknown one, and their places [m] beyond the payload that the parameters include."""
 
     @cached_property
     def rigid(self) -> Floats:
@@ -63,6 +66,20 @@ class EffectInputs:
     def platform(self) -> Platform:
         """Motion of the platform of a delta robot, Appendix A, Eqs. (16) and (23)."""
         return platform(self.rig.geometry, self.motion)
+
+    @cached_property
+    def balls(self) -> Floats:
+        """(2, n, 3) torque of unit dry and of unit viscous friction in the balls of a delta robot's rods."""
+        from ident.dynamics.arm_kernels import balls_along  # numba takes time to load
+
+        signals = map(np.ascontiguousarray, (self.motion.position, self.motion.velocity))
+        return balls_along(kernel_constants(self.rig.geometry), *signals)
+
+    @cached_property
+    def torque_per_mass(self) -> Floats:
+        """(n, dof) torque that moves and holds 1 kg where the payload is [N m/kg]."""
+        place = self.rig.payload.com if self.rig.payload else (0.0, 0.0, 0.0)
+        return mechanisms.create(self.rig).torque_per_mass(self.motion, place)
 
     def low_passed(self, share: float = 1.0) -> "EffectInputs":
         """Return the inputs with less quantisation noise of the encoders in the motion.
@@ -114,7 +131,15 @@ class EffectInputs:
 
     @cached_property
     def _arm_load(self) -> Floats | None:
-        return None if self.arm_load_at is None else self.arm_load_at(self)
+        of_effects = None if self.arm_load_at is None else self.arm_load_at(self)
+        if not self.beyond:
+            return of_effects
+        return self.torque_beyond if of_effects is None else of_effects + self.torque_beyond
+
+    @cached_property
+    def torque_beyond(self) -> Floats:
+        """(n, dof) torque of the known masses `beyond` [N m]."""
+        return mechanisms.torque_of_masses(mechanisms.create(self.rig), self.beyond, self.motion)
 
     def arm_torque(self, share: float) -> Floats:
         """Torque (n, dof) [N m] that moves the arms if they follow the motors."""
@@ -127,3 +152,20 @@ class EffectInputs:
     def decimated(self, step: int) -> "EffectInputs":
         """Return every `step`-th instant."""
         return replace(slicing.along_time(self, slice(None, None, step)), rate=self.rate / step)
+
+
+@dataclass(frozen=True, eq=False)
+class WatchedInputs(EffectInputs):
+    """Inputs that tell `watch` the name of each quantity before an effect reads it."""
+
+    watch: Callable[[str], None] = lambda name: None
+
+    @classmethod
+    def of(cls, inputs: EffectInputs, watch: Callable[[str], None]) -> "WatchedInputs":
+        """Let `watch` know what is read of the `inputs`."""
+        return cls(**{each.name: getattr(inputs, each.name) for each in fields(EffectInputs)}, watch=watch)
+
+    def __getattribute__(self, name: str) -> object:
+        if name != "watch" and not name.startswith("__"):
+            super().__getattribute__("watch")(name)
+        return super().__getattribute__(name)

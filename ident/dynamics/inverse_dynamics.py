@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import EffectInputs
+from ident.dynamics.effect_inputs import EffectInputs, WatchedInputs
 from ident.dynamics.effects.reading import PositionCorrection
 from ident.dynamics.mechanism_motion import MechanismMotion
 from ident.dynamics.motion import Motion
@@ -24,18 +24,6 @@ _GIVEN = {
 
 class NotGiven(BadInput):
     """An effect asks for what was not given. The text says what to give."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Inputs(EffectInputs):
-    """Effect inputs that refuse what was not given: nothing is assumed about time and temperature."""
-
-    missing: frozenset[str] = frozenset()
-
-    def __getattribute__(self, name: str) -> object:
-        if name in _GIVEN and name in super().__getattribute__("missing"):
-            raise NotGiven(_GIVEN[name])
-        return super().__getattribute__(name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +57,12 @@ class InverseDynamics:
             rate, time, rate / 2, load, temperature, end, arm_load_at
         )
         missing = {name for name, value in zip(_GIVEN, (dt, t, temperature), strict=True) if value is None}
-        return _Inputs(**vars(known), missing=frozenset(missing))
+
+        def refuse_missing(name: str) -> None:  # nothing is assumed about time and temperature
+            if name in missing:
+                raise NotGiven(_GIVEN[name])
+
+        return WatchedInputs.of(known, refuse_missing)
 
     def columns(self, inputs: EffectInputs) -> Floats:
         """(n, dof, K_linear) torque per unit of each linear parameter, in the order of the vector.

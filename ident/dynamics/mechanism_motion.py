@@ -12,6 +12,7 @@ from ident.dynamics.motion import Motion
 from ident.dynamics.platform import platform
 from recordings.recording import Floats
 from recordings.rig import Rig
+from recordings.urdf import Vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,6 +22,8 @@ class MechanismMotion:
     rig: Rig
     motion: Motion
     mechanism: Mechanism
+    beyond: tuple[tuple[float, Vector], ...] = ()
+    """Masses [kg], NaN for an unknown one, and their places [m] beyond the payload that the parameters include."""
 
     @cached_property
     def regressor(self) -> Floats:
@@ -65,4 +68,5 @@ class MechanismMotion:
             unknown if temperature is None else temperature,
             end,
             arm_load_at,
+            self.beyond,
         )

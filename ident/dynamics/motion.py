@@ -2,14 +2,10 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import wraps
-from typing import TypeVar
-from weakref import WeakKeyDictionary
+
+import numpy as np
 
 from recordings.recording import Floats
-from recordings.rig import Geometry
-
-_T = TypeVar("_T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,15 +29,9 @@ class Motion:
         return self.acceleration * (self.sample_time / 2)
 
 
-def cached_for_motion(compute: Callable[[Geometry, Motion], _T]) -> Callable[[Geometry, Motion], _T]:
-    """Keep the results of `compute` as long as their motion exists: many models and effects need the same ones."""
-    results: WeakKeyDictionary[Motion, dict[Geometry, _T]] = WeakKeyDictionary()
-
-    @wraps(compute)
-    def cached(geometry: Geometry, motion: Motion) -> _T:
-        of_motion = results.setdefault(motion, {})
-        if geometry not in of_motion:
-            of_motion[geometry] = compute(geometry, motion)
-        return of_motion[geometry]
-
-    return cached
+def inertia_matrix(torque: Callable[[Motion], Floats], position: Floats) -> Floats:
+    """D (n, dof, dof) at `position` (n, dof): column j is the `torque` (n, dof) of a unit acceleration of joint j."""
+    still = np.zeros_like(position)
+    at_rest = torque(Motion(position, still, still, still))
+    columns = [torque(Motion(position, still, still + unit, still)) - at_rest for unit in np.eye(position.shape[1])]
+    return np.stack(columns, axis=2)

@@ -2,10 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ident.dynamics.motion import Motion, cached_for_motion
+from ident.dynamics.motion import Motion
 from recordings.recording import Floats
 from recordings.rig import Geometry
 from trajectories import kinematics
@@ -28,13 +29,23 @@ class Platform:
     """(n, 3) torque that moves and lifts one uniform rod of 1 kg in each limb [N m]."""
 
 
-@cached_for_motion
+_KNOWN: WeakKeyDictionary[Motion, dict[Geometry, Platform]] = WeakKeyDictionary()
+"""What was computed, as long as its motion exists: many models and effects need the same."""
+
+
 def platform(geometry: Geometry, motion: Motion) -> Platform:
-    """Compute the platform's motion, Appendix A, Eqs. (16) and (23); cached as long as `motion` exists.
+    """Return the platform's motion, Appendix A, Eqs. (16) and (23).
 
     Raises:
         Unreachable: the mechanism does not close at some angles.
     """
+    of_motion = _KNOWN.setdefault(motion, {})
+    if geometry not in of_motion:
+        of_motion[geometry] = _computed(geometry, motion)
+    return of_motion[geometry]
+
+
+def _computed(geometry: Geometry, motion: Motion) -> Platform:
     from ident.dynamics.arm_kernels import platform_along  # numba takes time to load
 
     signals = (motion.position, motion.velocity, motion.acceleration)

@@ -4,14 +4,15 @@ The package is loaded when a chain is made.
 """
 
 import importlib.util
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 
+from ident.dynamics.closed_loops import ClosedLoops, closed_loops
 from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
@@ -26,51 +27,105 @@ _KEPT = {"link": ("inertial",), "joint": ("parent", "child", "origin", "axis")}
 
 @dataclass(frozen=True, eq=False)
 class RigidChain:
-    """A tree of links, each moved by one of dof joints."""
+    """A tree of links, each moved by one of N joints; dof of them are driven, and the others follow from loops."""
 
     model: Any
-    """`pinocchio.Model` of the driven joints; the others are fixed."""
+    """`pinocchio.Model` of these joints; others are fixed."""
     order: Ints
-    """(dof,) place of each driven joint among those of `model`."""
+    """(N,) place of each joint among those of `model`: the driven ones, then those that follow."""
+    tool: int
+    """Frame of `model` that carries a payload."""
+    loops: ClosedLoops | None
+    """None where all joints are driven."""
 
     def regressor(self, motion: Motion) -> Floats:
-        """Compute the torque (n, dof, 10 dof) per unit of each parameter of each link; NaN where a joint's motion is.
+        """Compute the torque (n, dof, 10 N) per unit of each parameter of each link; NaN where a joint's motion is.
 
         Columns: `LINK_PARAMETERS` of the link that the first joint moves, then of the second.
+
+        Raises:
+            Unreachable: loops do not close at an instant.
         """
         import pinocchio
 
-        data, dof = self.model.createData(), len(self.order)
+        data = self.model.createData()
         columns = (10 * self.order[:, None] + np.arange(10)).ravel()
 
         def torque(*at: Floats) -> Floats:
-            computed: Floats = pinocchio.computeJointTorqueRegressor(self.model, data, *at)
-            return computed
+            computed = pinocchio.computeJointTorqueRegressor(self.model, data, *at)
+            return np.reshape(computed, (len(self.order), -1))  # of one joint it is a vector
 
-        return self._along(motion, torque, (dof, 10 * dof))[:, :, columns]
+        return self._along(motion, torque, (len(columns),))[:, :, columns]
 
     def nominal_torque(self, motion: Motion) -> Floats:
         """Compute the torque (n, dof) by the inertial values of the URDF, without friction."""
         import pinocchio
 
         data = self.model.createData()
-        return self._along(motion, lambda *at: pinocchio.rnea(self.model, data, *at), (len(self.order),))
+        return self._along(motion, lambda *at: pinocchio.rnea(self.model, data, *at), ())
+
+    def with_gravity(self, gravity: Floats) -> "RigidChain":
+        """Return the links under another `gravity` (3,) [m/s^2]."""
+        model = self.model.copy()
+        model.gravity.linear = gravity
+        return replace(self, model=model)
+
+    @property
+    def nominal_parameters(self) -> Floats:
+        """(10 N,) `LINK_PARAMETERS` of each link as the URDF has them, in the order of the columns."""
+        inertias = list(self.model.inertias)[1:]
+        return np.concatenate([inertias[place].toDynamicParameters() for place in self.order])
 
     @property
     def has_inertia(self) -> bool:
         """Whether the URDF has inertial values of moving links."""
         return any(inertia.mass > 0 for inertia in list(self.model.inertias)[1:])
 
+    def mass_at(self, place: Sequence[float]) -> Floats:
+        """(10 N,) `LINK_PARAMETERS` of 1 kg at a `place` (3,) [m] of the tool, in the order of the columns."""
+        frame, links = self.model.frames[self.tool], np.zeros((len(self.order), len(LINK_PARAMETERS)))
+        links[self.order == frame.parentJoint - 1] = point_mass(frame.placement.act(np.array(place)))
+        return links.ravel()
+
+    def random_motion(self, n: int) -> Motion:
+        """Any `n` states of the driven joints; the same ones whenever it is called."""
+        dof = len(self.order) if self.loops is None else len(self.loops.driven)
+        position, *others = np.random.default_rng(0).uniform(-np.pi, np.pi, (4, n, dof))
+        return Motion(position if self.loops is None else self.loops.wandering(position), *others)
+
     def _along(self, motion: Motion, compute: Callable[..., Floats], shape: tuple[int, ...]) -> Floats:
-        """Compute (n, *shape), the joints first among `shape`, from each instant's motion in Pinocchio's order."""
+        """Compute (n, dof, *shape) at the driven joints from each instant's motion in Pinocchio's order.
+
+        compute: of position, velocity and acceleration (N,) of all joints, what acts on them (N, *shape).
+        """
         signals = (motion.position, motion.velocity, motion.acceleration)
         known = np.flatnonzero(np.isfinite(np.concatenate(signals, axis=1)).all(axis=1))
-        place = np.argsort(self.order)
-        rows = [np.ascontiguousarray(signal[known][:, place]) for signal in signals]
-        result = np.full((len(motion.position), *shape), np.nan)
-        for instant, *at in zip(known, *rows, strict=True):
-            result[instant] = compute(*at)
-        return result[:, self.order]
+        if self.loops is None:
+            S = np.broadcast_to(np.eye(len(self.order))[:, self.order], (len(motion.position), *2 * self.order.shape))
+            rows = [signal[:, np.argsort(self.order)] for signal in signals]
+        else:
+            rows, S = self.loops.along(*signals)
+        result = np.full((*motion.position.shape, *shape), np.nan)
+        for instant, *at in zip(known, *(np.ascontiguousarray(each[known]) for each in rows), strict=True):
+            result[instant] = S[instant].T @ compute(*at)
+        return result
+
+
+def joint_axis(links: RigidChain, number: int) -> Floats:
+    """Axis (3,) of joint `number` of Pinocchio's model, in the frame of its link."""
+    joint = links.model.joints[number]
+    data = joint.createData()
+    joint.calc(data, np.zeros(joint.nq))
+    motion = np.asarray(data.S).ravel()
+    axis: Floats = motion[:3] + motion[3:]  # of a prismatic or of a revolute joint
+    return axis
+
+
+def point_mass(place: Sequence[float]) -> Floats:
+    """Return the `LINK_PARAMETERS` of 1 kg at a `place` (3,) [m] of a link."""
+    at = np.array(place, float)
+    inertia = at @ at * np.eye(3) - np.outer(at, at)
+    return np.concatenate([[1.0], at, inertia[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]])
 
 
 def rigid_chain(chain: Chain) -> RigidChain:
@@ -96,14 +151,22 @@ def _built(described: str) -> RigidChain:
     position = np.zeros(model.nq)
     for name, value in chain.fixed.items():
         position[model.idx_qs[model.getJointId(name)]] = value
-    others = [index for index in range(1, model.njoints) if model.names[index] not in chain.joints]
+    names = (*chain.joints, *chain.following)
+    others = [index for index in range(1, model.njoints) if model.names[index] not in names]
     model = pinocchio.buildReducedModel(model, others, position)
     model.gravity.linear = np.array(chain.gravity)
-    if chain.payload:
-        load = pinocchio.Inertia(chain.payload.mass, np.array(chain.payload.com), np.zeros((3, 3)))
-        model.appendBodyToJoint(model.getJointId(chain.joints[-1]), load, pinocchio.SE3.Identity())
-    order = np.array([model.idx_vs[model.getJointId(name)] for name in chain.joints])
-    return RigidChain(model, order)
+    order = np.array([model.idx_vs[model.getJointId(name)] for name in names])
+    tool = model.getFrameId(chain.tool or chain.joints[-1], pinocchio.BODY if chain.tool else pinocchio.JOINT)
+    if chain.payload and chain.payload.mass != "unknown":
+        load, frame = chain.payload.mass * point_mass(chain.payload.com), model.frames[tool]
+        model.appendBodyToJoint(frame.parentJoint, pinocchio.Inertia.FromDynamicParameters(load), frame.placement)
+    if not chain.loops:
+        return RigidChain(model, order, tool, None)
+    start = np.zeros(model.nv)
+    for name in chain.start.keys() & set(names):
+        start[model.idx_vs[model.getJointId(name)]] = chain.start[name]
+    driven, following = np.split(order, [len(chain.joints)])
+    return RigidChain(model, order, tool, closed_loops(model, chain.loops, driven, following, start))
 
 
 def _plain(text: str) -> str:

@@ -162,13 +162,10 @@ class ModelStructure:
     @cached_property
     def _entries(self) -> tuple[slice, ...]:
         """Entries of each term in the vector; those of the mechanism come last, for the index -1."""
-        ends = np.cumsum([len(self.mechanism.parameters), *(self._size(term) for term in self.terms)]).tolist()
+        sizes = [term.instances * len(term.local_parameters) + len(term.shapes) for term in self.terms]
+        ends = np.cumsum([len(self.mechanism.parameters), *sizes]).tolist()
         terms = [slice(first, end) for first, end in pairwise(ends)]
         return *terms, slice(0, ends[0])
-
-    @staticmethod
-    def _size(term: Term) -> int:
-        return term.instances * len(term.local_parameters) + len(term.shapes)
 
     def parameter_mask(self, index: int) -> Bools:
         """Mask (K,) of the entries of the term `index`; -1: the mechanism."""

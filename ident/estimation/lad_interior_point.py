@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.basics.statistics import nonzero
 from recordings.recording import Floats
 
 _STEP_FRACTION = 0.99995
@@ -32,8 +33,7 @@ def iterates(regressor: Floats, torque: Floats, bounds: Floats) -> Iterator[tupl
     The iteration ends when rounding errors permit no further step; fifteen steps are typical.
     """
     m, k = regressor.shape
-    size = np.abs(regressor).mean(axis=0)
-    size[size == 0] = 1.0
+    size = nonzero(np.abs(regressor).mean(axis=0))
     box = bounds * size[:, None]
     X = np.concatenate([regressor / size, np.eye(k), -np.eye(k)])
     r = np.concatenate([torque, box[:, 0], -box[:, 1]])

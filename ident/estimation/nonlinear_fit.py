@@ -9,6 +9,7 @@ from itertools import combinations, product
 
 import numpy as np
 
+from ident.basics.statistics import nonzero
 from ident.basics.threads import in_threads
 from ident.dynamics.structure import ModelStructure
 from ident.estimation.predicted_torque import TorquePredictor
@@ -223,8 +224,7 @@ def _solve(solution: Solution, free: Bools, damping: float = 0.0) -> Floats:
     regressor, residual = solution.rows()
     regressor = regressor[:, free]
     with np.errstate(over="ignore"):  # a search that diverges takes no step along what is too large
-        size = np.sqrt((regressor**2).sum(axis=0))
-    size[size == 0] = 1.0
+        size = nonzero(np.sqrt((regressor**2).sum(axis=0)))
     scaled = regressor / size
     gram, right = scaled.T @ scaled, scaled.T @ residual
     step = np.zeros(len(free))

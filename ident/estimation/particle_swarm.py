@@ -11,7 +11,6 @@ from ident.estimation.l1_objective import L1Objective
 from ident.estimation.lad_certificate import certify
 from ident.estimation.problem import Estimate, Problem, Progress
 from ident.estimation.settings import Meaning
-from recordings.errors import BadInput
 from recordings.recording import Floats
 
 Leaders = Callable[["Swarm"], Floats]
@@ -24,35 +23,36 @@ _FAR = 1e6
 """Widths of the search region beyond which no particle flies, so that a swarm that diverges does not overflow."""
 
 
+Particles = Annotated[int, Meaning("size of the swarm", "N_p", least=2, most=_MOST_PARTICLES)]
+Iterations = Annotated[int, Meaning("largest number of steps", least=1)]
+Draws = Annotated[
+    Literal["particle", "dimension"],
+    Meaning("whether r1 and r2 are drawn once for a particle, as printed, or for each of its dimensions"),
+]
+
+
 @dataclass(frozen=True)
 class Settings:
     """Settings of any swarm. Defaults are those of the paper, except `tolerance`."""
 
-    particles: Annotated[int, Meaning("size of the swarm", "N_p")] = 300
-    iterations: Annotated[int, Meaning("largest number of steps")] = 1000
-    inertia: Annotated[float, Meaning("share of its velocity that a particle keeps", "c0")] = 0.72984
-    cognitive: Annotated[float, Meaning("attraction by the best position of the particle itself", "c1")] = 1.49618
-    social: Annotated[float, Meaning("attraction by the best neighbour, or the best of the swarm", "c2")] = 1.49618
-    draws: Annotated[
-        Literal["particle", "dimension"],
-        Meaning("whether r1 and r2 are drawn once for a particle, as printed, or for each of its dimensions"),
-    ] = "particle"
+    particles: Particles = 300
+    iterations: Iterations = 1000
+    inertia: Annotated[float, Meaning("share of its velocity that a particle keeps", "c0", least=0, most=1)] = 0.72984
+    cognitive: Annotated[
+        float, Meaning("attraction by the best position of the particle itself", "c1", least=0, most=_FAR)
+    ] = 1.49618
+    social: Annotated[
+        float, Meaning("attraction by the best neighbour, or the best of the swarm", "c2", least=0, most=_FAR)
+    ] = 1.49618
+    draws: Draws = "particle"
     tolerance: Annotated[
-        float, Meaning("relative excess over the certified minimum at which the search stops; 0: never, as printed")
+        float,
+        Meaning(
+            "relative excess over the certified minimum at which the search stops; 0: never, as printed",
+            least=0,
+            below=1,
+        ),
     ] = 1e-8
-
-    def __post_init__(self) -> None:
-        if not 2 <= self.particles <= _MOST_PARTICLES:
-            raise BadInput(f"2 to {_MOST_PARTICLES} particles expected, {self.particles} found; change it")
-        if self.iterations < 1:
-            raise BadInput(f"at least one iteration expected, {self.iterations} found; give a larger number")
-        if not 0 <= self.inertia <= 1:
-            raise BadInput(f"an inertia from 0 to 1 expected, {self.inertia:g} found; change it")
-        for name in ("cognitive", "social"):
-            if not 0 <= getattr(self, name) <= _FAR:
-                raise BadInput(f"{name}: 0 to {_FAR:g} expected, {getattr(self, name):g} found; change it")
-        if not 0 <= self.tolerance < 1:
-            raise BadInput(f"a tolerance from 0 to below 1 expected, {self.tolerance:g} found; change it")
 
 
 @dataclass

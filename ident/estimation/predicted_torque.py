@@ -7,7 +7,7 @@ effect can reduce the error by scaling it down.
 """
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import cast
 
@@ -16,7 +16,7 @@ import numpy as np
 from ident.basics.recent import RecentResults
 from ident.basics.threads import in_threads
 from ident.data.prepared_recording import PreparedRecording
-from ident.dynamics.effect_inputs import EffectInputs
+from ident.dynamics.effect_inputs import EffectInputs, WatchedInputs
 from ident.dynamics.effects.base import Additive, Signal
 from ident.dynamics.mechanism_motion import MechanismMotion
 from ident.dynamics.structure import ModelStructure
@@ -32,24 +32,10 @@ _CACHED_INSTANTS = 3_000_000
 """Number of cached columns and corrected motions, times the number of instants of all recordings."""
 _CACHE_SIZES = (8, 256)
 """Least and largest number of cached columns and corrected motions of each recording."""
-_FREE_OF_LOAD = frozenset({"rig", "rate", "time", "motion", "bandwidth", "platform", "temperature"})
+_FREE_OF_LOAD = frozenset(
+    {"rig", "rate", "time", "motion", "bandwidth", "platform", "temperature", "torque_per_mass", "beyond"}
+)
 """Inputs of effects that do not depend on the parameters of the mechanism."""
-
-
-@dataclass(frozen=True, eq=False)
-class _WatchedInputs(EffectInputs):
-    """Effect inputs that record whether an effect uses any that depends on the load parameters."""
-
-    used: set[str] = field(default_factory=set)
-
-    @classmethod
-    def of(cls, inputs: EffectInputs) -> "_WatchedInputs":
-        return cls(**{each.name: getattr(inputs, each.name) for each in fields(EffectInputs)})
-
-    def __getattribute__(self, name: str) -> object:
-        if name not in _FREE_OF_LOAD and not name.startswith("__"):
-            super().__getattribute__("used").add(name)
-        return super().__getattribute__(name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,9 +132,10 @@ class TorquePredictor:
         for known in (key, key_with_load):
             if (columns := self._cache.find(known)) is not None:
                 return cast(_Columns, columns)
-        inputs = _WatchedInputs.of(self.effect_inputs(structure, x, load_parameters))
+        used: set[str] = set()
+        inputs = WatchedInputs.of(self.effect_inputs(structure, x, load_parameters), used.add)
         computed = _Columns(structure.columns(index, x, inputs), self.prepared)
-        return self._cache.keep(key_with_load if vars(inputs)["used"] else key, computed)
+        return self._cache.keep(key if used <= _FREE_OF_LOAD else key_with_load, computed)
 
     def effect_inputs(
         self, structure: ModelStructure, x: Floats, load_parameters: Floats | None = None
@@ -238,8 +225,9 @@ class TorquePredictor:
 
     def _report(self, structure: ModelStructure, x: Floats, load_parameters: Floats, torque: Floats) -> Floats:
         inputs = self.effect_inputs(structure, x, load_parameters)
+        beyond = inputs.torque_beyond if inputs.beyond else 0.0  # the drives report this torque, too
         for _, report in structure.reports(x):
-            torque = report(torque, inputs)
+            torque = report(torque + beyond, inputs) - beyond
         return torque
 
     def _linear_derivatives(
@@ -249,7 +237,8 @@ class TorquePredictor:
         if not any(effect.distorts_report for _, _, effect in structure.signals):
             return self._all_columns(structure, x, load_parameters, conditioned=True)
         columns = self._all_columns(structure, x, load_parameters, conditioned=False)
-        inputs, torque = self.effect_inputs(structure, x, load_parameters), true
+        inputs = self.effect_inputs(structure, x, load_parameters)
+        torque = true + inputs.torque_beyond if inputs.beyond else true
         for term, report in structure.reports(x):
             if cast(Signal, term.effect).pointwise:
                 step = _RELATIVE_STEP * max(float(np.sqrt(np.nanmean(torque**2))), 1e-12)

@@ -1,22 +1,24 @@
 """The C code of a model: what the templates in `templates/` need, from the model and the C code of its effects."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-import jinja2
 import numpy as np
 
-from ident.dynamics.delta_motion import delta_motion, load_torques
+from ident.dynamics.delta_motion import ball_torques, delta_motion, load_torques
 from ident.dynamics.effects.base import Additive, Effect, Signal
 from ident.dynamics.effects.c_code import CCode
 from ident.dynamics.effects.formula import OF_JOINT, C, Formula, Symbol, c_statements, traced
 from ident.dynamics.effects.reading import ITERATIONS, MIN_SLOPE, derivatives
 from ident.dynamics.inverse_dynamics import InverseDynamics
 from ident.dynamics.structure import Term
+from ident.estimation.settings import Meaning
+from ident.export.arms import c_constants
+from ident.export.rendering import rendered
 from ident.identification.model import Model
+from recordings.errors import BadInput
 from recordings.recording import Floats
 from trajectories.closed_chain import dots
 from trajectories.kinematics import GRAVITY
@@ -27,10 +29,10 @@ GUID = "{guid}"
 """Stands in the wrapper of an FMU for the digest of all files."""
 TEMPERATURE = 40.0
 """Of the drives in the test vectors of a model that depends on it [degC]."""
-TOLERANCE = {"double": 1e-9, "float": 1e-3}
+TOLERANCE = {"double": 1e-12, "float": 1e-4}
 """Largest difference that the example accepts, of the largest torque."""
 
-_OF_JOINT = ("q", "qd", "qdd", "direction", "rigid", "load", "torque_per_mass", "rods")
+_OF_JOINT = ("q", "qd", "qdd", "direction", "rigid", "load", "torque_per_mass", "rods", "balls_dry", "balls_viscous")
 _OF_MOTION = ("t", "dt", "first")
 _OF_PLATFORM = ("J", "velocity")
 _CONSTANTS = {
@@ -43,6 +45,33 @@ _CONSTANTS = {
     "cos_phi": "cosines[i]",
     "sin_phi": "sines[i]",
 }
+_DOUBLE = re.compile(
+    r"\b(?:a?sinh?|a?cosh?|a?tanh?|atan2|exp2?|expm1|log(?:2|10|1p)?|pow|sqrt|cbrt|hypot|erfc?|fabs|fmin|fmax|fmod|"
+    r"floor|ceil|round|trunc|copysign)(?=\()|(?<![\w.])(?:\d+\.\d*(?:e[-+]?\d+)?|\d+e[-+]?\d+)(?![\w.])"
+)
+"""Functions of <math.h> and numbers of type double."""
+
+
+@dataclass(frozen=True)
+class CSettings:
+    """Settings of the C code."""
+
+    prefix: Annotated[str, Meaning("what the names of functions and macros begin with")] = "delta_model"
+    smooth_velocity: Annotated[
+        float, Meaning("speed [rad/s or m/s] within which tanh stands for the sign of the velocity; 0: the sign")
+    ] = 0.0
+
+    def __post_init__(self) -> None:
+        if not re.fullmatch(r"[A-Za-z]\w*", self.prefix, re.ASCII):
+            raise BadInput(f"prefix: a name of C expected, such as left_arm, '{self.prefix}' found; change it")
+        if self.smooth_velocity < 0:
+            raise BadInput(
+                f"smooth_velocity: a speed of 0 or more expected, {self.smooth_velocity:g} found; change it"
+            )
+
+    def direction(self, velocity: Floats) -> Floats:
+        """Sign of the `velocity`, smooth if so chosen."""
+        return np.tanh(velocity / self.smooth_velocity) if self.smooth_velocity else np.sign(velocity)
 
 
 @dataclass(frozen=True)
@@ -60,19 +89,27 @@ class EffectFunction:
     expression: str
 
 
-def files(model: Model, carried: frozenset[int], real: Real, more: Sequence[str] = ()) -> dict[str, str]:
-    """Text of delta_model.h, delta_model.c and example.c by name, and of `more` templates.
+def files(
+    model: Model,
+    carried: Collection[str],
+    real: Real,
+    settings: CSettings,
+    digest: str,
+    more: Sequence[str] = (),
+    values: Mapping[str, Any] = {},
+) -> dict[str, str]:
+    """Text of delta_model.h, delta_model.c and example.c by name, and of `more` templates, which use `values`.
 
-    carried: indices of the terms that are in it.
+    carried: names of the terms that are in it; digest: of the model file.
     """
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
-        undefined=jinja2.StrictUndefined,
-        keep_trailing_newline=True,
-        autoescape=False,  # C, no HTML
-    )
-    context = _context(model, carried, real)
-    return {name: environment.get_template(name).render(context) for name in (*FILES, *more)}
+    context = _context(model, carried, real, settings) | {"digest": digest, **values}
+    texts = {name: rendered(name, context) for name in (*FILES, *more)}
+    if real == "float":
+        texts["delta_model.c"] = _DOUBLE.sub(r"\g<0>f", texts["delta_model.c"])
+    renamed = {"delta_model_": f"{settings.prefix}_", "DELTA_MODEL_": f"{settings.prefix.upper()}_"}
+    for old, new in renamed.items():
+        texts = {name: text.replace(old, new) for name, text in texts.items()}
+    return texts
 
 
 def needs_temperature(model: Model) -> bool:
@@ -82,15 +119,20 @@ def needs_temperature(model: Model) -> bool:
 
 def why_not(dynamics: InverseDynamics, index: int) -> str | None:
     """Return why the term `index` cannot be stepped in C, or None."""
-    code = code_of(dynamics.structure.terms[index].effect)
+    code = code_of(dynamics.structure.terms[index].effect, dynamics.structure.rig.mechanism == "urdf")
     if code is None:
         return "no code in C"
     return code.impossible(dynamics.structure.shapes_by_name(index, dynamics.values))
 
 
-def code_of(effect: Effect) -> CCode | None:
-    """The `effect` as C: its own code, or what follows from its formula; None if no controller can step it."""
+def code_of(effect: Effect, links: bool = False) -> CCode | None:
+    """The `effect` as C: its own code, or what follows from its formula; None if no controller can step it.
+
+    links: of a tree of links.
+    """
     code = effect.c or CCode()
+    if links and code.of_links:
+        return replace(code, expression=code.of_links)
     if isinstance(effect, Additive) and effect.formula is not None:
         return replace(code, expression=C(effect.expression))
     if isinstance(effect, Signal) and effect.reading is not None:
@@ -112,16 +154,18 @@ def _inverse(reading: Formula) -> str:
         qd /= slope;"""
 
 
-def _context(model: Model, carried: frozenset[int], real: Real) -> dict[str, Any]:
+def _context(model: Model, carried: Collection[str], real: Real, settings: CSettings) -> dict[str, Any]:
     dynamics = model.dynamics
-    terms = [(index, term) for index, term in enumerate(dynamics.structure.terms) if index in carried]
+    names = dynamics.structure.term_names
     functions, states, constants = [], [], list(_mechanism_constants(model, carried))
-    for index, term in terms:
-        code = code_of(term.effect)
+    for index, term in enumerate(dynamics.structure.terms):
+        if names[index] not in carried:
+            continue
+        code = code_of(term.effect, model.file.mechanism == "urdf")
         assert code is not None
         if not term.effect.linear and not code.statements:
             continue  # it changes the constants of the mechanism
-        name = dynamics.structure.term_names[index].replace("#", "_")
+        name = names[index].replace("#", "_")
         arrays = _effect_constants(dynamics, index, code)
         constants += [(f"{name}_{key}", values) for key, values in arrays.items()]
         states += [f"{name}_{key}" for key in code.state]
@@ -129,26 +173,32 @@ def _context(model: Model, carried: frozenset[int], real: Real) -> dict[str, Any
     return {
         "about": f"a model of the mechanism '{model.file.mechanism}'",
         "delta": model.file.mechanism == "delta",
+        "links": c_constants.chain_of(model, carried) if model.file.mechanism == "urdf" else None,
         "dof": len(model.file.joints),
         "real": real,
         "guid": GUID,
         "states": states,
-        "constants": [(name, ", ".join(_literal(x, real) for x in values.ravel())) for name, values in constants],
+        "constants": [(name, ", ".join(repr(float(x)) for x in values.ravel())) for name, values in constants],
         "effects": functions,
-        "platform": _platform_statements(),
+        "platform": _platform_statements(any("m->balls" in line for each in functions for line in each.declarations)),
         "square_map": model.file.torque.map == "square",
         "needs_temperature": needs_temperature(model),
-        "temperature": _literal(TEMPERATURE, real),
+        "temperature": TEMPERATURE,
         "tolerance": TOLERANCE[real],
+        "smooth_velocity": settings.smooth_velocity,
+        "known_range": model.file.motion_range is not None,
     }
 
 
-def _platform_statements() -> list[str]:
-    """Statements that compute what effects and masses need of a delta robot's platform."""
+def _platform_statements(balls: bool) -> list[str]:
+    """Statements that compute what effects and masses need of a delta robot's platform, and of its `balls`."""
     q, v, a, cosines, sines = map(_entries, ("m->q", "m->qd", "m->qdd", "cosines", "sines"))
     velocity, J, tangents, lift, lifts = delta_motion(_entries("lengths", 4), cosines, sines, q, v, a)
     of_rods = load_torques((0, 0, 0), 1, 1, J, tangents, lift, lifts)
     vectors = {"velocity": velocity, "torque_per_mass": dots((lift, lift, lift), J), "rods": of_rods}
+    if balls:
+        dry, viscous = ball_torques(_entries("lengths"), cosines, sines, q, v)
+        vectors |= {"balls_dry": dry, "balls_viscous": viscous}
     vectors |= {f"J[{limb}]": column for limb, column in enumerate(J)}
     return c_statements({f"m->{name}[{d}]": x for name, vector in vectors.items() for d, x in enumerate(vector)})
 
@@ -157,7 +207,7 @@ def _entries(name: str, count: int = 3) -> tuple[Symbol, ...]:
     return tuple(Symbol("name", f"{name}[{index}]") for index in range(count))
 
 
-def _mechanism_constants(model: Model, carried: frozenset[int]) -> Iterator[tuple[str, Floats]]:
+def _mechanism_constants(model: Model, carried: Collection[str]) -> Iterator[tuple[str, Floats]]:
     """Arrays of the mechanism, with the geometry as the carried effects correct it."""
     structure, values = model.dynamics.structure, model.dynamics.values
     dof, parameters = len(model.file.joints), structure.mechanism_values(values[structure.linear])
@@ -167,7 +217,11 @@ def _mechanism_constants(model: Model, carried: frozenset[int]) -> Iterator[tupl
     def by_joint(*names: str) -> Floats:
         return np.array([next((named[f"{x}{j}"] for x in names if f"{x}{j}" in named), 0.0) for j in numbers])
 
+    yield from zip(("least", "most"), _motion_range(model), strict=True)
     yield "gain", np.broadcast_to(np.array(model.file.torque.gain), (dof,))
+    if model.file.mechanism == "urdf":
+        yield from c_constants.constants(model, carried)
+        return
     yield "viscous", by_joint("c_v")
     yield "coulomb", by_joint("c_c")
     yield "inertia", by_joint("I_", "m_")
@@ -183,6 +237,16 @@ def _mechanism_constants(model: Model, carried: frozenset[int]) -> Iterator[tupl
     yield "lengths", np.array([geometry.L1, geometry.L2, geometry.R - geometry.r, -GRAVITY[2]])
     yield "cosines", np.cos(phi)
     yield "sines", np.sin(phi)
+
+
+def _motion_range(model: Model) -> tuple[Floats, Floats]:
+    """Least and most (3 * dof,) position, velocity and acceleration of the fit; an empty range if not known."""
+    motion = model.file.motion_range
+    if motion is None:
+        nothing = np.ones(3 * len(model.file.joints))
+        return nothing, -nothing
+    limits = np.array([motion.position, motion.velocity, motion.acceleration])
+    return limits[..., 0].ravel(), limits[..., 1].ravel()
 
 
 def _effect_constants(dynamics: InverseDynamics, index: int, code: CCode) -> dict[str, Floats]:
@@ -253,8 +317,3 @@ def _indented(lines: list[str]) -> Iterator[str]:
         depth -= line.startswith("}")
         yield "    " * depth + line
         depth += line.endswith("{")
-
-
-def _literal(x: float, real: Real) -> str:
-    text = repr(float(x))
-    return f"{text}f" if real == "float" else text

@@ -23,8 +23,8 @@ class Carried:
     """Effects on what the drives report: they change no torque."""
 
 
-def sorted_by(model: Model, reasons: Mapping[str, str]) -> Carried:
-    """Sort the effects of `model`; reasons: why some of them cannot be carried."""
+def sorted_by(model: Model, reasons: Mapping[str, str], others: Mapping[str, str] = {}) -> Carried:
+    """Sort the effects of `model`; reasons: why some cannot be carried; others: causes that are lost, too."""
     structure = model.dynamics.structure
     voltage = {
         structure.term_names[index]
@@ -33,7 +33,7 @@ def sorted_by(model: Model, reasons: Mapping[str, str]) -> Carried:
     }
     lost = {name: reasons[name] for name in structure.term_names if name in reasons and name not in voltage}
     kept = tuple(name for name in structure.term_names if name not in voltage and name not in lost)
-    return Carried(kept, lost, tuple(name for name in structure.term_names if name in voltage))
+    return Carried(kept, {**lost, **others}, tuple(name for name in structure.term_names if name in voltage))
 
 
 def write(model: Model, carried: Carried, path: TorquePath, out: Path, target: str) -> None:

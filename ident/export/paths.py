@@ -1,9 +1,8 @@
 """Paths for which a model computes the torque: a trajectory, a table of positions, or a recording."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
@@ -16,11 +15,12 @@ from ident.estimation.chunks import CHUNK_LENGTH, RUN_IN, overlapping_chunks
 from ident.estimation.predicted_torque import TorquePredictor
 from ident.identification.model_file import ModelFile
 from ident.identification.prediction import check_model_rig
-from recordings.csv_table import CsvTable, read_table
+from recordings.csv_table import read_table
 from recordings.errors import BadInput
+from recordings.importing.table import Table
 from recordings.reader import Source, opened
 from recordings.recording import Floats
-from recordings.rig import Rig
+from recordings.rig import Limits, Rig
 from trajectories import kinematics, library
 from trajectories.kinematics import Unreachable
 
@@ -53,28 +53,6 @@ class PathChunk:
     """Rows that belong to the chunk."""
 
 
-class TorquePath(Protocol):
-    """A path whose torque is wanted."""
-
-    @property
-    def name(self) -> str:
-        """Name for titles."""
-        ...
-
-    @property
-    def rate(self) -> float:
-        """Instants per second [Hz]."""
-        ...
-
-    def chunks(self) -> Iterator[PathChunk]:
-        """Yield the path in chunks that follow each other."""
-        ...
-
-    def excerpt(self) -> PathChunk:
-        """Return a part of the path that stands for the whole, for what is computed many times."""
-        ...
-
-
 @dataclass(frozen=True, eq=False)
 class GivenPath:
     """A path that is evenly sampled at n instants, and known exactly."""
@@ -88,6 +66,7 @@ class GivenPath:
     """(n, dof)"""
     temperature: Floats | None = None
     """(n, dof) of the drives [degC]; None where it is not known."""
+    limits: Limits = field(default_factory=Limits)
 
     def chunks(self) -> Iterator[PathChunk]:
         """Yield overlapping chunks: the state of effects is settled after RUN_IN."""
@@ -115,7 +94,7 @@ class GivenPath:
         """Return the path with drives of one temperature [degC]; unchanged for None."""
         if celsius is None:
             return self
-        return GivenPath(self.name, self.rate, self.time, self.motion, np.full_like(self.motion.position, celsius))
+        return replace(self, temperature=np.full_like(self.motion.position, celsius))
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +113,11 @@ class RecordedPath:
         """Instants per second [Hz]."""
         return self.prepared.samples.rate
 
+    @property
+    def limits(self) -> Limits:
+        """Of the rig of the recording."""
+        return self.prepared.recording.rig.limits
+
     def chunks(self) -> Iterator[PathChunk]:
         """Yield chunks as `ident compare` evaluates them."""
         step = self.prepared.preprocessed.decimation
@@ -144,6 +128,11 @@ class RecordedPath:
     def excerpt(self) -> PathChunk:
         """Return the first chunk."""
         return next(self.chunks())
+
+
+TorquePath = GivenPath | RecordedPath
+"""A path whose torque is wanted: its `name`, its `rate` [Hz], the `limits` of the machine that moves along it, the
+`chunks` that follow each other, and an `excerpt` that stands for the whole where much is computed."""
 
 
 def _recorded_chunk(prepared: PreparedRecording, used: slice) -> PathChunk:
@@ -165,7 +154,7 @@ def from_trajectory(name: str, rig: Rig, cycles: int | None = None, rate: float 
     trajectory = library.load(name, rig, cycles, rate)
     velocity = trajectory.joint_velocity
     motion = Motion(trajectory.joint_position, velocity, trajectory.joint_acceleration, np.sign(velocity))
-    return GivenPath(trajectory.name, trajectory.rate, trajectory.time, motion)
+    return GivenPath(trajectory.name, trajectory.rate, trajectory.time, motion, limits=rig.limits)
 
 
 def from_table(path: Path, rig: Rig) -> GivenPath:
@@ -200,7 +189,7 @@ def from_recording(source: Source, model: ModelFile) -> RecordedPath:
     return RecordedPath(prepare(recording, model.preprocessing.name, cutoff, form=model.form))
 
 
-def _even_time(table: CsvTable) -> tuple[Floats, float]:
+def _even_time(table: Table) -> tuple[Floats, float]:
     """Time (n,) [s], and the rate [Hz]."""
     if "time" not in table.columns:
         raise BadInput(f"{table.path}: a column 'time' [s] expected, {', '.join(table.columns)[:60]} found; add it")
@@ -218,14 +207,17 @@ def _even_time(table: CsvTable) -> tuple[Floats, float]:
     return time, float(1 / step)
 
 
-def _positions(table: CsvTable, rig: Rig) -> Floats:
+def _positions(table: Table, rig: Rig) -> Floats:
     """Joint positions (n, dof) [rad or m]."""
     for name in ("position", "joint"):
         position = _numbered(table, name, rig.dof)
         if position is not None:
             return position
     if rig.mechanism == "delta" and all(name in table.columns for name in "xyz"):
-        return _reached(table, rig, np.column_stack([_complete(table, name) for name in "xyz"]))
+        try:
+            return kinematics.inverse(rig.geometry, np.column_stack([_complete(table, name) for name in "xyz"]))
+        except Unreachable as error:
+            raise error.at(table.location(error.row)) from None
     platform = " or x, y, z [m]" if rig.mechanism == "delta" else ""
     raise BadInput(
         f"{table.path}, line 1: columns position_1 ... position_{rig.dof}{platform} expected, "
@@ -233,7 +225,7 @@ def _positions(table: CsvTable, rig: Rig) -> Floats:
     )
 
 
-def _numbered(table: CsvTable, name: str, dof: int) -> Floats | None:
+def _numbered(table: Table, name: str, dof: int) -> Floats | None:
     """Columns name_1 ... name_n as (n, dof); None unless all are there."""
     names = [f"{name}_{joint}" for joint in range(1, dof + 1)]
     if not all(each in table.columns for each in names):
@@ -241,7 +233,7 @@ def _numbered(table: CsvTable, name: str, dof: int) -> Floats | None:
     return np.column_stack([_complete(table, each) for each in names])
 
 
-def _complete(table: CsvTable, name: str) -> Floats:
+def _complete(table: Table, name: str) -> Floats:
     column = table.columns[name]
     if np.isnan(column).any():
         location = table.location(int(np.argmax(np.isnan(column))), name)
@@ -249,14 +241,7 @@ def _complete(table: CsvTable, name: str) -> Floats:
     return column
 
 
-def _reached(table: CsvTable, rig: Rig, platform: Floats) -> Floats:
-    try:
-        return kinematics.inverse(rig.geometry, platform)
-    except Unreachable as error:
-        raise error.at(table.location(error.row)) from None
-
-
-def _check_reach(table: CsvTable, rig: Rig, position: Floats) -> None:
+def _check_reach(table: Table, rig: Rig, position: Floats) -> None:
     """Say at once, and with its line, where a path tears the mechanism apart."""
     if rig.mechanism != "delta":
         return

@@ -1,8 +1,9 @@
 """Many recordings of many robots over months: what was identified in each, and what has changed since when.
 
-`walk` finds recordings, `recording_rows` turns one into rows, `engines` do so for many (`update`), and `store` keeps
-them. `series` makes time series of the rows, `common_course` says what all robots do together, `change_point` and
-`discoveries` which series changed; `cause` names the effect, and `alarms` is the result. `page` shows it.
+`places` are folders and object stores. `walk` finds recordings, `recording_rows` turns one into rows, `engines` do so
+for many (`update`), and `store` keeps them. `common_course` says what all robots do together, `series` makes time
+series of the rows, `evidence` is what those of a robot have shown, and `follow` keeps it from night to night.
+`discoveries` says which series changed, `cause` names the effect, and `alarms` is the result. `page` shows it.
 """
 
 from importlib.util import find_spec

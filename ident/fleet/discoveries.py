@@ -6,17 +6,14 @@ effect changes many parameters. Changes of one robot at the same time are one ev
 and after it are searched again, with smaller weights.
 """
 
-import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from ident.basics.statistics import NORMAL
-from ident.fleet.change_point import MIN_BEFORE, MIN_GROWING, MIN_SUDDEN, Change, change
-from ident.fleet.common_course import with_common_course
-from ident.fleet.series import Nights, Series
-from recordings.recording import Floats, Ints
+from ident.fleet.evidence import Record, RobotEvidence
+from ident.fleet.series import Series
+from ident.sequential.change_point import MIN_BEFORE, MIN_GROWING, MIN_SUDDEN, Change
 
 FALSE_DISCOVERY_RATE = 0.01
 _DEPTH_WEIGHTS = (0.5, 0.125, 0.03125)
@@ -24,23 +21,22 @@ _DEPTH_WEIGHTS = (0.5, 0.125, 0.03125)
 they add up to less than 1."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class SeriesChange:
     """A series in which a change was found."""
 
-    series: Series
-    """With all nights."""
+    name: str
+    joint: int | None
+    """From 1; None: of the whole robot."""
     change: Change
     """With the numbers of the robot's nights."""
-    beyond_intervals: bool
-    """Whether the change exceeds the intervals of the nights before and after."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Event:
     """What happened to one robot at one time."""
 
-    nights: Nights
+    robot: str
     changes: tuple[SeriesChange, ...]
     """The strongest first; it dates the event."""
     segment: tuple[int, int]
@@ -54,37 +50,62 @@ class Event:
         return self.changes[0].change
 
 
-@dataclass(frozen=True, eq=False)
+Part = tuple[str, int, int]
+"""Robot, first of its nights, and the one after the last."""
+
+
+@dataclass(frozen=True)
 class _Hypothesis:
-    series: Series
-    first: int
-    end: int
+    part: Part
     depth: int
-    change: Change | None
-    """With the numbers of the robot's nights."""
+    name: str
+    joint: int | None
+    record: Record | None
 
     @property
     def log_e(self) -> float:
-        return -np.inf if self.change is None else self.change.log_e + float(np.log(_DEPTH_WEIGHTS[self.depth]))
+        if self.record is None:
+            return -np.inf
+        return self.record.change.log_e + float(np.log(_DEPTH_WEIGHTS[self.depth]))
 
 
-def events(series: Sequence[Series]) -> list[Event]:
-    """The events of a fleet, robot by robot in the order of time."""
-    series = with_common_course(series)
-    tested = [_test(each, 0, len(each.nights.day), 0) for each in series]
-    count, searched = len(tested), set[tuple[str, int, int]]()
-    result: list[Event] = []
+def events(
+    fleet: Mapping[str, RobotEvidence],
+    repaired: Mapping[str, Sequence[float]],
+    series: Callable[[str], Sequence[Series]],
+) -> list[Event]:
+    """The events of a `fleet`, robot by robot in the order of time. Evidence that is needed no more is removed.
+
+    repaired: days of the repairs of a robot, from which on it has a new baseline. series: all those of a robot, read
+    where evidence is gathered anew.
+    """
+    tested, searched, result = list[_Hypothesis](), set[Part](), list[Event]()
+
+    def test(part: Part, depth: int) -> None:
+        robot, first, end = part
+        if first not in fleet[robot].since:
+            fleet[robot].begin(first, series(robot))
+        for name, evidence in fleet[robot].since[first].items():
+            tested.append(_Hypothesis(part, depth, name, evidence.joint, evidence.until(end)))
+
+    baselines = [(name, *nights) for name in sorted(fleet) for nights in fleet[name].parts(repaired.get(name, ()))]
+    for part in baselines:
+        test(part, 0)
+    count = len(tested)
     while True:
         rejected = [tested[i] for i in e_bh([hypothesis.log_e for hypothesis in tested], count)]
-        parts = {(hypothesis.series.nights.robot, hypothesis.first, hypothesis.end) for hypothesis in rejected}
-        new = [_event(part, rejected) for part in sorted(parts - searched)]
-        searched |= parts
+        new = sorted({hypothesis.part for hypothesis in rejected} - searched)
+        searched |= set(new)
         if not new:
-            return sorted(result, key=lambda event: (event.nights.robot, event.change.index))
-        for event, depth in (pair for pair in new if pair is not None):
+            break
+        for event, depth in filter(None, (_event(part, rejected) for part in new)):
             result.append(event)
-            of_robot = [each for each in series if each.nights.robot == event.nights.robot]
-            tested += [_test(each, *part, depth + 1) for part in _parts_beside(event, depth) for each in of_robot]
+            for nights in _parts_beside(event, depth):
+                test((event.robot, *nights), depth + 1)
+    for name, robot in fleet.items():
+        used = {0, *(hypothesis.part[1] for hypothesis in tested if hypothesis.part[0] == name)}
+        robot.since = {first: evidence for first, evidence in robot.since.items() if first in used}
+    return sorted(result, key=lambda event: (event.robot, event.change.index))
 
 
 def e_bh(log_e: Sequence[float], count: int) -> list[int]:
@@ -97,66 +118,25 @@ def e_bh(log_e: Sequence[float], count: int) -> list[int]:
     return sorted(order[: enough[-1] + 1].tolist()) if len(enough) else []
 
 
-def _test(series: Series, first: int, end: int, depth: int) -> _Hypothesis:
-    nights = np.flatnonzero(series.known[first:end]) + first
-    result = change(watched(series, nights), series.nights.day[nights], nuisance(series, nights))
-    if result is not None:
-        index, begin, last = (int(nights[number]) for number in (result.index, result.first, result.last))
-        result = replace(result, index=index, first=begin, last=last, seen=int(nights[result.seen - 1]) + 1)
-    return _Hypothesis(series, first, end, depth, result)
-
-
-def watched(series: Series, nights: Ints) -> Floats:
-    """(n,) what is watched of a series in these `nights`: its value, or the logarithm of it."""
-    value: Floats = series.value[nights]
-    return np.log(value) if series.logarithmic else value
-
-
-def nuisance(series: Series, nights: Ints) -> Floats:
-    """(n, k) what may explain a difference between `nights`: motion, temperature, or what the whole fleet does."""
-    motion, temperature = series.nights.motion[nights], series.temperature[nights]
-    columns = [(motion == number).astype(float) for number in np.unique(motion)]
-    measured = np.isfinite(temperature)
-    if measured.any():
-        columns.append(np.where(measured, temperature - temperature[measured].mean(), 0.0))
-    if measured.any() and not measured.all():
-        columns.append(measured.astype(float))
-    if series.common is not None:
-        columns.append(series.common[nights])
-    return np.column_stack(columns)
-
-
-def _event(part: tuple[str, int, int], rejected: Sequence[_Hypothesis]) -> tuple[Event, int] | None:
+def _event(part: Part, rejected: Sequence[_Hypothesis]) -> tuple[Event, int] | None:
     """The event of one robot between two nights, and its depth; None if it does not last, or is within intervals."""
-    of_part = [each for each in rejected if (each.series.nights.robot, each.first, each.end) == part]
+    robot, first, end = part
+    of_part = [each for each in rejected if each.part == part]
     changes = [
-        SeriesChange(each.series, each.change, _beyond_intervals(each.series, each.change, part[1]))
+        SeriesChange(each.name, each.joint, each.record.change)
         for each in sorted(of_part, key=lambda hypothesis: -hypothesis.log_e)
-        if each.change is not None and _lasts(each.change)
+        if each.record is not None and _lasts(each.record.change) and each.record.beyond_intervals
     ]
-    changes = [each for each in changes if each.beyond_intervals]
     if not changes:
         return None
     # What changed later than this one is another event, which is found when the nights since then are searched.
     strongest = changes[0].change
     same = [each for each in changes if each.change.first <= strongest.last and strongest.first <= each.change.last]
-    return Event(of_part[0].series.nights, tuple(same), (part[1], strongest.seen), part[2]), of_part[0].depth
+    return Event(robot, tuple(same), (first, strongest.seen), end), of_part[0].depth
 
 
 def _lasts(shift: Change) -> bool:
     return shift.seen - shift.index >= (MIN_GROWING if shift.growing else MIN_SUDDEN)
-
-
-def _beyond_intervals(series: Series, shift: Change, first: int) -> bool:
-    """Whether a change is larger than the intervals of the mean of the nights before it, and of those since."""
-    widths = []
-    for nights in (slice(first, shift.index), slice(shift.index, shift.seen)):
-        half = (series.high - series.low)[nights] / 2
-        if series.logarithmic:
-            half = half / series.value[nights]
-        half = half[np.isfinite(half)]
-        widths.append(float(np.sqrt(np.mean(half**2) / len(half))) if len(half) else 0.0)
-    return abs(shift.size) > math.hypot(*widths) + NORMAL * shift.size_std
 
 
 def _parts_beside(event: Event, depth: int) -> Iterator[tuple[int, int]]:

@@ -1,22 +1,25 @@
 """The page of a fleet: at a glance, alarms with their evidence, every robot over time, and what cannot be used."""
 
-from collections.abc import Iterator, Sequence
-from datetime import datetime
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pyarrow.compute as pc
 
 from ident.fleet import figures
 from ident.fleet.alarms import Alarm, FleetFile
+from ident.fleet.evidence import RobotEvidence
+from ident.fleet.follow import known
 from ident.fleet.recording_rows import Row
-from ident.fleet.series import Nights, Series, nights_and_series
+from ident.fleet.series import day_of
 from ident.fleet.store import Store
 from ident.output.digits import number, percent
-from ident.output.report.blocks import Card, Code, Fold, Notes, Plot, ReportBlock, ReportSection, Text
+from ident.output.report.blocks import Card, Code, Drawings, Fold, Notes, ReportBlock, ReportSection, Text
 from ident.output.report.headline import Headline, Tile
 from ident.output.report.page import assembled, write_page
 from ident.output.tables import ResultTable
 
+Fleet = Mapping[str, RobotEvidence]
+"""What each robot has shown, by its name."""
 _MAX_SHOWN = 4
 """Quantities that are drawn below an alarm."""
 
@@ -32,34 +35,33 @@ def write(store: Store, content: FleetFile, out: Path) -> None:
 
 def render(store: Store, content: FleetFile) -> str:
     """Return the whole page."""
-    table = store.table()
-    table = table.filter(pc.equal(table["settings"], content.settings))
-    nights, series = nights_and_series(table)
-    _, floors = nights_and_series(table, kinds=("floor",))
-    failed = [row for row in table.to_pylist() if row["status"] == "failed"]
+    fleet = known(store, content.settings)
+    index = store.index()
+    rows = index.filter(pc.equal(index["settings"], content.settings))
+    failed = rows.filter(pc.equal(rows["status"], "failed")).to_pylist()
     alarms = sorted(content.alarms, key=lambda alarm: (alarm.acknowledged, alarm.robot, alarm.since))
     sections = [
-        _glance(nights, failed, alarms),
-        _alarms(alarms, series, store),
-        _robots(nights, series, floors, alarms),
+        _glance(fleet, failed, alarms),
+        _alarms(alarms, fleet, store),
+        _robots(fleet, alarms),
         *([_failed(failed)] if failed else []),
         _reproduce(content, store),
     ]
     data = content.model_dump(mode="json", by_alias=True)
-    simulated = bool(pc.any(table["simulated"]).as_py())
-    return assembled("Fleet", [str(store.folder)], _headline(nights, failed, alarms, simulated), sections, data)
+    simulated = bool(pc.any(rows["simulated"]).as_py())
+    return assembled("Fleet", [str(store.folder)], _headline(fleet, failed, alarms, simulated), sections, data)
 
 
-def _headline(nights: Sequence[Nights], failed: Sequence[Row], alarms: Sequence[Alarm], simulated: bool) -> Headline:
+def _headline(fleet: Fleet, failed: Sequence[Row], alarms: Sequence[Alarm], simulated: bool) -> Headline:
     opened = [alarm for alarm in alarms if not alarm.acknowledged]
-    count = sum(len(each.keys) for each in nights)
+    count = sum(len(robot.days) for robot in fleet.values())
     verdict = "adequate"
     if opened:
         verdict = "missing-effect" if all(alarm.effect for alarm in opened) else "unknown-structure"
     plural = "s are" if len(opened) > 1 else " is"
     title = f"{len(opened)} alarm{plural} open" if opened else "No alarm is open"
     tiles = (
-        Tile("robots", str(len(nights)), "with recordings that can be used"),
+        Tile("robots", str(len(fleet)), "with recordings that can be used"),
         Tile("recordings", str(count), f"and {len(failed)} that cannot be used"),
         Tile("alarms", str(len(opened)), f"open, and {len(alarms) - len(opened)} acknowledged"),
     )
@@ -79,39 +81,39 @@ def sentence(alarm: Alarm) -> str:
     return f"{alarm.robot}: {what} on {joints} {verb} since {alarm.since}{depends}."
 
 
-def _glance(nights: Sequence[Nights], failed: Sequence[Row], alarms: Sequence[Alarm]) -> ReportSection:
-    dated: list[tuple[str, datetime]] = [
-        (row["robot"], row["start"].replace(tzinfo=None)) for row in failed if row["robot"] and row["start"]
-    ]
-    caption = "Each recording, coloured by whether its robot had changed by then."
-    plot = Plot("glance", figures.glance(nights, dated, alarms), caption)
-    return ReportSection("glance", "At a glance", (plot,))
+def _glance(fleet: Fleet, failed: Sequence[Row], alarms: Sequence[Alarm]) -> ReportSection:
+    dated = [(row["robot"], day_of(row["start"])) for row in failed if row["robot"] and row["start"]]
+    caption = "All recordings, coloured by whether their robot had changed by then."
+    return ReportSection("glance", "At a glance", (Drawings((figures.glance(fleet, dated, alarms),), caption),))
 
 
-def _alarms(alarms: Sequence[Alarm], series: Sequence[Series], store: Store) -> ReportSection:
+def _alarms(alarms: Sequence[Alarm], fleet: Fleet, store: Store) -> ReportSection:
     if not alarms:
         return ReportSection("alarms", "Alarms", (Text(("There are none.",)),))
-    return ReportSection(
-        "alarms", "Alarms", tuple(_card(index, alarm, series, store) for index, alarm in enumerate(alarms))
-    )
+    return ReportSection("alarms", "Alarms", tuple(_card(alarm, fleet, store) for alarm in alarms))
 
 
-def _card(index: int, alarm: Alarm, series: Sequence[Series], store: Store) -> Card:
-    names = alarm.shown_by[:_MAX_SHOWN]
-    shown = [each for each in series if each.nights.robot == alarm.robot and each.name in names]
-    plot = Plot(
-        f"alarm-{index}",
-        figures.trends(shown, (), [alarm]),
-        "What shows it best, with 95 % intervals, and the date with its interval. Symbols tell motions apart.",
-    )
-    paths = [Fold("Recordings that were diagnosed together", (Notes((*alarm.before, *alarm.after)),))]
-    commands = (
-        f"ident diagnose {' '.join(alarm.after)}",
-        f"ident fleet ack {alarm.id} --store {store.folder}",
-    )
+def _card(alarm: Alarm, fleet: Fleet, store: Store) -> Card:
+    """An alarm, with what shows it and what to do as long as it is open."""
+    blocks: list[ReportBlock] = [
+        Text(tuple(_explanation(alarm))),
+        Fold("Recordings that were diagnosed together", (Notes((*alarm.before, *alarm.after)),)),
+    ]
+    if not alarm.acknowledged:
+        of_robot = fleet[alarm.robot].trends
+        shown = {name: of_robot[name] for name in alarm.shown_by[:_MAX_SHOWN]}
+        drawings = Drawings(
+            figures.trends(shown, [alarm], intervals=True),
+            "What shows it best, with 95 % intervals, and the date with its interval. Squares are other motions. "
+            "Older dots are means of several nights.",
+        )
+        commands = (
+            f"ident diagnose {' '.join(alarm.after)}",
+            f"ident fleet ack {alarm.id} --store {store.folder}",
+        )
+        blocks = [blocks[0], drawings, blocks[1], Code(commands)]
     tags = (alarm.kind, alarm.origin, *(["acknowledged"] if alarm.acknowledged else []))
-    blocks: tuple[ReportBlock, ...] = (Text(tuple(_explanation(alarm))), plot, *paths, Code(commands))
-    return Card(f"{alarm.robot}: {alarm.effect or 'unknown effect'}", tags, blocks)
+    return Card(f"{alarm.robot}: {alarm.effect or 'unknown effect'}", tags, tuple(blocks))
 
 
 def _explanation(alarm: Alarm) -> Iterator[str]:
@@ -129,22 +131,15 @@ def _explanation(alarm: Alarm) -> Iterator[str]:
     yield f"Evidence against chance: e-value 10^{number(alarm.log10_e, 2)}; changed: {', '.join(alarm.shown_by)}."
 
 
-def _robots(
-    nights: Sequence[Nights], series: Sequence[Series], floors: Sequence[Series], alarms: Sequence[Alarm]
-) -> ReportSection:
+def _robots(fleet: Fleet, alarms: Sequence[Alarm]) -> ReportSection:
     folds = []
-    for index, each in enumerate(nights):
-        shown, floor = (
-            [quantity for quantity in kind if quantity.nights.robot == each.robot] for kind in (series, floors)
+    for name, robot in fleet.items():
+        drawings = Drawings(
+            figures.trends(robot.trends, [alarm for alarm in alarms if alarm.robot == name]),
+            "Parameters of the base model and error of each joint, fitted to each recording alone. Squares are other "
+            "motions. Older dots are means of several nights.",
         )
-        of_robot = [alarm for alarm in alarms if alarm.robot == each.robot]
-        plot = Plot(
-            f"robot-{index}",
-            figures.trends(shown, floor, of_robot),
-            "Parameters of the base model and error of each joint, fitted to each recording alone, with 95 % "
-            "intervals. Symbols tell motions apart.",
-        )
-        folds.append(Fold(f"{each.robot}: {len(each.keys)} recordings", (plot,), open=len(nights) == 1))
+        folds.append(Fold(f"{name}: {len(robot.days)} recordings", (drawings,), open=len(fleet) == 1))
     return ReportSection("robots", "Robots", tuple(folds) or (Text(("No recording can be used.",)),))
 
 
@@ -161,6 +156,6 @@ def _reproduce(content: FleetFile, store: Store) -> ReportSection:
         f"ident fleet report --store {store.folder} -o fleet.html",
     )
     text = Text(
-        (f"Settings and method: {content.settings}. All figures are in {store.folder}/recordings/*.parquet.",)
+        (f"Settings and method: {content.settings}. All figures are in {store.folder}/recordings/*/*.parquet.",)
     )
     return ReportSection("reproduce", "Reproduce", (Code(commands), text))

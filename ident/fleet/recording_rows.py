@@ -7,22 +7,23 @@ every such machine has. A whole diagnosis takes ten times as long, and is left f
 
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
 import numpy as np
 
 from ident.basics.statistics import NORMAL
-from ident.diagnosis.diagnosis import DiagnosisOptions, prepare_inputs
+from ident.diagnosis.diagnosis import DiagnosisInputs, DiagnosisOptions, prepare_inputs
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.search.search import Search
 from ident.diagnosis.split.split_data import rms
 from ident.dynamics.effects.library import library
+from ident.fleet.places import source
 from ident.fleet.settings import FleetSettings
 from ident.fleet.walk import RecordingFile
 from recordings.errors import BadInput
-from recordings.reader import read
+from recordings.reader import Source, opened
 from recordings.recording import Floats, Recording, Run
 
 Row = dict[str, Any]
@@ -44,7 +45,7 @@ def examine(file: RecordingFile, settings: FleetSettings) -> list[Row]:
             raise BadInput(f"{file.path} cannot be read; check its permissions")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)
-            return _rows(about, read(file.path), file, settings)
+            return _rows(about, source(file.path), settings)
     except MemoryError:
         return [failure(file, settings, "not enough memory for this recording", about)]
     except Exception as error:  # a damaged recording must not end the work on all others
@@ -72,7 +73,8 @@ def _about(file: RecordingFile, settings: FleetSettings) -> Row:
     }
 
 
-def _rows(about: Row, recording: Recording, file: RecordingFile, settings: FleetSettings) -> list[Row]:
+def _rows(about: Row, found: Source, settings: FleetSettings) -> list[Row]:
+    recording = opened(found)
     run = recording.run
     about["robot"] = run.robot or recording.rig.name
     temperature = _temperature(recording)
@@ -83,12 +85,21 @@ def _rows(about: Row, recording: Recording, file: RecordingFile, settings: Fleet
         "motion": motion_features(recording),
         "temperature": _mean(temperature),
     }
-    options = DiagnosisOptions(settings.preprocessing, settings.cutoff)
-    inputs = prepare_inputs([file.path], [], library([]), options)
-    selector = Search(inputs.split, inputs.effects.observable, lambda text: None)
-    model, _ = selector.start(*inputs.initial_model(library([])))
+    _, model = base_fit([found], DiagnosisOptions(settings.preprocessing, settings.cutoff))
     values = [*_parameters(model), *_errors(model)]
     return [about, *({**about, **row, "temperature": _of_joint(temperature, row["joint"])} for row in values)]
+
+
+def base_fit(sources: Sequence[Source], options: DiagnosisOptions) -> tuple[DiagnosisInputs, FittedModel]:
+    """The recordings as a diagnosis prepares them, and the base model that is fitted to them.
+
+    Raises:
+        BadInput: one cannot be read, or they cannot be diagnosed together.
+    """
+    found = [each if isinstance(each, Recording) else source(each) for each in sources]
+    inputs = prepare_inputs(found, [], library([]), options)
+    search = Search(inputs.split, inputs.effects.observable, lambda text: None)
+    return inputs, search.start(*inputs.initial_model(library([])))[0]
 
 
 def start_of(run: Run) -> datetime:
@@ -103,7 +114,10 @@ def start_of(run: Run) -> datetime:
         raise BadInput(f"start: a time as 2026-01-05T08:00:00Z expected, '{run.start}' found") from None
     start = start if start.tzinfo else start.replace(tzinfo=UTC)
     if start.year <= 1970:
-        raise BadInput(f"start: a date expected, {start.date()} found; the clock was not set, or time was simulated")
+        raise BadInput(
+            f"start: a date expected, {start.date()} found: the clock was not set, time was simulated, or "
+            "the file that was imported does not tell it; give it to daq import by --start"
+        )
     if start > datetime.now(UTC) + _TOMORROW:
         raise BadInput(f"start: a date of the past expected, {start.date()} found; the clock was wrong")
     return start.astimezone(UTC)

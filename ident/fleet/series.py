@@ -33,11 +33,6 @@ class Nights:
     motion: Ints
     """(n,) number of the motion, from 0."""
 
-    def between(self, first: int, end: int) -> "Nights":
-        """Those from `first` until before `end`."""
-        part = slice(first, end)
-        return Nights(self.robot, self.keys[part], self.paths[part], self.day[part], self.motion[part])
-
 
 @dataclass(frozen=True, eq=False)
 class Series:
@@ -55,25 +50,28 @@ class Series:
     high: Floats
     temperature: Floats
     """(n,) [degC]; NaN where it was not measured."""
-    common: Floats | None = None
-    """(n,) what the same quantity of the other robots did, relative; None: too few robots, or not needed."""
+    common: Floats
+    """(n,) what the same quantity of the other robots did, relative; NaN: too few robots, or not needed."""
 
     @property
     def known(self) -> Bools:
         """(n,) nights in which it was measured."""
         return np.isfinite(self.value)
 
-    @property
-    def logarithmic(self) -> bool:
-        """Whether it is watched by its logarithm."""
-        value = self.value[self.known]
-        half = (self.high - self.low)[self.known] / 2
-        return bool(len(value) and (value > 0).all() and np.median(half / value) < _LARGEST_HALF_WIDTH)
+
+def logarithmic(value: Floats, half: Floats) -> bool:
+    """Whether a quantity with these values and half intervals (n,) is watched by its logarithm."""
+    return bool((value > 0).all() and np.median(half / value) < _LARGEST_HALF_WIDTH)
 
 
 def moment(day: float) -> datetime:
     """The time (UTC) so many days after 1970, without a zone."""
     return datetime.fromtimestamp(day * _DAY, UTC).replace(tzinfo=None)
+
+
+def day_of(start: datetime) -> float:
+    """The time of a start [days since 1970]."""
+    return start.timestamp() / _DAY
 
 
 def nights_and_series(table: pa.Table, kinds: Sequence[str] = KINDS) -> tuple[list[Nights], list[Series]]:
@@ -96,29 +94,26 @@ def _nights(robot: str, recordings: list[Row]) -> Nights:
         robot,
         tuple(row["key"] for row in recordings),
         tuple(row["path"] for row in recordings),
-        np.array([row["start"].timestamp() / _DAY for row in recordings]),
-        motions([row["motion"] for row in recordings]),
+        np.array([day_of(row["start"]) for row in recordings]),
+        np.array([row["motion_number"] for row in recordings], np.int64),
     )
 
 
-def motions(features: Sequence[Sequence[float]]) -> Ints:
-    """(n,) number of each recording's motion by its `features`; the same motion has the same number."""
-    known: list[Floats] = []
-    numbers = []
-    for row in features:
-        feature = np.array(row)
-        # Angles are compared with how far the joints move, periods with the period.
-        scale = np.r_[max(feature[0], 1e-9), np.full(len(feature) - 1, max(feature[1:].max(initial=0.0), 1e-9))]
-        same = (
-            number
-            for number, other in enumerate(known)
-            if len(other) == len(feature) and (np.abs(other - feature) < SAME_MOTION * scale).all()
-        )
-        number = next(same, len(known))
-        if number == len(known):
-            known.append(feature)
-        numbers.append(number)
-    return np.array(numbers, np.int64)
+def day_of_date(date: str) -> float:
+    """The begin of a date as 2026-03-14 (UTC) [days since 1970]."""
+    return day_of(datetime.fromisoformat(f"{date}T00:00+00:00"))
+
+
+def motion_number(features: Sequence[float], known: list[list[float]]) -> int:
+    """Number of the motion with these `features`: the same one has the same number; a new one is added to `known`."""
+    feature = np.array(features)
+    # Angles are compared with how far the joints move, periods with the period.
+    scale = np.r_[max(feature[0], 1e-9), np.full(len(feature) - 1, max(feature[1:].max(initial=0.0), 1e-9))]
+    for number, other in enumerate(known):
+        if len(other) == len(feature) and (np.abs(other - feature) < SAME_MOTION * scale).all():
+            return number
+    known.append(list(features))
+    return len(known) - 1
 
 
 def _series(nights: Nights, values: dict[str, dict[str, Row]]) -> Iterator[Series]:
@@ -128,6 +123,6 @@ def _series(nights: Nights, values: dict[str, dict[str, Row]]) -> Iterator[Serie
         first = next(row for row in rows if row)
         columns = [
             np.array([np.nan if row is None or row[column] is None else row[column] for row in rows], float)
-            for column in ("value", "low", "high", "temperature")
+            for column in ("value", "low", "high", "temperature", "common")
         ]
         yield Series(nights, first["kind"], name, first["joint"], first["unit"], *columns)

@@ -10,6 +10,7 @@ import pyarrow.compute as pc
 
 from ident.fleet import engines
 from ident.fleet.engines import EngineOptions
+from ident.fleet.follow import settle
 from ident.fleet.recording_rows import Row, examine, failure
 from ident.fleet.settings import FleetSettings
 from ident.fleet.store import Store
@@ -40,6 +41,8 @@ class Count:
     new: int
     failed: int
     """In the store, with these settings."""
+    unused: tuple[tuple[str, str], ...]
+    """Paths of the new ones that cannot be used, and why."""
 
 
 def plan(store: Store, folders: Sequence[Path], settings: FleetSettings) -> Plan:
@@ -48,7 +51,7 @@ def plan(store: Store, folders: Sequence[Path], settings: FleetSettings) -> Plan
     Raises:
         BadInput: a folder does not exist, or the store is damaged.
     """
-    table = store.table()
+    table = store.index()
     keys = set(table["key"].to_pylist())
     others = table.filter(pc.not_equal(table["settings"], settings.digest))
     outdated = set(others["content"].to_pylist())
@@ -72,17 +75,19 @@ def update(
 ) -> Count:
     """Analyse what is pending and keep each result as soon as it is there."""
     new = 0
+    unused: list[tuple[str, str]] = []
     for rows in _results(work.pending, settings, engine, options):
         store.add(rows)
         new += 1
         if rows[0]["status"] == "failed":
+            unused.append((rows[0]["path"], rows[0]["reason"]))
             for copy in work.copies.get(rows[0]["content"], ()):
                 store.add([failure(copy, settings, rows[0]["reason"])])
         progress(new, len(work.pending))
-    store.join()
-    table = store.table()
+    settle(store)
+    table = store.index()
     failed = pc.and_(pc.equal(table["status"], "failed"), pc.equal(table["settings"], settings.digest))
-    return Count(work.seen, new, pc.sum(failed).as_py() or 0)
+    return Count(work.seen, new, pc.sum(failed).as_py() or 0, tuple(unused))
 
 
 def _results(

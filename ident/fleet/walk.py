@@ -1,10 +1,10 @@
 """Find the recordings below folders, and recognise those whose content is known from an earlier run."""
 
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from ident.fleet.places import State, files
 from recordings.errors import BadInput
 from recordings.files import sha256
 
@@ -27,11 +27,6 @@ class RecordingFile:
     changed: int
     """Time of the last change [ns]."""
 
-    @property
-    def state(self) -> FileState:
-        """What tells without reading that the content is the same."""
-        return str(self.path), self.size, self.changed
-
 
 def walk(folders: Sequence[Path], known: Mapping[FileState, str] | None = None) -> Iterator[RecordingFile]:
     """Yield all recordings below `folders`, at any depth, sorted by path.
@@ -42,8 +37,9 @@ def walk(folders: Sequence[Path], known: Mapping[FileState, str] | None = None) 
         BadInput: a folder does not exist.
     """
     check_folders(folders)
-    for path in _paths(folders):
-        yield _described(path, known or {})
+    found = {path: state for folder in folders for path, state in files(folder).items() if _is_recording(path.name)}
+    for path in sorted(found, key=lambda path: path.parts):
+        yield _described(path, found[path], known or {})
 
 
 def check_folders(folders: Sequence[Path]) -> None:
@@ -64,25 +60,21 @@ def check_folders(folders: Sequence[Path]) -> None:
 
 def is_store(folder: Path) -> bool:
     """Whether a folder is a store of `ident fleet`, with results in it."""
-    return any((folder / "recordings").glob("*.parquet"))
-
-
-def _paths(folders: Sequence[Path]) -> list[Path]:
-    paths = set()
-    for folder in folders:
-        for place, _, names in os.walk(folder):
-            paths |= {Path(place).absolute() / name for name in names if _is_recording(name)}
-    return sorted(paths)
+    return any((folder / "recordings").rglob("*.parquet"))
 
 
 def _is_recording(name: str) -> bool:
     return name.endswith(SUFFIX) and _UNFINISHED not in Path(name).suffixes and not name.startswith(".")
 
 
-def _described(path: Path, known: Mapping[FileState, str]) -> RecordingFile:
+def _described(path: Path, state: State | None, known: Mapping[FileState, str]) -> RecordingFile:
     try:
-        status = path.stat()
-        state = str(path), status.st_size, status.st_mtime_ns
-        return RecordingFile(path, known.get(state) or sha256(path), status.st_size, status.st_mtime_ns)
+        size, changed = state or _state(path)
+        return RecordingFile(path, known.get((str(path), size, changed)) or sha256(path), size, changed)
     except OSError:
         return RecordingFile(path, "", 0, 0)
+
+
+def _state(path: Path) -> State:
+    status = path.stat()
+    return status.st_size, status.st_mtime_ns

@@ -7,10 +7,10 @@ from typing import Any, get_args
 
 import numpy as np
 
-from ident.data.compatibility import check_no_overlap, check_same_rig
+from ident.data.compatibility import check_no_overlap, check_same_rig, of_one_set_up, reference_payload
 from ident.data.prepared_recording import PreparedRecording, prepare_all
-from ident.data.samples import holds_torque
 from ident.data_problems import examined, listed
+from ident.dynamics.effects import unknown_payload
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.library import library as load_library
 from ident.dynamics.structure import ModelStructure, Term
@@ -21,21 +21,17 @@ from ident.estimation.problem import Progress
 from ident.estimation.regression import Regression, linearize
 from ident.estimation.shape_parameters import fit_shape_parameters
 from ident.identification.chosen_effects import check_effect_name, mandatory_terms, parse_terms
-from ident.identification.goodness_of_fit import goodness_of_fit
+from ident.identification.model_description import agreement, is_relative, model_of
 from ident.identification.model_file import (
     Agreement,
     CertifiedMinimum,
     FitMethod,
-    FittedParameter,
     ModelFile,
-    Preprocessing,
-    recording_source,
 )
-from ident.identification.prediction import Prediction, effect_terms, searched_parameters
+from ident.identification.prediction import Prediction
 from ident.uncertainty.assessment import Assessment, ParameterUncertainty, assess
 from ident.uncertainty.covariance import IntervalMethod
 from ident.uncertainty.sensitivity import Sensitivity, sensitivity
-from ident.uncertainty.time_delay import delays
 from recordings.errors import BadInput, expect
 from recordings.reader import Source, opened
 from recordings.recording import Floats, Recording
@@ -123,6 +119,8 @@ def identify(
         BadInput: a recording cannot be used, recordings overlap, or they are not of the same rig.
     """
     recordings = [opened(source) for source in (*files, *([validate] if validate else []))]
+    payload = reference_payload(recordings)
+    recordings = [of_one_set_up(each, payload) for each in recordings]
     check_same_rig(recordings)
     check_no_overlap(recordings)
     form = estimators.form(options.method)
@@ -135,7 +133,12 @@ def identify(
     usable = examined(recordings, prepare, options.accept)
     prepared = [excerpt for each in usable for excerpt in each.excerpts]
     train = prepared[: len(files)]
-    searched = _search(train, options, progress) if estimators.declares(options.method, "NONLINEAR") else None
+    searched = None
+    if estimators.declares(options.method, "NONLINEAR"):
+        generator = np.random.default_rng(options.seed)
+        searched = nonlinear_swarm.search(
+            train, _terms(train, options), options.settings, generator, progress, options.physical
+        )
     structure, x = (searched.structure, searched.x) if searched else known_structure or _structure(train, options)
     regressions = tuple(linearize(each, structure, x) for each in prepared)
     train_rows, validation = regressions[: len(files)], regressions[-1] if validate else None
@@ -160,14 +163,24 @@ def identify(
 
 
 def _fit_method(options: FitOptions, result: Fit) -> FitMethod:
+    estimate, certificate = result.estimate, result.estimate.certificate
+    certified = (
+        None
+        if certificate is None
+        else CertifiedMinimum(
+            minimum=certificate.objective,
+            lower_bound=certificate.lower_bound,
+            excess=certificate.excess(estimate.objective),
+        )
+    )
     return FitMethod(
         name=options.method,
         settings=asdict(options.settings),
         seed=options.seed,
-        objective=result.estimate.objective,
+        objective=estimate.objective,
         rows=result.rows,
-        certified=_certified(result),
-        diagnostics=dict(result.estimate.diagnostics),
+        certified=certified,
+        diagnostics=dict(estimate.diagnostics),
     )
 
 
@@ -189,53 +202,6 @@ def _with_linear(structure: ModelStructure, x: Floats, result: Fit) -> Floats:
     return fitted
 
 
-def is_relative(recording: Recording) -> bool:
-    """Return whether parameters fitted to `recording` are known only up to one common factor."""
-    return recording.rig.torque.gain_source == "assumed" and not holds_torque(recording)
-
-
-def model_of(
-    train: Sequence[Regression],
-    structure: ModelStructure,
-    x: Floats,
-    result: Fit,
-    method: FitMethod,
-    preprocessing: str,
-    assessed: tuple[Assessment | None, Sequence[ParameterUncertainty]],
-    agreements: tuple[Agreement, Agreement | None],
-) -> ModelFile:
-    """Describe a fitted model as a file.
-
-    assessed: of the whole and of each linear parameter. agreements: with training and validation data.
-    """
-    rig, prepared = train[0].prepared.recording.rig, train[0].prepared
-    effects, cutoff = effect_terms(structure, x), prepared.cutoff
-    return ModelFile(
-        mechanism=rig.mechanism,
-        effects=tuple(term.name for term in effects),
-        terms=effects,
-        joints=rig.joint_names,
-        effort_units=rig.effort_units,
-        geometry=rig.geometry if rig.mechanism == "delta" else None,
-        robot=rig.chain if rig.mechanism == "urdf" else None,
-        torque=rig.torque,
-        relative=is_relative(prepared.recording),
-        parameters=_parameters(structure, result, assessed[1]),
-        searched=searched_parameters(structure, x, np.full((len(x), 2), np.nan)),
-        method=method,
-        preprocessing=Preprocessing(
-            name=preprocessing,
-            bandwidth=prepared.bandwidth,
-            rate=prepared.rate,
-            cutoff=cutoff.sentence() if cutoff else None,
-            delays=delays(train, result.parameters) if assessed[0] else None,
-        ),
-        train=agreements[0],
-        validate=agreements[1],
-        assessment=assessed[0],
-    )
-
-
 def _structure(train: Sequence[PreparedRecording], options: FitOptions) -> tuple[ModelStructure, Floats]:
     """The mechanism with the chosen effects, whose shapes are fitted to `train`, and all parameters (K,)."""
     terms = _terms(train, options)
@@ -243,14 +209,6 @@ def _structure(train: Sequence[PreparedRecording], options: FitOptions) -> tuple
         return fit_shape_parameters(train, terms)
     structure = replace(train[0].base_structure, terms=terms)
     return structure, np.zeros(len(structure.parameters))
-
-
-def _search(train: Sequence[PreparedRecording], options: FitOptions, progress: Progress) -> SwarmSearch:
-    """The mechanism with the chosen effects, whose shapes a swarm searches."""
-    generator = np.random.default_rng(options.seed)
-    return nonlinear_swarm.search(
-        train, _terms(train, options), options.settings, generator, progress, options.physical
-    )
 
 
 def _with_search(result: Fit, searched: SwarmSearch) -> Fit:
@@ -267,6 +225,8 @@ def _terms(train: Sequence[PreparedRecording], options: FitOptions) -> tuple[Ter
     base: tuple[Term, ...] = ()
     if options.base_effects and estimators.form(options.method) is None:
         base = mandatory_terms(options.library, recording, options.without)
+    if any(np.isnan(mass) for each in train for mass, _ in each.recording.beyond):
+        base = (*base, Term.on_all_joints(unknown_payload.NAME, unknown_payload.effect, recording.rig))
     return (*(term for term in base if term.name not in {other.name for other in chosen}), *chosen)
 
 
@@ -279,56 +239,9 @@ def _parameter_changes(train: Sequence[Regression], structure: ModelStructure, p
     return sensitivity(recordings, preprocessing, cutoff.hz if cutoff else None, structure.terms)
 
 
-def _parameters(
-    structure: ModelStructure, result: Fit, uncertainties: Sequence[ParameterUncertainty]
-) -> tuple[FittedParameter, ...]:
-    return tuple(
-        FittedParameter(
-            name=parameter.name,
-            value=float(value),
-            unit=parameter.unit,
-            lower=float(lower),
-            upper=float(upper),
-            at_bound=at_bound,
-            paper_value=float(parameter.paper_sign * value),
-            meaning=parameter.meaning,
-            **uncertainty.model_dump(),
-        )
-        for parameter, value, (lower, upper), at_bound, uncertainty in zip(
-            structure.linear_parameters, result.parameters, result.bounds, result.at_bound, uncertainties, strict=True
-        )
-    )
-
-
-def _certified(result: Fit) -> CertifiedMinimum | None:
-    estimate = result.estimate
-    if estimate.certificate is None:
-        return None
-    certificate = estimate.certificate
-    return CertifiedMinimum(
-        minimum=certificate.objective,
-        lower_bound=certificate.lower_bound,
-        excess=certificate.excess(estimate.objective),
-    )
-
-
 def _agreement(regressions: Sequence[Regression], result: Fit) -> Agreement:
     return agreement(
         [regression.prepared for regression in regressions],
         [regression.torque for regression in regressions],
         [regression.predicted_torque(result.parameters) for regression in regressions],
-    )
-
-
-def agreement(
-    recordings: Sequence[PreparedRecording], measured: Sequence[Floats], computed: Sequence[Floats]
-) -> Agreement:
-    """Agreement of the torques `measured` and `computed` (m, dof) of all `recordings`; NaN is skipped."""
-    torque = np.concatenate(measured)
-    nominal = [each.nominal for each in recordings if each.nominal is not None]
-    paths = {each.recording.path: each.recording for each in recordings}
-    return Agreement(
-        recordings=tuple(map(recording_source, paths.values())),
-        fitted=goodness_of_fit(torque, np.concatenate(computed)),
-        nominal=goodness_of_fit(torque, np.concatenate(nominal)) if nominal else None,
     )

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.inverse_dynamics import InverseDynamics
-from ident.dynamics.motion import Motion
+from ident.dynamics.motion import Motion, inertia_matrix
 from ident.dynamics.torque_map import voltage_from_torque
 from ident.identification import model_file
 from ident.identification.identify import Identification
@@ -24,7 +24,7 @@ from recordings.frames import data_frame
 from recordings.importing.in_memory import real_array
 from recordings.notebook import html_table
 from recordings.reader import Source
-from recordings.recording import Floats
+from recordings.recording import Floats, Recording
 from recordings.rig import Axis, Rig
 
 if TYPE_CHECKING:
@@ -49,7 +49,9 @@ class Model:
     library: Mapping[str, Effect]
     """Effects by name, among them those of the model."""
     identification: Identification | None = None
-    """The fit with its data; None for a model that was loaded."""
+    """The fit with its data; None for a model that was loaded, or diagnosed."""
+    recording: Recording | None = None
+    """The first one of the fit, or of the diagnosis; None for a model that was loaded."""
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -117,11 +119,13 @@ class Model:
         *,
         on: Source | str | None = None,
         precision: Literal["double", "float"] = "double",
+        settings: Mapping[str, Any] | None = None,
     ) -> Carried:
         """Write the model for a controller or a simulator, as `ident export`, which lists the targets, does.
 
         out: the file, or the folder of C; files that exist are replaced.
-        on: recording along which tests and losses are computed; None: that of the fit, or fig5a.
+        on: recording along which tests and losses are computed; None: `recording`, or fig5a.
+        settings: of the target, as `--set`: {"prefix": "left", "smooth_velocity": 0.01}.
 
         Returns:
             The effects that are carried, and those that are not, each with the reason.
@@ -132,9 +136,8 @@ class Model:
         from ident.export import exporting
 
         expect(str | Path, "a path", out=out)
-        fitted = self.identification.train[0].prepared.recording if self.identification else None
-        path = exporting.motion(self, Path(on) if isinstance(on, str) else on or fitted)
-        return exporting.export(self, target, Path(out), path, precision)
+        path = exporting.motion(self, Path(on) if isinstance(on, str) else on or self.recording)
+        return exporting.export(self, target, Path(out), path, precision, settings)
 
     def torque(
         self,
@@ -243,16 +246,7 @@ class Model:
         position = real_array(q, "q")
         at_rest = self._motion(position, np.zeros_like(position), np.zeros_like(position))
         inputs = self.dynamics.inputs(at_rest)
-        still = inputs.motion
-
-        def accelerated(joint: int) -> Motion:
-            unit = np.zeros_like(still.acceleration)
-            unit[:, joint] = 1.0
-            return Motion(still.position, still.velocity, unit, still.direction)
-
-        joints = range(still.position.shape[1])
-        columns = [inputs.rigid_at(accelerated(joint)) - inputs.rigid for joint in joints]
-        return np.stack(columns, axis=2)
+        return inertia_matrix(inputs.rigid_at, inputs.motion.position)
 
     @property
     def stepped(self) -> tuple[str, ...]:
@@ -303,7 +297,7 @@ def rig_of(file: ModelFile) -> Rig:
     """What of the rig a model file holds: mechanism, geometry or URDF, and torque map."""
     if file.mechanism == "delta":
         assert file.geometry is not None
-        return Rig(name="model", geometry=file.geometry, torque=file.torque)
+        return Rig(name="model", geometry=file.geometry, torque=file.torque, payload=file.payload)
     if file.robot is not None:
         return Rig(name="model", mechanism="urdf", torque=file.torque, **dict(file.robot))
     weights = {parameter.name for parameter in file.parameters if parameter.name.startswith("G_")}
@@ -314,4 +308,4 @@ def rig_of(file: ModelFile) -> Rig:
         )
         for number, unit in enumerate(file.effort_units, start=1)
     )
-    return Rig(name="model", mechanism="axes", axes=axes, torque=file.torque)
+    return Rig(name="model", mechanism="axes", axes=axes, torque=file.torque, payload=file.payload)

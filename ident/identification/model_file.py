@@ -22,7 +22,7 @@ from recordings.files import replacement, sha256
 from recordings.limits import json_object
 from recordings.recording import Recording
 from recordings.rig import Geometry, MechanismName, Torque
-from recordings.urdf import Chain
+from recordings.urdf import Chain, Payload
 
 SCHEMA = 2
 _DELTA_JOINTS = 3
@@ -92,6 +92,20 @@ class Preprocessing(ConfigSection):
     """Reason for the bandwidth; None if the preprocessing has a fixed one."""
     delays: tuple[Delay, ...] | None = None
     """Estimated, not applied; None if the training data do not determine them."""
+
+
+Limits = tuple[float, float]
+
+
+class MotionRange(ConfigSection):
+    """Smallest and largest value of the motion at the rows of the fit, joint by joint."""
+
+    position: tuple[Limits, ...]
+    """[rad or m]"""
+    velocity: tuple[Limits, ...]
+    """[rad/s or m/s]"""
+    acceleration: tuple[Limits, ...]
+    """[rad/s^2 or m/s^2]"""
 
 
 class RecordingSource(ConfigSection):
@@ -178,6 +192,8 @@ class ModelFile(JsonDocument):
     """Geometry of a delta robot; None for other mechanisms."""
     robot: Chain | None = None
     """Keys of the mechanism "urdf", with the text of the URDF; None for other mechanisms."""
+    payload: Payload | None = None
+    """That of the rig, which the parameters include."""
     torque: Torque
     relative: bool
     """True if the torque gain is assumed: all parameters are then known up to one common factor."""
@@ -187,6 +203,8 @@ class ModelFile(JsonDocument):
     """Shapes and other values found by a search, which `terms` hold too, for tables of all parameters."""
     method: FitMethod
     preprocessing: Preprocessing
+    motion_range: MotionRange | None = None
+    """Of the fit; None in a file that does not say it."""
     train: Agreement
     validate_: Agreement | None = Field(None, alias="validate")
     assessment: Assessment | None = None
@@ -233,6 +251,8 @@ class ModelFile(JsonDocument):
         for agreement in filter(None, (self.train, self.validate_)):
             for fit in filter(None, (agreement.fitted, agreement.nominal)):
                 yield from vars(fit).items()
+        if self.motion_range:
+            yield from ((f"motion_range.{name}", limits) for name, limits in self.motion_range)
         if self.residual_test:
             names = ("noise_rms", "repetition_rms", "quantization_rms", "structured_rms")
             yield from ((f"residual_test.{name}", getattr(self.residual_test, name)) for name in names)
@@ -262,10 +282,15 @@ def find_recording(source: RecordingSource, model_path: Path) -> Path | None:
     return next((file for file in files if file.is_file() and sha256(file) == source.sha256), None)
 
 
+def text(model: ModelFile) -> str:
+    """Content of the file of `model`."""
+    return json.dumps(model.as_json(), indent=2, allow_nan=False) + "\n"
+
+
 def save(model: ModelFile, path: Path) -> None:
     """Write `model` to `path`, replacing it in one step."""
     with replacement(path) as partial:
-        partial.write_text(json.dumps(model.as_json(), indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        partial.write_text(text(model), encoding="utf-8")
 
 
 def load(path: Path) -> ModelFile:

@@ -5,9 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.data.compatibility import of_one_set_up, refuse_unknown_payload
 from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.data_problems import examined
 from ident.dynamics import mechanisms
+from ident.dynamics.effects import unknown_payload
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.library import names as built_in
 from ident.dynamics.mechanisms import Parameter
@@ -22,7 +24,7 @@ from recordings.errors import BadInput
 from recordings.reader import Source, opened
 from recordings.recording import Bools, Floats, Recording
 from recordings.rig import Geometry, Rig, Torque
-from recordings.urdf import Chain
+from recordings.urdf import Chain, Payload
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +62,9 @@ def predict(
         BadInput: a recording cannot be used, or is of another rig than the model.
     """
     recordings = [opened(source) for source in files]
+    if unknown_payload.NAME not in {term.name for term in model.terms}:
+        refuse_unknown_payload(recordings)
+    recordings = [of_one_set_up(each, model.payload) for each in recordings]
     for recording in recordings:
         check_model_rig(model, recording)
     cutoff = model.preprocessing.bandwidth if model.preprocessing.cutoff else None
@@ -85,10 +90,10 @@ def structure_of(model: ModelFile, rig: Rig, library: Mapping[str, Effect]) -> t
     if model.form:
         mechanism = mechanisms.create(rig, model.form)
         return ModelStructure(mechanism, rig), _values(model, mechanism.parameters)
-    terms = []
-    for term in model.terms or [EffectTerm(name=name, joints=tuple(range(1, rig.dof + 1))) for name in model.effects]:
-        terms.append(Term(term.name, _effect_of(term, library), tuple(joint - 1 for joint in term.joints)))
-    structure = ModelStructure(mechanisms.create(rig), rig, tuple(terms))
+    terms = tuple(
+        Term(term.name, _effect_of(term, library), tuple(joint - 1 for joint in term.joints)) for term in model.terms
+    )
+    structure = ModelStructure(mechanisms.create(rig), rig, terms)
     linear = [parameter for parameter in structure.parameters if parameter.linear]
     x = np.zeros(len(structure.parameters))
     x[structure.linear] = _values(model, linear)
@@ -105,6 +110,8 @@ def structure_of(model: ModelFile, rig: Rig, library: Mapping[str, Effect]) -> t
 
 def _effect_of(term: EffectTerm, library: Mapping[str, Effect]) -> Effect:
     """The effect of a `term`: of the library, or by the formula that the model holds."""
+    if term.name == unknown_payload.NAME:
+        return unknown_payload.effect
     if term.name not in library:
         if term.formula is None:
             raise BadInput(
@@ -210,13 +217,16 @@ def check_same_machine(model: ModelFile, rig: Rig, sentence: str) -> None:
     Raises:
         BadInput: a physical property of the rig differs.
     """
-    expected = _rig_properties(model.mechanism, model.effort_units, model.torque, model.geometry, model.robot)
+    expected = _rig_properties(
+        model.mechanism, model.effort_units, model.torque, model.geometry, model.robot, model.payload
+    )
     actual = _rig_properties(
         rig.mechanism,
         rig.effort_units,
         rig.torque,
         rig.geometry if model.geometry else None,
         model.robot and rig.chain,
+        rig.payload,
     )
     for name in expected:
         if expected[name] != actual[name]:
@@ -225,9 +235,14 @@ def check_same_machine(model: ModelFile, rig: Rig, sentence: str) -> None:
 
 
 def _rig_properties(
-    mechanism: str, units: tuple[str, ...], torque: Torque, geometry: Geometry | None, robot: Chain | None
+    mechanism: str,
+    units: tuple[str, ...],
+    torque: Torque,
+    geometry: Geometry | None,
+    robot: Chain | None,
+    payload: Payload | None,
 ) -> dict[str, object]:
     sections = {"torque": torque, **({"geometry": geometry} if geometry else {})}
     fields = {f"{name}.{key}": value for name, section in sections.items() for key, value in section}
-    described = {"mechanism": mechanism, "the effort's unit": ", ".join(units)}
+    described = {"mechanism": mechanism, "the effort's unit": ", ".join(units), "payload": payload}
     return {**described, **fields, **(robot.properties if robot else {})}

@@ -1,4 +1,4 @@
-"""Pictures (PNG) as in the paper: measured and computed torque of each joint; and the convergence of a swarm."""
+"""Pictures (PNG): the torque as in the paper and by its causes, and the convergence of a swarm."""
 
 import logging
 import shutil
@@ -12,17 +12,23 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from delta_web.palette import CATEGORIES, CAUSES, JOINTS, MEASURED
 from ident.data.prepared_recording import PreparedRecording
 from ident.estimation.lad_certificate import Certificate
+from ident.export.paths import TorquePath
+from ident.export.torque_table import evaluate
 from ident.identification.identify import Identification
+from ident.identification.model import Model
+from recordings.files import replacement
 from recordings.recording import Floats
-from web.palette import CATEGORIES, JOINTS, MEASURED
 
 # A missing font is replaced; the warning is of no use to the user.
 logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
 
 OTHERS = (("black", "--"), (CATEGORIES[0], ":"), (CATEGORIES[1], "-."))
 """Colours and line styles of the models that the first one is compared with."""
+LONGEST = 4.0
+"""Duration of the part of a path that is drawn by causes [s]."""
 STYLE: Any = {
     "font.size": 10,
     "axes.grid": True,
@@ -124,3 +130,38 @@ def staged_folder(folder: Path) -> Iterator[Path]:
             picture.replace(folder / picture.name)
     finally:
         shutil.rmtree(partial, ignore_errors=True)
+
+
+def torque_by_cause(
+    path: Path, model: Model, along: TorquePath, rms: Mapping[str, Floats], widths: Mapping[str, Floats] | None
+) -> None:
+    """Draw the torque by its causes in the middle of a path, stacked over time, and the RMS of each; all or nothing.
+
+    One row for each joint; what is positive is stacked upwards, what is negative downwards.
+
+    rms: (dof,) of each cause; widths: (dof,) relative half of its 95 % interval; None: not known.
+    """
+    chunk, units = along.excerpt(), model.file.effort_units
+    whole, terms = evaluate(model, chunk)
+    shown, names = slice(0, int(LONGEST * along.rate)), list(terms)
+    time, colours = chunk.time[chunk.used][shown], [CAUSES[k % len(CAUSES)] for k in range(len(names))]
+    height = 1.8 + 2.4 * len(units)
+    with replacement(path) as partial, figure(partial, f"{along.name}: torque by cause", 12.0, height) as canvas:
+        grid = canvas.subplots(len(units), 2, sharex="col", squeeze=False, width_ratios=[3, 1])
+        for joint, (over_time, shares) in enumerate(grid):
+            parts = np.array([terms[name][shown, joint] for name in names])
+            for side in (np.maximum, np.minimum):
+                over_time.stackplot(time, side(parts, 0.0), colors=colours, alpha=0.85, lw=0)
+            over_time.plot(time, whole[shown, joint], color="black", lw=1.0, label="torque")
+            over_time.margins(x=0)
+            over_time.set_ylabel(f"joint {joint + 1} [{units[joint]}]")
+            errors = (
+                None if widths is None else [np.nan_to_num(widths[name][joint]) * rms[name][joint] for name in names]
+            )
+            lengths = [rms[name][joint] for name in names]
+            shares.barh(names, lengths, xerr=errors, color=colours, alpha=0.85, error_kw={"lw": 1.2})
+            shares.invert_yaxis()
+            shares.grid(axis="y", visible=False)
+        grid[-1, 0].set_xlabel("time [s]")
+        grid[-1, 1].set_xlabel(f"RMS [{units[-1]}]{', 95 % interval' if widths else ''}")
+        grid[0, 0].legend(loc="upper right", frameon=False)

@@ -5,13 +5,14 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
+from delta_web.palette import CATEGORIES
+from ident.output.console.printing import print_plain, print_table
 from ident.output.pictures import figure
+from ident.output.tables import ResultTable
 from ident.paper.figures import write_csv
 from ident.paper.study import TARGETS, TOPOLOGIES, SwarmGroup, SwarmStudy
 from recordings.recording import Floats
-from web.palette import CATEGORIES
 
 LABELS = {"pso": "cyclic", "pso_classic": "classical"}
 NEAR, REACHED = TARGETS
@@ -23,36 +24,29 @@ def show(study: SwarmStudy, console: Console) -> None:
     title = (
         f"Remarks 1 and 2: swarms from {seeds} seed{'s' if seeds > 1 else ''}, above the certified minimum of (33)"
     )
-    table = Table(title=title, title_justify="left")
-    table.add_column("swarm")
-    for heading in ("N_p", "median", "worst", f"to {NEAR:g}", f"to {REACHED:g}", "(41) ±", "par. ±"):
-        table.add_column(heading, justify="right")
-    for group in study.groups:
-        table.add_row(*_row(group), end_section=group.method == TOPOLOGIES[-1])
-    console.print(table)
-    console.print(
+    head = ("swarm", "N_p", "median", "worst", f"to {NEAR:g}", f"to {REACHED:g}", "(41) ±", "par. ±")
+    ends = [number for number, group in enumerate(study.groups) if group.method == TOPOLOGIES[-1]]
+    print_table(console, ResultTable(head, list(map(_row, study.groups)), title=title, sections=ends))
+    print_plain(
+        console,
         f"cyclic: pso, with {study.groups[0].neighbours} neighbours in the first row, and this share of the "
         "particles in the others; classical: pso_classic. "
         "median, worst: relative excess at the end. to: median number of iterations, and how many seeds arrive. "
         "±: largest difference between two seeds, of Eq. (41) on validation data and of a parameter relative to "
         "itself.",
-        highlight=False,
     )
     for sentence in sentences(study):
-        console.print(sentence, highlight=False)
+        print_plain(console, sentence)
 
 
 def _row(group: SwarmGroup) -> list[str]:
-    arrivals = []
-    for target in TARGETS:
-        steps = group.reached(target)
-        arrivals.append(f"{np.median(steps):.0f} ({len(steps)})" if steps else "never")
+    arrivals = [(steps, len(steps)) for steps in map(group.reached, TARGETS)]
     return [
         LABELS[group.method],
         str(group.particles),
         f"{np.median(group.excess):.0e}",
         f"{group.excess.max():.0e}",
-        *arrivals,
+        *(f"{np.median(steps):.0f} ({count})" if count else "never" for steps, count in arrivals),
         f"{group.nrmse_range:.0e}",
         f"{group.parameter_range:.0e}",
     ]

@@ -16,7 +16,6 @@ from ident.residuals import phases
 from ident.residuals.curves import BinnedCurve, binned_curves
 from ident.residuals.influences import MIN_EXPLAINED, Influence, strongest_influence
 from ident.residuals.spectrum import Spectrum, spectrum
-from ident.residuals.windows import Window, worst_windows
 from recordings.data_problems import DataProblem
 from recordings.notebook import html_table
 from recordings.recording import Floats
@@ -56,7 +55,7 @@ class ResidualAnalysis:
     """None if the model has not been saved to a file yet."""
     predictions: tuple[Prediction, ...]
     joints: tuple[JointAnalysis, ...]
-    windows: tuple[Window, ...]
+    windows: tuple[phases.Window, ...]
     """Worst first."""
     test: ResidualTest | None = None
     """Of the residual against the noise floor; None if the model cannot be tested."""
@@ -173,7 +172,7 @@ def analyse(
         )
         for joint, (unit, summary) in enumerate(zip(units, summaries, strict=True))
     )
-    return ResidualAnalysis(model, tuple(predictions), joints, worst_windows(predictions, WINDOWS), test)
+    return ResidualAnalysis(model, tuple(predictions), joints, phases.worst_windows(predictions, WINDOWS), test)
 
 
 def _joint(joint: JointAnalysis) -> dict[str, Any]:

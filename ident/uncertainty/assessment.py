@@ -143,22 +143,20 @@ def assess(
         noise=_noise(joint_noise, prepared[0].recording),
         floor=_floor(cycle_statistics.of_residuals(prepared, residuals)),
         warnings=physical_consistency.violations(structure.linear_parameters, fit.parameters, intervals),
-        coupling=physical_consistency.coupling(*_rigid_body(structure, prepared[0].motion, fit.parameters)),
+        coupling=physical_consistency.coupling(_rigid_torque(structure, fit.parameters), prepared[0].motion),
         cutoffs=tuple(hz for hz, _ in parameter_changes.per_cutoff),
     )
     return assessment, _parameter_uncertainties(error, intervals, shapes, conditioning, parameter_changes)
 
 
-def _rigid_body(
-    structure: ModelStructure, motion: Motion, linear: Floats
-) -> tuple[Callable[[Motion], Floats], Motion, Floats]:
-    """Regressor, motion and parameters of the mechanism with its mandatory effects, which carry mass."""
+def _rigid_torque(structure: ModelStructure, linear: Floats) -> Callable[[Motion], Floats]:
+    """The torque of the mechanism with its mandatory effects, which carry mass."""
     terms = tuple(term for term in structure.terms if term.effect.mandatory)
     entries = [entry for entry in structure.parameters if entry.linear]
     of_terms = [entry.term >= 0 and structure.terms[entry.term].effect.mandatory for entry in entries]
     values = np.concatenate([structure.mechanism_values(linear), linear[np.array(of_terms, bool)]])
     rigid = InverseDynamics(replace(structure, terms=terms), values)
-    return (lambda moved: rigid.columns(rigid.inputs(moved))), motion, values
+    return lambda motion: rigid.torque(rigid.inputs(motion))
 
 
 def _noise(joint_noise: Sequence[noise.Noise], recording: Recording) -> tuple[JointNoise, ...]:

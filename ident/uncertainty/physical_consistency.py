@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.dynamics.mechanisms import Parameter
-from ident.dynamics.motion import Motion
+from ident.dynamics.motion import Motion, inertia_matrix
 from recordings.recording import Floats
 
 _MAX_SAMPLES = 2000
@@ -28,7 +28,8 @@ class Coupling:
     """The inertia matrix D of Eq. (27) along a recording."""
 
     off_diagonal: tuple[tuple[float, ...], ...]
-    """RMS of D_ij / sqrt(D_ii D_jj) along the motion: 1 on the diagonal; 0 where joints do not couple."""
+    """RMS of D_ij / sqrt(D_ii D_jj) along the motion: 1 on the diagonal; 0 where joints do not couple,
+    and where a joint has no inertia."""
     share: float
     """RMS of the off-diagonal part over that of the whole matrix (Frobenius norms)."""
     positive: bool
@@ -48,34 +49,21 @@ def violations(parameters: Sequence[Parameter], values: Floats, intervals: Float
     return tuple(result)
 
 
-def coupling(regressor: Callable[[Motion], Floats], motion: Motion, values: Floats) -> Coupling | None:
-    """Coupling of the joints' inertias along `motion`; None for a single joint.
-
-    regressor: columns (n, dof, k) of the torque of a motion, for the parameters `values` (k,).
-    """
+def coupling(torque: Callable[[Motion], Floats], motion: Motion) -> Coupling | None:
+    """Coupling of the joints' inertias along `motion`, by the `torque` (n, dof) of a motion; None for one joint."""
     known = np.isfinite(motion.position).all(axis=1)
     position = motion.position[known]
     position = position[:: max(1, len(position) // _MAX_SAMPLES)]
-    D = inertia_matrix(regressor, position, values)
+    D = inertia_matrix(torque, position)
     diagonal = np.diagonal(D, axis1=1, axis2=2)
     dof = diagonal.shape[1]
     if dof == 1:
         return None
     positive = bool((np.linalg.eigvalsh((D + D.swapaxes(1, 2)) / 2)[:, 0] > 0).all())
-    relative = D / np.sqrt(np.abs(diagonal[:, :, None] * diagonal[:, None, :]))
+    scale = np.sqrt(np.abs(diagonal[:, :, None] * diagonal[:, None, :]))
+    # A fit may leave a joint without inertia.
+    relative = np.divide(D, scale, out=np.zeros_like(D), where=scale > 0)
     off = D * (1 - np.eye(dof))
     matrix = np.sqrt(np.mean(relative**2, axis=0))
     rows = tuple(tuple(float(x) for x in row) for row in matrix)
     return Coupling(rows, float(np.sqrt(np.mean(off**2) / np.mean(D**2))), positive)
-
-
-def inertia_matrix(regressor: Callable[[Motion], Floats], position: Floats, values: Floats) -> Floats:
-    """D (n, dof, dof) at `position` (n, dof): column j is the torque of a unit acceleration of joint j."""
-    zero = np.zeros_like(position)
-
-    def torque(acceleration: Floats) -> Floats:
-        return regressor(Motion(position, zero, acceleration, zero)) @ values
-
-    still = torque(zero)
-    columns = [torque(zero + unit) - still for unit in np.eye(position.shape[1])]
-    return np.stack(columns, axis=2)

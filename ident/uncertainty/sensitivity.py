@@ -4,11 +4,10 @@ Refits are by least squares, whatever the estimator, because only changes of the
 minute of long recordings is used.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Protocol
 
 import numpy as np
 
@@ -19,6 +18,9 @@ from ident.dynamics.structure import Term
 from ident.estimation.regression import linearize
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
+
+_Refit = Callable[[Sequence[Recording], float | None], Floats]
+"""Finds the parameters (k,) from recordings, at a cut-off [Hz]."""
 
 LENGTH_STEP = 0.01
 """Change of the rods' length [m]."""
@@ -48,11 +50,6 @@ def sensitivity(
     refit = partial(_refit, method=method, terms=terms)
     at_cutoff = tuple(_with_other_cutoffs(short, refit, cutoff)) if cutoff else ()
     return Sensitivity(_with_other_lengths(short, refit, cutoff), at_cutoff)
-
-
-class _Refit(Protocol):
-    def __call__(self, recordings: Sequence[Recording], cutoff: float | None, /) -> Floats:
-        """(k,) parameters."""
 
 
 def _with_other_lengths(recordings: Sequence[Recording], refit: _Refit, cutoff: float | None) -> Floats | None:

@@ -18,8 +18,7 @@ _TEMPLATES = {
 
 def to_dict(figure: go.Figure) -> Figure:
     """Return `figure` as a dictionary."""
-    plain: Figure = json.loads(figure.to_json())
-    return plain
+    return json.loads(figure.to_json())
 
 
 def with_theme(figure: Figure, dark: bool) -> Figure:

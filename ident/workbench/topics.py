@@ -1,6 +1,7 @@
 """Topics of the page and their changes."""
 
 from collections import Counter
+from collections.abc import Callable
 from typing import Literal
 
 Topic = Literal[
@@ -20,6 +21,7 @@ Topic = Literal[
     "tab",
     "run",
     "fleet",
+    "project",
     "message",
 ]
 
@@ -29,10 +31,13 @@ class Changes:
 
     def __init__(self) -> None:
         self._counts: Counter[Topic] = Counter()
+        self.on_mark: Callable[[set[Topic]], None] = lambda topics: None
+        """Called with topics that have changed, by the thread that has changed them."""
 
     def mark(self, *topics: Topic) -> None:
         """Mark `topics` as changed."""
         self._counts.update(topics)
+        self.on_mark(set(topics))
 
     def count(self, topics: tuple[Topic, ...]) -> int:
         """Return the number of changes of `topics` so far."""

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from recordings.config import ConfigSection
 from recordings.data_problems import kinds
+from recordings.next_command import free_name
 from recordings.recording import Recording
 
 
@@ -48,10 +49,7 @@ def problems(recording: Recording) -> Iterator[DataProblem]:
 
 def healing_command(path: Path, options: Sequence[str]) -> str:
     """The command that writes the recording `path` anew with these `options` of `daq import`, under a free name."""
-    out, number = path.with_name(f"{path.stem}-healed.mcap"), 1
-    while out.exists():
-        number += 1
-        out = path.with_name(f"{path.stem}-healed-{number}.mcap")
+    out = free_name(path.with_name(f"{path.stem}-healed.mcap"))
     return shlex.join(["daq", "import", str(path), "--out", str(out), *options])
 
 

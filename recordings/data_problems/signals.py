@@ -6,6 +6,12 @@ from recordings.recording import Bools, Floats, Recording
 
 MIN_TRAVEL = 1e-3
 """A joint with less travel stands still [rad or m]."""
+LEAST_SIGNAL = 1e-100
+"""Differences of torques or voltages below this are none: their squares must not vanish."""
+MAX_SPAN = np.pi
+"""No arm of a delta robot turns by more than half a turn [rad]."""
+SLOWEST, FASTEST = 5.0, 100_000.0
+"""Samples per second [Hz] with which motions are recorded."""
 MOVING = 0.05
 """A joint moves where it is faster than this share of its 95th percentile."""
 

@@ -7,7 +7,7 @@ SI units (`mapping`, `units`, `quantities`), and these a recording. `guessing` s
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -15,18 +15,20 @@ import numpy as np
 
 from recordings import blocks
 from recordings.blocks import SampleTable
+from recordings.columns import columns as columns_of
 from recordings.config import validated
 from recordings.errors import BadInput
 from recordings.imported import imported_rig, measured_torque
-from recordings.importing import formats, own_recording
+from recordings.importing import formats
 from recordings.importing.healing import Healing
 from recordings.importing.mapping import sources
 from recordings.importing.quantities import Quantities, quantities
 from recordings.importing.repetitions import mean_step, repetitions
-from recordings.importing.table import BagPart, Table
+from recordings.importing.table import Table
 from recordings.importing.units import RigHints
 from recordings.metadata import software
 from recordings.plausible import LARGEST, first_implausible
+from recordings.reader import is_foreign, read
 from recordings.recording import IMPORTED, Floats, Ints, Recording, Run
 from recordings.rig import JointType, MechanismName, Rig, Torque
 
@@ -103,7 +105,12 @@ class Imported:
 
 
 def import_data(
-    path: Path, out: Path, description: Description, mapping: Sequence[str] = (), part: BagPart | None = None
+    path: Path,
+    out: Path,
+    description: Description,
+    mapping: Sequence[str] = (),
+    topic: str | None = None,
+    names: tuple[str, ...] = (),
 ) -> Imported:
     """Write the measurements in `path` to the new recording `out`.
 
@@ -111,25 +118,29 @@ def import_data(
 
     Args:
         mapping: entries NAME=COLUMN:UNIT, or TOML files of such.
-        part: what is taken of a ROS bag.
+        topic, names: as in `formats.read`.
 
     Raises:
         BadInput: the file violates its format, does not hold what is needed, or contradicts the description, or `out`
             exists.
         OSError: `out` cannot be written; no partial file is left.
     """
-    imported = converted(path, description, mapping, part)
+    imported = converted(path, description, mapping, topic, names)
     blocks.write(out, imported.rig, imported.run, imported.samples)
     return imported
 
 
 def converted(
-    path: Path, description: Description, mapping: Sequence[str] = (), part: BagPart | None = None
+    path: Path,
+    description: Description,
+    mapping: Sequence[str] = (),
+    topic: str | None = None,
+    names: tuple[str, ...] = (),
 ) -> Imported:
     """Convert the measurements in `path`, as `import_data`, without writing a file."""
-    if own_recording.recognises(path):
+    if is_ours(path):
         return _healed(path, description, mapping)
-    return of_table(formats.read(path, part or BagPart()), description, mapping)
+    return of_table(formats.read(path, topic, names), description, mapping)
 
 
 def of_table(table: Table, description: Description, mapping: Sequence[str] = ()) -> Imported:
@@ -160,12 +171,21 @@ def of_table(table: Table, description: Description, mapping: Sequence[str] = ()
     used = {source.column for source in columns.values()}
     unread = ", ".join(name for name in table.unreadable if name not in used)
     notes = (*table.notes, *([f"left out, because not finite numbers throughout: {unread}"] if unread else []))
-    return Imported(rig, _thinned(run, description), samples, table.digest, notes)
+    return Imported(rig, _run(run, description, samples), samples, table.digest, notes)
+
+
+def is_ours(path: Path) -> bool:
+    """Whether `path` is a recording of ours: MCAP with the description of a rig."""
+    try:
+        return path.suffix == ".mcap" and not is_foreign(path)
+    except BadInput:
+        return False
 
 
 def _healed(path: Path, description: Description, mapping: Sequence[str]) -> Imported:
     """Convert our own recording `path` anew: other columns or units, mended samples; rig, run and gaps are kept."""
-    recording, table = own_recording.table(path)
+    recording = read(path)
+    table = Table(path, columns_of(recording), digest=recording.digest)
     rig = description.rig or recording.rig
     columns = sources(table, mapping)
     values = quantities(table, columns, RigHints(rig.joint_types, rig.drives))
@@ -173,7 +193,7 @@ def _healed(path: Path, description: Description, mapping: Sequence[str]) -> Imp
     of_drives = {name: getattr(recording, name).astype(np.int64) for name in ("statusword", "error_code")}
     samples = description.healing.of(replace(_samples(rig, values, values.joints, recording.repeat), **of_drives))
     note = f"{path.name}: rig, run and gaps are kept, bus frames and events are not"
-    return Imported(rig, _thinned(recording.run, description), samples, table.digest, (note,))
+    return Imported(rig, _run(recording.run, description, samples), samples, table.digest, (note,))
 
 
 def _samples(rig: Rig, values: Quantities, joints: Mapping[str, Floats], repeat: Ints) -> SampleTable:
@@ -193,8 +213,16 @@ def _samples(rig: Rig, values: Quantities, joints: Mapping[str, Floats], repeat:
     )
 
 
-def _thinned(run: Run, description: Description) -> Run:
-    return run.model_copy(update={"rate": run.rate / description.healing.thin})
+def _run(run: Run, description: Description, samples: SampleTable) -> Run:
+    """The `run` of mended `samples`; of thinned ones each still holds the torque of one sample before."""
+    thin, trim = description.healing.thin, description.healing.trim
+    if trim:
+        start = datetime.fromisoformat(run.start) + timedelta(seconds=max(trim.start, 0.0))
+        cycles = max(int(samples.repeat.max()) + 1, 1)
+        run = run.model_copy(update={"cycles": cycles, "start": start.isoformat(timespec="milliseconds")})
+    if thin == 1:
+        return run
+    return run.model_copy(update={"rate": run.rate / thin, "torque_window": run.torque_window or 1 / run.rate})
 
 
 def _start(table: Table, values: Quantities) -> str:

@@ -8,22 +8,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.columns import numbered
 from recordings.importing.table import Table
 from recordings.importing.units import parse
 from recordings.limits import check_columns
 from recordings.recording import Floats
 
 
-def table_of_arrow(path: Path, content: Any, digest: str) -> Table:
+def table_of_arrow(path: Path, content: Any) -> Table:
     """Make a table of an Arrow table `content`; a column of lists of one length becomes a column per element."""
     columns = {name: content[name].combine_chunks() for name in content.column_names}
     arrays = {name: column.to_numpy(zero_copy_only=False) for name, column in columns.items()}
-    return table_of_arrays(path, arrays, digest)
+    return table_of_arrays(path, arrays)
 
 
-def table_of_arrays(
-    path: Path, arrays: Mapping[str, NDArray[Any]], digest: str, units: Mapping[str, str] | None = None
-) -> Table:
+def table_of_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None = None) -> Table:
     """Make a table of arrays: a matrix (n, k) or (k, n) gives k columns NAME_1 ... NAME_k.
 
     Arrays of another length than the others are left out, and noted; text becomes labels.
@@ -50,15 +49,15 @@ def table_of_arrays(
             if kind == "text" and array.ndim == 1:
                 labels[name] = np.array([_text(value) for value in array])
         else:
-            numbered = _numbered(name, array.astype(float), count)
-            columns |= numbered
+            rows = array.astype(float) if len(array) == count else array.astype(float).T
+            named = {name: rows} if rows.ndim == 1 else numbered(name, rows)
+            columns |= named
             if parse(unit := (units or {}).get(name, "")):
-                stated |= dict.fromkeys(numbered, unit)
+                stated |= dict.fromkeys(named, unit)
     notes = (f"left out, because not {count} values long: {', '.join(other)}",) if other else ()
     return Table(
         path,
         columns,
-        digest,
         stated,
         start=start,
         invalid=invalid,
@@ -89,13 +88,6 @@ def _rows(arrays: Mapping[str, NDArray[Any]]) -> int:
         most = max(vectors.values())
         return max(length for length, number in vectors.items() if number == most)
     return max((length for array in arrays.values() if array.ndim == 2 for length in array.shape), default=0)
-
-
-def _numbered(name: str, array: Floats, count: int) -> dict[str, Floats]:
-    if array.ndim == 1:
-        return {name: array}
-    rows = array if len(array) == count else array.T
-    return {f"{name}_{k}": column.copy() for k, column in enumerate(rows.T, start=1)}
 
 
 def _seconds(array: NDArray[Any]) -> tuple[Floats, str | None]:

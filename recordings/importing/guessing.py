@@ -40,6 +40,8 @@ _MIN_COUNTS = 1000
 """Whole numbers over a larger range are encoder counts."""
 _MAX_CURRENT = 200.0
 """A larger current is in mA."""
+_MOSTLY = 0.9
+"""A time increases in more than this share of its steps."""
 _MAX_SLOPE_ERROR = 0.1
 """Velocity is in the unit in which it is within this share of the derivative of position."""
 DRIVES = ("effort", "current", "voltage")
@@ -71,14 +73,18 @@ def guess(table: Table) -> list[ColumnGuess]:
 
 
 def _time_column(table: Table) -> str | None:
-    """The first column that increases, and is called or measured as a time; or else the first that increases."""
-    increasing = [
-        name
+    """The first column that increases most, and is called or measured as a time; or else the first that increases.
+
+    A time that does not increase everywhere is one all the same: the import says in which line.
+    """
+    steps = {
+        name: float((np.diff(values) > 0).mean())
         for name, values in table.columns.items()
-        if len(values) > 1 and np.isfinite(values).all() and (np.diff(values) > 0).all()
-    ]
-    likely = [name for name in increasing if kind(table, name) == "time"]
-    return next(iter(likely or increasing), None)
+        if len(values) > 1 and np.isfinite(values).all()
+    }
+    called = [name for name, share in steps.items() if kind(table, name) == "time" and share > _MOSTLY]
+    increasing = [name for name, share in steps.items() if share == 1]
+    return max(called, key=lambda name: steps[name], default=next(iter(increasing), None))
 
 
 def _quantities(table: Table, used: set[str], taken: set[str]) -> dict[str, list[str]]:
@@ -175,9 +181,10 @@ def _with_units(table: Table, targets: Mapping[str, str]) -> list[ColumnGuess]:
             guesses[column] = _velocity(table, guesses, column, target)
     for column, values in table.columns.items():
         if column not in guesses:
-            why = "no number in it" if np.isnan(values).all() else "name and unit say nothing known"
-            guesses[column] = ColumnGuess(column, None, None, why)
-    guesses |= {column: ColumnGuess(column, None, None, "holds no numbers") for column in table.invalid}
+            known = kind(table, column)
+            why = f"{known}: another is taken, or joints lack it" if known else "name and unit say nothing known"
+            guesses[column] = ColumnGuess(column, None, None, "no number in it" if np.isnan(values).all() else why)
+    guesses |= {column: ColumnGuess(column, None, None, why) for column, why in table.invalid.items()}
     return [guesses[column] for column in (*table.columns, *table.invalid)]
 
 
@@ -222,9 +229,8 @@ def _time_unit(time: Floats) -> tuple[str, str]:
 
 def _velocity(table: Table, guesses: Mapping[str, ColumnGuess], column: str, target: str) -> ColumnGuess:
     """Guess the unit of a velocity without stated unit: the one in which it is the derivative of the position."""
-    made = guesses[column]
-    position = next((g for g in guesses.values() if g.target == target.replace("velocity", "position")), None)
-    time = next((g for g in guesses.values() if g.target == "time"), None)
+    made, by_target = guesses[column], {each.target: each for each in guesses.values()}
+    position, time = by_target.get(target.replace("velocity", "position")), by_target.get("time")
     stated = _unit(table, column).dimension is not None or target == column
     if stated or not position or not time or not position.source or not time.source:
         return made

@@ -41,7 +41,7 @@ def of_arrays(
 
 def of_columns(name: str, columns: Mapping[str, NDArray[Any]], mapping: object, rig: object) -> Recording:
     """Make a recording, whose name begins with `name`, of columns (n,); see `Recording.from_frame`."""
-    table = table_of_arrays(Path(name), columns, "")
+    table = table_of_arrays(Path(name), columns)
     content = [part for key, values in table.columns.items() for part in (key.encode(), values.tobytes())]
     digest = hashlib.sha256(b"".join(content)).hexdigest()
     path = Path(f"{name}-{digest[:8]}")

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from recordings.errors import BadInput
 from recordings.importing.guessing import kind, words_of
+from recordings.importing.mapping import joint_quantity
 from recordings.importing.table import JOINT_QUANTITIES, Table
 from recordings.interpolation import interpolate
 from recordings.recording import Bools, Floats
@@ -34,8 +35,9 @@ def widened(table: Table) -> Table:
     Raises:
         BadInput: a joint stands twice at one time.
     """
+    wide = any(map(joint_quantity, table.columns))
     name = next((column for column in table.columns if kind(table, column) == "time"), None)
-    if name is None or len(table.columns[name]) < 2 or not np.isfinite(table.columns[name]).all():
+    if wide or name is None or len(table.columns[name]) < 2 or not np.isfinite(table.columns[name]).all():
         return table
     time = table.columns[name]
     candidates = dict(_candidates(table, name))

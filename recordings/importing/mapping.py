@@ -3,11 +3,10 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 
 from recordings.config import toml_content
-from recordings.errors import BadInput
+from recordings.errors import BadInput, did_you_mean
 from recordings.importing.table import JOINT_QUANTITIES, ROW, Table
 from recordings.importing.units import NO_UNIT, Unit, parse, split_header
 
@@ -37,7 +36,12 @@ def sources(table: Table, entries: Sequence[str]) -> dict[str, Source]:
     """
     given: dict[str, Source] = {}
     for target, text in _pairs(entries):
-        _check_target(target)
+        if not _TARGET.fullmatch(target):
+            known = [*(f"{name}_1" for name in JOINT_QUANTITIES), *TIMES]
+            raise BadInput(
+                f"--map: time, cycle, or {', '.join(JOINT_QUANTITIES)} with _1, _2 ... expected, {target!r} found;"
+                f"{did_you_mean(target, known) or ' correct the name'}"
+            )
         if target in given:
             raise BadInput(f"--map: one column for {target} expected, two found; remove one")
         given[target] = _source(table, target, text)
@@ -79,16 +83,6 @@ def _file(path: Path) -> list[tuple[str, str]]:
         if not isinstance(text, str):
             raise BadInput(f'mapping {path}: {target} = "COLUMN:UNIT" expected, {text!r} found; put it in quotes')
     return list(content.items())
-
-
-def _check_target(target: str) -> None:
-    if not _TARGET.fullmatch(target):
-        known = [*(f"{name}_1" for name in JOINT_QUANTITIES), *TIMES]
-        similar = get_close_matches(target, known, n=1)
-        hint = f"did you mean {similar[0]}?" if similar else "correct the name"
-        raise BadInput(
-            f"--map: time, cycle, or {', '.join(JOINT_QUANTITIES)} with _1, _2 ... expected, {target!r} found; {hint}"
-        )
 
 
 def _source(table: Table, target: str, text: str) -> Source:

@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 
+from recordings.data_problems.signals import MIN_TRAVEL, travel
 from recordings.importing import Imported
 from recordings.outliers import outliers
 from recordings.recording import Floats
@@ -24,11 +25,8 @@ _EVEN = 1e-4
 """Time steps with less jitter than this are even."""
 _GAP = 1.9
 """A time step this many times the median is a gap."""
-_REVOLUTION = 2 * np.pi
 _MAX_RANGE = 30.0
 """A range [rad] beyond this is in degrees: five turns of a joint are rare, 30 degrees are not."""
-_MIN_TRAVEL = 1e-3
-"""A joint with less travel stands still [rad or m], as in `ident`."""
 _MAX_SLOPE_ERROR = 0.1
 """A velocity differs from the derivative of the position if its slope is off by more than this share."""
 _MIN_CORRELATION = 0.9
@@ -97,7 +95,7 @@ def _gaps(imported: Imported) -> Iterator[Observation]:
 def _empty(imported: Imported) -> Iterator[Observation]:
     for joint, column in _columns(imported, "position"):
         known = column[np.isfinite(column)]
-        if not len(known) or np.ptp(known) < _MIN_TRAVEL:
+        if travel(column) < MIN_TRAVEL:
             yield Observation(
                 "joint-at-rest",
                 "warning",
@@ -119,17 +117,18 @@ def _angle(imported: Imported) -> Iterator[Observation]:
                 f'"position_{joint}=COLUMN:deg"'
             )
             yield Observation("degrees", "warning", text, joint)
-        elif largest > _REVOLUTION and imported.rig.mechanism != "delta":
+        elif largest > 2 * np.pi and imported.rig.mechanism != "delta":
             text = f"position {joint} reaches {largest:.3g} rad, beyond one turn: check the unit and the gear"
             yield Observation("beyond-a-turn", "warning", text, joint)
 
 
 def _resolution(imported: Imported) -> Iterator[Observation]:
-    for name in ("position", *_drive_names(imported)):
+    units = {"position": imported.rig.position_units[0], "voltage": "V", "effort": imported.rig.effort_units[0]}
+    for name, unit in units.items():
         steps = [resolution(column) for _, column in _columns(imported, name)]
         if any(steps):
             listed = ", ".join(f"{step:.3g}" if step else "none" for step in steps)
-            yield Observation("resolution", "note", f"resolution of {name}: {listed} {_unit(imported, name, 1)}")
+            yield Observation("resolution", "note", f"resolution of {name}: {listed} {unit}")
 
 
 def _velocity(imported: Imported) -> Iterator[Observation]:
@@ -151,12 +150,12 @@ def _velocity(imported: Imported) -> Iterator[Observation]:
 
 
 def _motion(imported: Imported) -> Iterator[Observation]:
-    for joint, _ in _columns(imported, "position"):
+    for joint, column in _columns(imported, "position"):
         velocity = _derivative(imported, joint)
         velocity = velocity[np.isfinite(velocity)]
         fastest = float(np.quantile(np.abs(velocity), 0.99)) if len(velocity) else 0.0
         moving = velocity[np.abs(velocity) > _MOVING * fastest]
-        if not fastest or not len(moving):
+        if travel(column) < MIN_TRAVEL or not len(moving):
             continue
         if max(np.mean(moving > 0), np.mean(moving < 0)) > _ONE_WAY:
             text = f"joint {joint} moves in one direction only: Coulomb friction and offset cannot be told apart"
@@ -167,9 +166,9 @@ def _motion(imported: Imported) -> Iterator[Observation]:
 
 
 def _filtered(imported: Imported) -> Iterator[Observation]:
-    for name in _drive_names(imported):
+    for name in ("voltage", "effort"):
         corners = [_corner(imported, column) for _, column in _columns(imported, name)]
-        if all(corners):
+        if corners and all(corners):
             listed = ", ".join(f"{corner:.3g}" for corner in corners)
             text = f"{name} holds hardly any noise above {listed} Hz: it was low-passed before; ripple above is lost"
             yield Observation("filtered", "warning", text)
@@ -197,18 +196,8 @@ def _columns(imported: Imported, name: str) -> Iterator[tuple[int, Floats]]:
     return iter(()) if table is None else enumerate(table.T, start=1)
 
 
-def _unit(imported: Imported, name: str, joint: int) -> str:
-    """Unit of the position, voltage or effort of a joint, counted from 1."""
-    units = {"position": imported.rig.position_units, "effort": imported.rig.effort_units}
-    return units[name][joint - 1] if name in units else "V"
-
-
 def _count(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
-
-
-def _drive_names(imported: Imported) -> list[str]:
-    return [name for name in ("voltage", "effort") if getattr(imported.samples, name) is not None]
 
 
 def _derivative(imported: Imported, joint: int) -> Floats:

@@ -11,7 +11,8 @@ import numpy as np
 from recordings.importing import formats
 from recordings.importing.guessing import DRIVES, ColumnGuess, guess
 from recordings.importing.mapping import joint_quantity
-from recordings.importing.table import JOINT_QUANTITIES, BagPart, Table
+from recordings.importing.table import JOINT_QUANTITIES, Table
+from recordings.next_command import free_name
 
 PLACEHOLDER = "NUMBER"
 """Stands in a command for a number that the user has to know; `daq import` refuses it."""
@@ -71,27 +72,29 @@ class ImportProposal:
         yield f"{'complete it and run' if self.missing else 'next'}: {self.command}"
 
 
-def propose(file: Path, selection: BagPart, given: Sequence[str] = (), out: Path | None = None) -> ImportProposal:
+def propose(
+    file: Path,
+    given: Sequence[str] = (),
+    out: Path | None = None,
+    topic: str | None = None,
+    names: tuple[str, ...] = (),
+) -> ImportProposal:
     """Guess what the columns of `file` hold.
 
     Args:
+        topic, names: as in `formats.read`.
         out: the recording to write; None: a new one in this folder.
         given: options of `daq import` that describe the machine, which the command repeats.
 
     Raises:
         BadInput: the file cannot be read.
     """
-    table = formats.read(file, selection)
+    table = formats.read(file, topic, names)
     guesses = guess(table)
-    words = [str(file), "--out", str(out or _output(file)), *options(table, guesses, given), *given]
-    return ImportProposal(table, guesses, words, missing(guesses, given))
-
-
-def _output(file: Path) -> Path:
-    """Name of a new recording for `file`, in this folder."""
     stem = file.resolve().name if file.is_dir() else file.stem
-    names = (Path(f"{stem}{ending}.mcap") for ending in ("", "-imported"))
-    return next((name for name in names if not name.exists()), Path(f"{stem}-new.mcap"))
+    out = out or free_name(Path(f"{stem}.mcap"))
+    words = [str(file), "--out", str(out), *options(table, guesses, given), *given]
+    return ImportProposal(table, guesses, words, missing(guesses, given))
 
 
 def options(table: Table, guesses: Sequence[ColumnGuess], given: Collection[str] = ()) -> list[str]:

@@ -18,6 +18,8 @@ ROW = "row"
 """Name of the column of row numbers 0, 1, 2, ..., which every table has."""
 _MOST_NAMES = 12
 """Number of columns that an error lists."""
+_LONGEST_NAME = 60
+"""Of a column in an error [characters]: what is no table has names of any length."""
 
 
 def distinct(names: Sequence[str]) -> list[str]:
@@ -31,8 +33,6 @@ class Table:
 
     path: Path
     columns: Mapping[str, Floats]
-    digest: str
-    """SHA-256 of the file."""
     units: Mapping[str, str] = field(default_factory=dict)
     """Units that the file states, by column."""
     start: str | None = None
@@ -49,6 +49,8 @@ class Table:
     """Sentences for the user: what was left out, and how time was read."""
     options: tuple[str, ...] = ()
     """Options of `daq import` that say explicitly which part of the file was read."""
+    digest: str = ""
+    """SHA-256 of the file."""
 
     @property
     def count(self) -> int:
@@ -119,19 +121,10 @@ class Table:
         names = [*self.columns, *self.invalid]
         more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
         why = f" (left out: {'; '.join(self.left_out[:_MOST_NAMES])})" if self.left_out else ""
-        return (f"{', '.join(names[:_MOST_NAMES])}{more}" if names else "none") + why
+        shown = ", ".join(name[:_LONGEST_NAME] for name in names[:_MOST_NAMES])
+        return (f"{shown}{more}" if names else "none") + why
 
     def location(self, row: int, name: str | None = None) -> str:
         """Position of a row, or of one value, for error messages."""
         place = f"line {row + self.first_line}" if self.first_line is not None else f"row {row + 1}"
         return f"{self.path}, {place}{f', column {name!r}' if name else ''}"
-
-
-@dataclass(frozen=True)
-class BagPart:
-    """Part of a file that holds several recordings."""
-
-    topic: str | None = None
-    """Topic of a ROS bag; None: the only one that fits."""
-    names: tuple[str, ...] = ()
-    """Names of the joints, in the order in which they are numbered; empty: all, in the order of the file."""

@@ -1,7 +1,5 @@
 """The cases of the payload benchmark."""
 
-import pytest
-
 from benchmarks.payload import COUNT, CYCLES, instant
 
 
@@ -11,8 +9,3 @@ def test_instants_hold_the_middle_and_the_seams() -> None:
     assert len(set(instants)) >= COUNT - 1
     assert min(instants) > 0
     assert max(instants) < CYCLES
-
-
-def test_case_beyond_the_last_is_refused() -> None:
-    with pytest.raises(IndexError):
-        instant(COUNT)

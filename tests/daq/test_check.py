@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from tests.conftest import Runner
-from tests.running import free_port
+from tests.running import DRIVES, udp_bus
 
 HOMED = "homed = { index = 0x6041, mask = 0x8000 }"
 Check = Callable[..., tuple[int, list[dict[str, str]]]]
@@ -73,10 +73,17 @@ def test_problem_is_named_and_the_command_fails(
     assert all(text in problem["found"] for text in texts), problem
 
 
+def test_texts_in_the_table_are_whole(daq_in_process: Runner, tmp_path: Path) -> None:
+    emcy = 'emcy = { "FF01" = "[[brake]] of the door" }'
+    (tmp_path / "rig.toml").write_text(f'name = "bench"\n{DRIVES}'.replace("node_id", f"{emcy}\nnode_id"))
+    (tmp_path / "sim.toml").write_text("[[drives]]\nhabits = { fault_at_power_on = 0xFF01 }\n")
+    done = daq_in_process("check", "--rig", "rig.toml", "--sim", "sim.toml")
+    assert "[[brake]]" in done.out
+    assert "…" not in done.out
+
+
 def test_missing_drives_are_named(daq_in_process: Runner, tmp_path: Path) -> None:
-    bus = f'[bus]\ninterface = "udp_multicast"\nchannel = "239.74.163.2"\nport = {free_port()}\n'
-    drives = "".join(f"[[drives]]\nnode_id = {node}\n" for node in (1, 2, 3))
-    (tmp_path / "rig.toml").write_text(f'name = "bench"\n{bus}{drives}')
+    (tmp_path / "rig.toml").write_text(f'name = "bench"\n{udp_bus()}{DRIVES}')
     done = daq_in_process("check", "--rig", "rig.toml")
     assert done.code == 1
     assert "no answer from joint 1 (node 1), joint 2 (node 2), joint 3 (node 3)" in done.err
@@ -85,7 +92,7 @@ def test_missing_drives_are_named(daq_in_process: Runner, tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("habits", "keys", "what", "field", "text"),
     [
-        ("", "", "mode that the drive shows", "found", "0"),
+        ("", "", "mode that is set", "found", "0"),
         ("", "", "supply", "found", "48 V"),
         ("", "", "1 rad/s^2 of the joint", "found", "27379.7 counts/s^2 (60AAh)"),
         ("", "", "6085:00", "expected", "4106961 = 150 rad/s^2"),

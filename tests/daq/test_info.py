@@ -21,8 +21,14 @@ Record = Callable[..., Path]
 def record(tmp_path: Path) -> Record:
     """Write a recording of 101 SYNCs with a gap, frames and events."""
 
-    def write(simulated: bool = True, exit_status: int = 0, robot: str | None = None) -> Path:
-        run = run_of(period=0.1, pace="realtime", simulated=simulated, robot=robot)
+    def write(
+        simulated: bool = True,
+        exit_status: int = 0,
+        robot: str | None = None,
+        stopped: int | None = None,
+        period: float = 0.1,
+    ) -> Path:
+        run = run_of(period=period, pace="realtime", simulated=simulated, robot=robot)
         path = tmp_path / "run.mcap"
         with RecordingWriter(path, simulated_rig(), run) as writer:
             for k in range(101):
@@ -32,6 +38,8 @@ def record(tmp_path: Path) -> Record:
                     writer.can(stamp, stamp, 0x180 + node, bytes(8), sent=False)
                 writer.joint_states(stamp, stamp, (0.1, np.nan if k == 7 else 0.2, 0.3))
                 writer.joint_commands(stamp, stamp, (0.1, 0.2, 0.3))
+                if k == stopped:
+                    writer.event(stamp, "error", "daq", "a fault")
                 writer.amplifiers(stamp, stamp, k, 0, k * 1e-5, (1.0, 2.0, 3.0), (7, 7, 7), (0, 0, 0))
             writer.event(stamp, "info", "daq", "all is well")
             writer.event(stamp, "warning", "daq", "[bold]missed[/bold] a cycle")
@@ -39,6 +47,10 @@ def record(tmp_path: Path) -> Record:
         return path
 
     return write
+
+
+def test_motion_without_repetitions_has_no_cycles(record: Record) -> None:
+    assert "cycles: none found\n" in printed(command, record(period=0.0))
 
 
 def test_json_output_holds_exactly_the_figures(record: Record) -> None:
@@ -63,6 +75,7 @@ def test_json_output_holds_exactly_the_figures(record: Record) -> None:
         "duration_s": 0.2,
         "samples": 101,
         "gaps": [0, 1, 0],
+        "longest_gap_s": 0.0,
         "following_error_rms": [0.0, 0.0, 0.0],
         "following_error_max": [0.0, 0.0, 0.0],
         "lateness_s": {"p50": pytest.approx(5e-4), "p99": pytest.approx(9.9e-4), "max": pytest.approx(1e-3)},
@@ -109,6 +122,19 @@ def test_following_error_is_that_of_the_run(record: Record, monkeypatch: pytest.
     assert figures["following_error_max"] == [0.004, 0.004, 0.0]
     assert figures["following_error_rms"] == pytest.approx([np.sqrt(12.5e-6), np.sqrt(16e-6 / 3), 0.0])
     assert "following error: joint 1: 3.54 (worst 4.00) mrad, joint 2" in printed(command, path)
+
+
+def test_following_error_of_a_failed_run_is_that_before_its_stop(
+    record: Record, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    error = np.full((101, 3), 0.001)
+    error[90:] = 0.5  # the arms fall
+    monkeypatch.setattr(Recording, "following_error", error)
+    path = record(exit_status=1, stopped=90)
+    figures = json.loads(printed(command, path, "--json"))
+    assert figures["complete"] is False
+    assert figures["following_error_max"] == [0.001] * 3
+    assert invoke(command, path).stderr.startswith("next: ident check")
 
 
 def test_real_drives_and_failure_are_shown(record: Record) -> None:

@@ -13,19 +13,9 @@ from recordings.reader import read, read_can
 from recordings.recording import Recording
 from tests import timekeeping
 from tests.conftest import Runner, launcher
-from tests.running import accounted_for, free_port, last_told, served, wait_until_moving
+from tests.running import DRIVES, accounted_for, last_told, served, udp_bus, wait_until_moving
 
-RIG = """
-name = "bench"
-[[drives]]
-node_id = 1
-[[drives]]
-node_id = 2
-[[drives]]
-node_id = 3
-"""
-
-
+RIG = f'name = "bench"\n{DRIVES}'
 ONE_CYCLE = ("--traj", "fig5a", "--cycles", 1, "--rate", 250)
 PATIENT = "[limits]\nsilence = 0.3\nhost_stall = 0.3\nfollowing_error = 0.3\ntorque = 500.0\n"
 """Wide limits for real time on a busy computer, whose stalls make the motion jerky."""
@@ -60,6 +50,15 @@ def test_every_sync_is_answered_and_the_same_seed_gives_the_same_bytes(daq: Runn
     assert syncs == figures["cycles"]
     for node in (1, 2, 3):
         assert ((frames.id == 0x180 + node) & ~frames.sent).sum() == syncs
+
+
+def test_a_run_without_torque_leads_to_its_figures(daq_in_process: Runner, tmp_path: Path) -> None:
+    (tmp_path / "blind.toml").write_text(RIG.replace("node_id", 'torque_source = "none"\nnode_id'))
+    points = "".join(f"{k / 5},{0.1 * (k % 2)},0,0\n" for k in range(11))
+    (tmp_path / "way.csv").write_text(f"time,joint_1,joint_2,joint_3\n{points}")
+    done = daq_in_process("record", "--traj", "way.csv", "--cycles", 1, "--rate", 100, "--rig", "blind.toml")
+    assert done.code == 0, done.err
+    assert "next: daq info way.csv.mcap" in done.out
 
 
 def test_hidden_effects_are_sealed_and_leave_no_name_in_the_recording(daq: Runner, tmp_path: Path) -> None:
@@ -169,8 +168,7 @@ def test_signal_during_the_motion_ends_in_disabled_drives_and_a_complete_file(nu
 
 @pytest.mark.realtime
 def test_twenty_seconds_between_two_processes_account_for_every_frame(daq: Runner, tmp_path: Path) -> None:
-    bus = f'[bus]\ninterface = "udp_multicast"\nchannel = "239.74.163.2"\nport = {free_port()}\n'
-    (tmp_path / "udp.toml").write_text(RIG + bus + PATIENT)
+    (tmp_path / "udp.toml").write_text(RIG + udp_bus() + PATIENT)
     with served(tmp_path, "--rig", "udp.toml"), timekeeping.watched() as machine:
         done = daq("record", "--traj", "fig5a", "--rig", "udp.toml", "--status")
     # The file accounts for every cycle, even if a slow computer ended the run early.

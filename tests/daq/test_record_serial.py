@@ -9,9 +9,7 @@ import pytest
 from recordings.reader import read, read_can
 from tests import timekeeping
 from tests.conftest import Runner
-from tests.running import accounted_for, last_told, served
-
-DRIVES = "".join(f"[[drives]]\nnode_id = {i}\n" for i in (1, 2, 3))
+from tests.running import DRIVES, accounted_for, last_told, served
 
 
 def write_rig(path: Path, rate: float, ports: list[str], more: str = "") -> None:

@@ -10,9 +10,9 @@ from recordings.rig import simulated_rig
 from tests.conftest import Runner
 from tests.daq.feedforward.given import write_nominal_torque
 from tests.drivers.simulated.dictionaries import MADE_UP
+from tests.running import DRIVES
 from trajectories import load
 
-DRIVES = "".join(f"[[drives]]\nnode_id = {node}\n" for node in (1, 2, 3))
 BENCH = f'name = "bench"\n{{}}\n{DRIVES}'
 SERIAL = '[bus]\ntransport = "serial"\nports = ["{}"]\n'
 FILES = {
@@ -25,6 +25,7 @@ FILES = {
     "slow.toml": BENCH.format("[limits]\nspeed = 0.5"),
     "weak.toml": BENCH.format("[limits]\ntorque = 15.0"),
     "tight.toml": BENCH.format('rate = 100\n[bus]\ninterface = "virtual"\n[limits]\njoint_max = -0.1'),
+    "blind.toml": BENCH.format("").replace("[[drives]]", '[[drives]]\ntorque_source = "none"'),
     "nocan.toml": BENCH.format('[bus]\ninterface = "socketcan"\nchannel = "nocan7"'),
     "virtual.toml": BENCH.format('[bus]\ninterface = "virtual"\nchannel = "x"'),
     "line.toml": BENCH.format("rate = 30.0\n" + SERIAL.format("simulated")),
@@ -68,7 +69,11 @@ REFUSED = {
     f"{FED} interpolated.toml": "mode 7 has no 60B2h",
     f"{FED} weak.toml": "limits.torque",
     f"{FED} quick.toml": "joint 1: a torque can be fed forward only to a drive with",
-    "record --traj fig5b --accept assumed-gain": "--accept belongs to --feedforward",
+    "record --traj fig5b --accept assumed-gain": "--accept assumed-gain belongs to --feedforward",
+    "record --traj fig5b --stop-on-alarm": "--stop-on-alarm belongs to --watch",
+    "record --traj fig5b --watch none.json": "none.json",
+    "record --traj fig5b --hidden x@60": "a seed such as 7, or 7@60",
+    "record --traj fig5b --hidden 1@-1": "a seed such as 7, or 7@60",
     # daq record --listen
     "record --listen": "--listen needs --rig",
     "record --listen --duration nan": "a finite number expected, nan found",
@@ -83,13 +88,15 @@ REFUSED = {
     "jog --joint 1 --by 0.5 --rig tight.toml": "limits.joint_min or joint_max",
     "jog --joint 1 --by 0.1 --rig axis.toml": "the simulated machine is a delta robot",
     "jog --joint 1 --by 0.1 --rig nocan.toml --sim effect.toml": "daq sim",
+    "axis-check --payload 1 --rig blind.toml": "--payload is weighed by the torque",
+    "home --rig line.toml": "drives on a CAN bus expected, serial lines found",
     "response --joint 4": "1 to 3 expected, 4 found",
     "response --joint 1 --amplitude 0": "--amplitude",
     # daq replay
     f"replay {SAMPLE}": "--bus",
     f"replay {SAMPLE} --bus socketcan": "INTERFACE:CHANNEL expected",
     f"replay {SAMPLE} --bus virtual:x": "ends at this program",
-    f"replay {SAMPLE} --bus pigeon:x": "--bus",
+    f"replay {SAMPLE} --bus pigeon:x": "CAN interface 'pigeon'",
     REPLAY: "cannot be opened",
     f"{REPLAY} --direction both": "would MOVE real ones",
     f"{REPLAY} --id 0x555": "none of 21893 recorded ones is chosen",
@@ -102,8 +109,7 @@ REFUSED = {
     f"{PROPOSE} --scan --eds drive.eds": "either --eds FILE or --scan expected",
     f"{PROPOSE} --eds missing.eds": "missing.eds does not exist",
     "rig propose --eds drive.eds --bus can0": "INTERFACE:CHANNEL expected",
-    "rig propose --eds drive.eds --bus usb:0": "'interface'",
-    f"{PROPOSE} --eds drive.eds --nodes 1,1,2": "different node ids",
+    f"{PROPOSE} --eds drive.eds --nodes 1,1,2": "axis 2 of a CiA 402 drive expected, no controlword (6840h)",
     f"{PROPOSE} --eds drive.eds --nodes a": "node ids such as 1,2,3",
     f"{PROPOSE} --eds drive.eds --eds drive.eds": "one file for all joints or 3",
     f"{PROPOSE} --eds drive.sim.toml": "an EDS or DCF file",

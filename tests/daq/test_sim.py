@@ -6,9 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import Runner
-from tests.running import free_port, served
-
-DRIVES = "".join(f"[[drives]]\nnode_id = {i}\n" for i in (1, 2, 3))
+from tests.running import DRIVES, served, udp_bus
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
@@ -19,13 +17,20 @@ def test_signal_ends_the_program_orderly(number: signal.Signals, tmp_path: Path)
         assert Path(ports[0]).is_symlink()
         process.send_signal(number)
         _, error = process.communicate(timeout=120)
-    assert error == "next: daq record --traj fig5a --rig lines.toml\n"
+    assert (process.returncode, error) == (0, "next: daq record --traj fig5a --rig lines.toml\n")
     assert not any(Path(port).is_symlink() for port in ports)
 
 
+def test_it_ends_with_the_program_that_started_it(tmp_path: Path) -> None:
+    (tmp_path / "bus.toml").write_text(f'name = "b"\n{udp_bus()}{DRIVES}')
+    with served(tmp_path, "--rig", "bus.toml") as process:
+        assert process.stdin is not None
+        process.stdin.close()  # as the system does when that program is killed
+        assert process.wait(timeout=120) == 0
+
+
 def test_second_simulation_with_the_same_node_ids_is_rejected(daq: Runner, tmp_path: Path) -> None:
-    bus = f'[bus]\ninterface = "udp_multicast"\nchannel = "239.74.163.31"\nport = {free_port()}\n'
-    (tmp_path / "bus.toml").write_text(f'name = "b"\n{bus}{DRIVES}')
+    (tmp_path / "bus.toml").write_text(f'name = "b"\n{udp_bus()}{DRIVES}')
     with served(tmp_path, "--rig", "bus.toml"):
         done = daq("sim", "--rig", "bus.toml", "--hidden", 1)
     assert done.code == 2

@@ -43,6 +43,24 @@ def test_only_the_sub_indices_of_the_file_exist(tmp_path: Path) -> None:
     assert sorted(dictionary) == [(0x1016, 0), (0x1016, 1), *((0x2002, sub) for sub in range(4))]
 
 
+def test_entries_of_a_compact_array_have_their_values_limits_and_names(tmp_path: Path) -> None:
+    array = "[2002]\nParameterName=a\nObjectType=0x8\nDataType=0x0004\nAccessType=rw\nLowLimit=-9\nDefaultValue=7\n"
+    array += "PDOMapping=1\nCompactSubObj=3\n[2002Name]\nNrOfEntries=2\n1=low\n2=high\n"
+    assert not load_dictionary(write(tmp_path, eds({}) + array), 1).has_parameters
+    dictionary = load_dictionary(write(tmp_path, eds({}) + array + "[2002Value]\nNrOfEntries=1\n2=-5\n"), 1)
+    entries = [dictionary[0x2002, sub] for sub in (1, 2, 3)]
+    assert [entry.decode(entry.value or b"") for entry in entries] == [7, -5, 7]
+    assert {(entry.low, entry.mappable) for entry in entries} == {(-9, True)}
+    assert [entry.is_parameter for entry in entries] == [False, True, False]
+
+
+def test_an_entry_that_a_file_describes_itself_stays(tmp_path: Path) -> None:
+    array = "[2002]\nParameterName=a\nObjectType=0x8\nDataType=0x0004\nAccessType=rw\nLowLimit=-9\nCompactSubObj=2\n"
+    own = "[2002Sub2]\nParameterName=b\nObjectType=0x7\nDataType=0x0004\nAccessType=rw\nLowLimit=-3\n"
+    dictionary = load_dictionary(write(tmp_path, eds({}) + array + own), 1)
+    assert [dictionary[0x2002, sub].low for sub in (1, 2)] == [-9, -3]
+
+
 def test_files_of_other_encodings_are_read(tmp_path: Path) -> None:
     path = write(tmp_path, eds({(0x6041, 0): Item(U16)}, name="Gerät für Säge"), encoding="latin-1")
     assert load_dictionary(path, 1).name == "Gerät für Säge"

@@ -28,6 +28,8 @@ class Bridge:
         ]
         self.syncs = 0
         """Number of SYNCs that the master has sent."""
+        self.enabled_until = 0
+        """Number of SYNCs that the master had sent when it last let a drive follow its target."""
         self.delivered_syncs = 0
         """Number of SYNCs that have been forwarded to the rig."""
         self.answers = 0
@@ -40,6 +42,8 @@ class Bridge:
                 continue
             if from_master and message.arbitration_id == 0x80:
                 self.syncs += 1
+            if from_master and message.arbitration_id & 0x780 == 0x200 and message.data[0] & 0xF == 0xF:
+                self.enabled_until = self.syncs
             for forwarded in self._saboteur(message, from_master, self.syncs):
                 self.delivered_syncs += from_master and forwarded.arbitration_id == 0x80
                 target.send(forwarded)

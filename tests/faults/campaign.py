@@ -33,6 +33,8 @@ from tests.faults.saboteurs import START
 from trajectories import Trajectory, load
 
 RATE = 250.0
+STOP_CYCLES = 3
+"""Cycles within which no drive is commanded to follow its target any more."""
 _numbers = itertools.count()
 
 
@@ -58,6 +60,8 @@ class Fault:
     """Habits of every simulated drive."""
     before: Callable[["SabotagedRig"], object] = lambda rig: None
     """Called before the recorder starts."""
+    events: Sequence[Mapping[str, Any]] = ()
+    """[[events]] of the sim file."""
     eds: Callable[[str], str] | None = None
     """Changes the dictionary (the text of its EDS) of every simulated drive."""
     pace: Literal["lockstep", "realtime"] = "lockstep"
@@ -89,6 +93,8 @@ class Outcome:
     """Whether the drives ended without power and the file is complete, independent of the machine's load."""
     passed: bool
     """Whether the outcome is safe and as required; in real time this needs a machine that keeps time."""
+    begun: bool = True
+    """False: in real time, a busy machine ended the run before the fault, which was not tried."""
     following_error: float | None = None
     """Largest following error of the machine with power [rad]; None: unknown."""
 
@@ -96,24 +102,22 @@ class Outcome:
 class SabotagedRig(SimulatedRig):
     """Simulated rig that is sabotaged at SYNCs and stores the time at which its drives lost power."""
 
-    def sabotage(self, act: Callable[["SabotagedRig", int], None]) -> None:
-        self._act = act
-        self._count = 0
-        self.synchronised = 0
-        """Number of SYNCs that have been answered."""
-        self.sent = 0
-        """Number of frames sent."""
-        self._was_powered = False
-        self.fault_time = 0.0
-        self.disabled_time: float | None = None
-        self.worst_error = 0.0
-        """Largest following error with power [rad]."""
+    act: Callable[["SabotagedRig", int], None]
+    """Called before each SYNC with the number of earlier SYNCs."""
+    synchronised = 0
+    """Number of SYNCs that have been answered."""
+    sent = 0
+    """Number of frames sent."""
+    fault_time = 0.0
+    disabled_time: float | None = None
+    worst_error = 0.0
+    """Largest following error with power [rad]."""
+    _was_powered = False
 
     def _synchronise(self) -> None:
-        if self._count < START:
+        if self.synchronised < START:
             self.fault_time = self.machine.time
-        self._act(self, self._count)
-        self._count += 1
+        self.act(self, self.synchronised)
         super()._synchronise()
         self.synchronised += 1
 
@@ -132,9 +136,9 @@ class SabotagedRig(SimulatedRig):
     def _observe(self) -> None:
         powered = any(drive.powered for drive in self.drives)
         # A drive has power from the machine's next step on.
-        if all(self.machine.enabled) and hasattr(self, "worst_error"):
+        if all(self.machine.enabled):
             self.worst_error = max(self.worst_error, *map(abs, self.machine.following_error()))
-        if getattr(self, "_was_powered", False) and not powered:
+        if self._was_powered and not powered:
             self.disabled_time = self.machine.time
         self._was_powered = powered
 
@@ -143,10 +147,13 @@ class WatchedProgress(CycleProgress):
     """Stores the cycle in which the run began to stop."""
 
     ended_at: int | None = None
+    at_once = False
+    """Whether the drives were then stopped at once, not along the path."""
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name == "phase" and value in ("stop", "disable") and self.ended_at is None:
             super().__setattr__("ended_at", self.cycles)
+            super().__setattr__("at_once", value == "disable")
         super().__setattr__(name, value)
 
 
@@ -161,7 +168,7 @@ def run(fault: Fault) -> Outcome:
         request = RunRequest(rig, trajectory, Path(folder) / "fault.mcap", fault.pace, 0, feedforward=feed)
         bus = can.Bus(interface="virtual", channel=far)
         machine = SabotagedRig(rig, _config(fault, Path(folder)), bus, pace=fault.pace, seed=0)
-        machine.sabotage(fault.rig)
+        machine.act = fault.rig
         fault.before(machine)
         with Bridge(master, far, fault.cable()) as bridge, machine:
             progress = WatchedProgress()
@@ -170,13 +177,21 @@ def run(fault: Fault) -> Outcome:
         disabled = None
         if code and machine.disabled_time is not None:
             disabled = max(0.0, (machine.disabled_time - machine.fault_time) * 1e3)
-        outcome = judge(fault, code, reason, powered, request.out, progress, START, RATE, bridge.syncs, disabled)
+        begun = fault.pace == "lockstep" or (progress.ended_at or 0) >= START
+        outcome = judge(
+            fault, code, reason, powered, request.out, progress, START, RATE, bridge.syncs, disabled, begun
+        )
         held = machine.worst_error <= fault.error_limit
+        if progress.ended_at is not None and progress.at_once:
+            # The next cycle, whose stop command follows ended_at SYNCs, is the first one after the detection.
+            held = held and bridge.enabled_until + 1 < progress.ended_at + STOP_CYCLES
         return replace(outcome, passed=outcome.passed and held, following_error=machine.worst_error)
 
 
 def _is_settled(bridge: Bridge, machine: SabotagedRig, syncs: int) -> bool:
     """Whether the rig has heard the master's first `syncs` SYNCs, and the master all that the rig has answered."""
+    if machine.error is not None:
+        raise machine.error
     heard = bridge.syncs >= syncs and machine.synchronised >= bridge.delivered_syncs
     return heard and bridge.answers >= machine.sent
 
@@ -187,7 +202,7 @@ def _config(fault: Fault, folder: Path) -> SimConfig:
         drive["eds"] = str(folder / "drive.eds")
         (folder / "drive.eds").write_text(fault.eds(EDS.read_text()))
     return SimConfig.model_validate_json(
-        json.dumps({"drives": [drive], "park": fault.park, "servo": dict(fault.servo)})
+        json.dumps({"drives": [drive], "park": fault.park, "servo": dict(fault.servo), "events": [*fault.events]})
     )
 
 
@@ -197,8 +212,9 @@ def _rig(channel: str, fault: Fault) -> Rig:
     rig = Rig.model_validate_json(json.dumps(rig.model_dump(mode="json") | {"drives": drives}))
     changed: dict[str, Any] = {"bus": rig.bus.model_copy(update={"channel": channel}), "enable_timeout": fault.enable}
     if fault.pace == "realtime":
-        # A busy computer must not cause a fault of its own.
-        changed["limits"] = rig.limits.model_copy(update={"host_stall": 10.0})
+        # A busy computer, which sends targets late, must not cause a fault of its own.
+        wide = {"host_stall": 10.0, "torque": 1e3, "following_error": 10.0, "speed": 1e3}
+        changed["limits"] = rig.limits.model_copy(update=wide)
     rig = rig.model_copy(update=changed)
     return rig if fault.feedforward is None else rig.with_torque_offset()
 
@@ -217,8 +233,10 @@ def record(
     progress: "WatchedProgress",
     settled: Callable[[int], bool] | None = None,
 ) -> tuple[int, str]:
-    """Exit code and reason of one run; `settled`: see PatientClock, None: lockstep's own patience."""
-    session = Session(request, lambda *line: None)
+    """Exit code and reason of one run, "done" with its warnings; `settled`: see PatientClock, None: lockstep's own
+    patience."""
+    warnings: list[str] = []
+    session = Session(request, lambda level, _, text: warnings.append(text) if level == "warning" else None)
     session.progress = progress
     if request.pace == "lockstep" and settled is not None:
         session._clock = PatientClock(request.rig.rate, settled)
@@ -229,7 +247,7 @@ def record(
         return 2, str(error)
     except RunFailed as error:
         return 1, str(error)
-    return 0, "done"
+    return 0, "; ".join(["done", *warnings])
 
 
 def judge(
@@ -243,11 +261,12 @@ def judge(
     rate: float,
     syncs: int | None,
     disabled: float | None,
+    begun: bool,
 ) -> Outcome:
     """Outcome of a run whose fault began at cycle `start`.
 
     syncs: expected number of SYNCs in the file; disabled: time at which the drives lost power [ms after the fault].
-    None: unknown.
+    None: unknown. begun: see `Outcome`.
     """
     detected = None
     if code and progress.ended_at is not None:
@@ -259,9 +278,10 @@ def judge(
         rows_lost = (progress.cycles if syncs is None else syncs) - len(recording.time)
     safe = not any(powered) and rows_lost <= 0
     passed = (
-        safe
+        begun
+        and safe
         and code == fault.code
         and re.search(fault.reason, reason) is not None
         and (disabled is None or disabled <= fault.limit)
     )
-    return Outcome(fault.name, detected, disabled, lost, max(rows_lost, 0), code, reason, safe, passed)
+    return Outcome(fault.name, detected, disabled, lost, max(rows_lost, 0), code, reason, safe, passed, begun)

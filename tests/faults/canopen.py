@@ -1,12 +1,14 @@
 """Faults of bus, drives and machine on CANopen."""
 
+import itertools
 import struct
 from collections.abc import Callable, Iterable
 
 import can
 
 from daq.cycle.session import Session
-from tests.faults.campaign import Fault, SabotagedRig
+from tests.faults.bridge import Saboteur
+from tests.faults.campaign import RATE, Fault, SabotagedRig
 from tests.faults.saboteurs import (
     RPDO_2,
     START,
@@ -43,6 +45,11 @@ def at(sync: int, act: Callable[[SabotagedRig], object]) -> Callable[[SabotagedR
     return lambda rig, count: act(rig) and None if count == sync else None
 
 
+def happening(trouble: str) -> list[dict[str, object]]:
+    """A trouble of the second drive in mid-motion, as the sim file says it."""
+    return [{"at": START / RATE, "trouble": trouble, "joints": [2]}]
+
+
 def always(act: Callable[[SabotagedRig], object]) -> Callable[[SabotagedRig, int], None]:
     """Apply `act` to the rig at every SYNC from START on."""
     return lambda rig, count: act(rig) and None if count >= START else None
@@ -58,6 +65,11 @@ def number(layout: str, begin: int, change: Callable[[int], int]) -> Callable[[b
 
 # A position in a TPDO and a target in an RPDO stand at the same place, behind statusword and controlword.
 _SHIFT = number("<i", 2, lambda counts: counts + (1 << 20))
+
+
+def _two_of_three() -> Saboteur:
+    number = itertools.count()
+    return on(TPDO_2, lambda message: (message,) if next(number) % 3 else (), count=240)
 
 
 def _silence_all(message: can.Message, from_master: bool, syncs: int) -> Iterable[can.Message]:
@@ -111,6 +123,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault("none", TOLERATED, 0),
     Fault("one answer dropped", TOLERATED, 0, cable=lambda: drop(TPDO_2, 1)),
     Fault("answers dropped for 40 ms", TOLERATED, 0, cable=lambda: drop(TPDO_2, 10)),
+    Fault("answers dropped here and there", "done; .* answers are missing", 0, cable=_two_of_three),
     Fault("all answers of a drive dropped", NO_ANSWER, 1, cable=lambda: drop(TPDO_2)),
     Fault("one setpoint dropped", TOLERATED, 0, cable=lambda: drop(RPDO_2, 1)),
     Fault("all setpoints of a drive dropped", FOLLOWING, 1, cable=lambda: drop(RPDO_2)),
@@ -204,14 +217,14 @@ FAULTS: tuple[Fault, ...] = (
         "NMT stop by another master, heard",
         r'NMT "stop" to joint 2.*another master \(COB-ID 000h\)',
         1,
-        rig=at(START, lambda r: r.drives[1].stop_communication()),
+        events=happening("nmt_stop"),
     ),
-    Fault("TPDO a byte short", SHORT % 7, 1, rig=at(START, lambda r: r.drives[1].shorten_tpdos())),
+    Fault("TPDO a byte short", SHORT % 7, 1, events=happening("short_tpdo")),
     Fault(
         "drive fault without EMCY",
         r"joint 2.*without EMCY; joint 2.*603F:00 says 0x2310 \(continuous over-current\)",
         1,
-        rig=at(START, lambda r: r.drives[1].fail(0x2310, silent=True)),
+        events=happening("silent_fault"),
     ),
     Fault(
         "foreign SYNC", r"second SYNC.*COB-ID 080h", 1, cable=lambda: accompany(TPDO_2, lambda k: [frame(SYNC, "")])

@@ -7,7 +7,7 @@ import can
 
 from drivers.simulated.drive_state_machine import PowerState
 from tests.faults.campaign import Fault, SabotagedRig
-from tests.faults.canopen import TOLERATED, at, frame
+from tests.faults.canopen import TOLERATED, at, frame, happening
 from tests.faults.saboteurs import START, SYNC, TPDO_2, accompany
 
 Change = Callable[[str], str]
@@ -86,7 +86,28 @@ SECOND_TPDO = all_of(
 LONG_VOLTAGE = entry("2200sub1", DataType="0x0004")
 POLLED = {"index": 0x2200, "sub": 1, "scale": 0.0005, "transfer": "sdo"}
 
+NO_ANSWER = "no (valid )?answer for 50 ms"
+MID_MOTION = {
+    "limit_switch": "internal limit",
+    "sync_loss": "0x8700",
+    "quiet_reboot": NO_ANSWER,
+    "pre_operational": NO_ANSWER,
+    "quick_stop": "the drive left operation by itself",
+    "flicker": "the drive left operation by itself",
+    "turn_lost": "position jump",
+    "bus_off": NO_ANSWER,
+}
+"""Troubles of a drive, by the names of the sim file, with the reason that is required."""
+FROM_POWER_ON = {
+    **MID_MOTION,
+    "turn_lost": "(position jump|following error)",
+    "short_tpdo": "has 7 bytes, 8 are mapped",
+    "nmt_stop": 'NMT "stop"',
+    "silent_fault": "603F:00 says 0x2310",
+}
+
 FAULTS: tuple[Fault, ...] = (
+    Fault("TPDO a byte long", TOLERATED, 0, habits={"trouble": "long_tpdo"}),
     Fault("warning in mid-motion", TOLERATED, 0, rig=at(START, lambda r: r.drives[1].warn(0xFF01))),
     Fault(
         "storm of warnings",
@@ -150,7 +171,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "unknown unit of acceleration", r"60AAh = 00123456h is unknown", 2, eds=entry("60AA", DefaultValue="0x123456")
     ),
-    Fault("unit of acceleration not stated", "the drive does not say it", 2, eds=without("60AA")),
+    Fault("unit of acceleration not stated", "nothing says the unit of accelerations", 2, eds=without("60AA")),
     Fault(
         "drive fault in mid-motion, quick stop in rpm/s",
         r"joint 2.*over-current \(0x2310\)",
@@ -200,5 +221,13 @@ FAULTS: tuple[Fault, ...] = (
         0,
         drive={"homed": {"index": 0x6041, "mask": 0x8000}},
         habits={"referenced_mask": 0x8000},
+    ),
+    *(
+        Fault(f"{trouble}, in mid-motion", rf"joint 2.*{reason}", 1, events=happening(trouble))
+        for trouble, reason in MID_MOTION.items()
+    ),
+    *(
+        Fault(f"{trouble}, from power on", reason, 1, habits={"trouble": trouble, "trouble_after": 0.0})
+        for trouble, reason in FROM_POWER_ON.items()
     ),
 )

@@ -8,7 +8,7 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -32,8 +32,9 @@ port = {port}
 [limits]
 silence = {silence}
 host_stall = {host_stall}
-torque = 500.0
-following_error = 0.3
+torque = 1000.0
+following_error = 10.0
+speed = 1000.0
 [[drives]]
 node_id = 1
 [[drives]]
@@ -46,7 +47,7 @@ _RATE = 50.0
 """Sampling rate [Hz]: low enough for a busy machine; the faults do not depend on it."""
 _STRICT = {"silence": 0.2, "host_stall": 0.3}
 _PATIENT = {"silence": 5.0, "host_stall": 5.0}
-"""Limits [s] for faults in which a stall must not matter."""
+"""Limits [s] for faults in which a stall must not matter; nor do late targets exceed another limit."""
 _TRAJECTORY, _CYCLES = "fig5b", 10
 
 
@@ -75,7 +76,7 @@ class Programs:
     def __init__(self, folder: Path, limits: Mapping[str, float]) -> None:
         self.folder = folder
         (folder / "rig.toml").write_text(_RIG.format(rate=_RATE, port=free_port(), **limits))
-        self.rig = self._start("sim", "--rig", "rig.toml")
+        self.rig = self._start("sim", "--rig", "rig.toml", "--until-eof")
         assert self.rig.stdout is not None
         assert "simulated drives" in self.rig.stdout.readline()
         self.recorder: subprocess.Popen[str] | None = None
@@ -91,6 +92,7 @@ class Programs:
         return subprocess.Popen(
             [*launcher("daq"), *arguments],
             cwd=self.folder,
+            stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -205,13 +207,13 @@ def run(fault: ProcessFault) -> Outcome:
         programs = Programs(Path(name), fault.limits)
         try:
             recorder = programs.record(fault.largest_file, feedforward=fault.feedforward)
-            if fault.largest_file is None:
-                wait_until_moving(recorder, cycles=50)
+            begun = fault.largest_file is not None or wait_until_moving(recorder, cycles=50)
             programs.struck = time.time()
             fault.strike(programs)
             _, err = recorder.communicate(timeout=120)
             disabled = programs.drives_are_disabled() if fault.drives_alive else True
-            return _outcome(fault, recorder.returncode, err, disabled, programs.struck, Path(name))
+            outcome = _outcome(fault, recorder.returncode, err, disabled, programs.struck, Path(name))
+            return replace(outcome, passed=outcome.passed and begun, begun=begun)
         finally:
             programs.end()
 

@@ -90,14 +90,15 @@ def run(fault: SerialFault) -> Outcome:
     with tempfile.TemporaryDirectory() as folder:
         request = RunRequest(rig, trajectory, Path(folder) / "fault.mcap", fault.pace, 0, feedforward=feed)
         machine = SerialRig(rig, SimConfig(), pace=fault.pace, seed=0)
-        _sabotage(machine, fault)
+        has_begun = _sabotage(machine, fault)
         progress = WatchedProgress()
         with machine:
             code, reason = record(request, fault, progress)
             drives = [drive for j, drive in enumerate(machine.drives) if "unplugged" not in fault.name or j != 1]
             powered = finally_powered(drives)
         start = round(fault.start * RATE)
-        return judge(fault, code, reason, powered, request.out, progress, start, RATE, None, None)
+        begun = fault.pace == "lockstep" or has_begun()
+        return judge(fault, code, reason, powered, request.out, progress, start, RATE, None, None, begun)
 
 
 def _rig() -> Rig:
@@ -115,7 +116,8 @@ def _rig() -> Rig:
     return validated(content, Rig, "campaign")
 
 
-def _sabotage(machine: SerialRig, fault: SerialFault) -> None:
+def _sabotage(machine: SerialRig, fault: SerialFault) -> Callable[[], bool]:
+    """Let the fault come; returns whether it has."""
     count = 0
     acted = False
 
@@ -132,3 +134,4 @@ def _sabotage(machine: SerialRig, fault: SerialFault) -> None:
         return fault.disturb(reply, count - 1)
 
     machine.disturb = disturb
+    return lambda: acted

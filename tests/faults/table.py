@@ -27,7 +27,7 @@ def show(title: str, outcomes: Sequence[Outcome]) -> None:
     for o in outcomes:
         error = "-" if o.following_error is None else f"{o.following_error * 1e3:.1f}"
         numbers = (_ms(o.detected), _ms(o.disabled), error, str(o.samples_lost), str(o.rows_lost), str(o.code))
-        table.add_row(o.fault, *numbers, "yes" if o.passed else "NO", o.reason, style=None if o.passed else "red")
+        table.add_row(o.fault, *numbers, "yes" if o.passed else "NO", _reason(o), style=None if o.passed else "red")
     console = Console(width=180)
     console.print(table)
     console.print(f"{sum(o.passed for o in outcomes)} of {len(outcomes)} as required")
@@ -35,7 +35,11 @@ def show(title: str, outcomes: Sequence[Outcome]) -> None:
 
 def tick(outcome: Outcome) -> None:
     """Print the outcome of a fault on stderr."""
-    print(f"{'ok ' if outcome.passed else 'NO '} {outcome.fault}: {outcome.reason}", file=sys.stderr, flush=True)
+    print(f"{'ok ' if outcome.passed else 'NO '} {outcome.fault}: {_reason(outcome)}", file=sys.stderr, flush=True)
+
+
+def _reason(outcome: Outcome) -> str:
+    return outcome.reason if outcome.begun else f"ended before the fault: {outcome.reason}"
 
 
 def _ms(value: float | None) -> str:

@@ -11,6 +11,7 @@ from tests.faults.campaign import Outcome
 
 _TESTED = (
     "one answer dropped",
+    "answers dropped here and there",
     "all answers of a drive dropped",
     "all setpoints of a drive dropped",
     "cable pulled",
@@ -27,6 +28,7 @@ _TESTED = (
     "joint blocked (collision)",
     "NMT stop by another master, heard",
     "TPDO a byte short",
+    "TPDO a byte long",
     "drive fault without EMCY",
     "foreign SYNC",
     "host stalls for 200 ms",

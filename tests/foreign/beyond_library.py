@@ -72,6 +72,7 @@ KINDS: dict[str, type[HiddenEffect]] = {
 }
 """The effects of this module."""
 LAWS: dict[str, Law] = {
+    "tangled_cables": lambda s, other, p: p["k"] * (s.q - other.q),
     "spring_and_damper": lambda s, other, p: p["k"] * (s.q - other.q + p["T"] * (s.v - other.v)),
     "mutual_inertia": lambda s, other, p: p["J"] * other.a,
     "friction_of_other": lambda s, other, p: p["a"] * np.sin(2 * other.q + p["phase"]) * s.direction,

@@ -68,6 +68,21 @@ def _thermal(s: State, p: Parameters) -> Floats:
     return p["b"] * (p["viscous"] * s.v + s.direction) * np.exp(-s.t / p["T"])
 
 
+def _self_heating(s: State, p: Parameters) -> Floats:
+    """Friction times -fall h, T h' = P / mean P - h: h is the mean of P over the past, weighted by exp(t/T)."""
+    friction = s.viscous * s.v + s.coulomb * s.direction
+    power = friction * s.v
+    weight = np.exp(s.t / p["T"])
+    past = np.cumsum(weight * power / power.mean(axis=0), axis=0) * (s.t[1] - s.t[0]) / p["T"]
+    return -p["fall"] * past / weight * friction
+
+
+def _directional(s: State, p: Parameters) -> Floats:
+    """a_d |load| where the power goes from motor to load, a_b |load| where it comes back."""
+    share = np.where(s.load * s.v > 0, p["a_d"], p["a_d"] * p["back"])
+    return share * np.abs(s.load) * s.direction
+
+
 MOTOR: dict[str, Law] = {
     "torque_offset": lambda s, p: np.full_like(s.q, p["a"]),
     "asymmetric_viscous": lambda s, p: p["a"] * np.abs(s.v),
@@ -80,6 +95,9 @@ MOTOR: dict[str, Law] = {
         2 * p["a"] * ((1 + np.sin(p["k"] * s.q + p["phase"])) / 2) ** p["p"] * s.direction
     ),
     "load_dependent_friction": lambda s, p: p["a"] * np.abs(s.load) * s.direction,
+    "directional_load_friction": _directional,
+    "stribeck_load_friction": lambda s, p: p["a"] * np.abs(s.load) * np.exp(-((s.v / p["v_s"]) ** 2)) * s.direction,
+    "self_heating": _self_heating,
     "cogging": lambda s, p: p["a"] * np.sin(p["N"] * s.q + p["phase"]),
     "joint_spring": lambda s, p: p["k"] * (s.q - p["q_0"]),
     "thermal_drift": _thermal,
@@ -97,12 +115,3 @@ ARM: dict[str, Law] = {
     "arm_mass_mismatch": lambda s, p: p["a"] * np.cos(s.q),
 }
 """Additional torque (n, 3) of effects on the arm side of the coupling."""
-
-
-def cable_torque(s: State, p: Parameters, joints: tuple[int, ...]) -> Floats:
-    """Torque (n, 3) k (q_i - q_j) of a cable between two joints (from 1)."""
-    i, j = (joint - 1 for joint in joints)
-    torque = np.zeros_like(s.q)
-    torque[:, i] = p["k"] * (s.q[:, i] - s.q[:, j])
-    torque[:, j] = -torque[:, i]
-    return torque

@@ -11,7 +11,7 @@ from drivers.simulated.effect import HiddenEffect
 from recordings.recording import Floats
 from recordings.rig import Geometry
 from tests.drivers.simulated.exact_delta import exact_torque
-from tests.foreign import beyond_library, couplings, laws, out_of_library
+from tests.foreign import balls, beyond_library, couplings, laws, out_of_library
 from tests.foreign.reference_motion import ReferenceMotion
 from tests.foreign.robots import Robot
 from trajectories import kinematics
@@ -87,6 +87,9 @@ class Plant:
         torque = unique[reference.rows]
         for _, p in hidden.of("air_drag"):
             torque = torque + p["c"] * self._drag_torque[reference.rows]
+        for _, p in hidden.of("passive_joint_friction"):
+            dry, viscous = self._ball_torques
+            torque = torque + p["mu"] * (dry + p["viscous"] * viscous)[reference.rows]
         for _, p in hidden.of("payload_change"):
             torque = (
                 torque
@@ -125,6 +128,11 @@ class Plant:
         force = np.linalg.norm(reference.platform_rate, axis=1)[:, None] * reference.platform_rate
         torque: Floats = np.einsum("nij,ni->nj", J, force)
         return torque
+
+    @cached_property
+    def _ball_torques(self) -> Floats:
+        """(2, u, 3) torque of unit dry and of unit viscous friction of the balls."""
+        return balls.ball_torques(self.robot.rig.geometry, self.reference.theta, self.reference.rate)
 
     def _load_share(self, start: float, end: float) -> Floats:
         """(n,) share of the load on the platform, 0 to 1."""
@@ -188,8 +196,6 @@ class Plant:
         state = self._state(q, v, a, load + links.motor_inertia * a)
         motor_torque = links.motor_inertia * a + friction.viscous * v + state.coulomb * state.direction
         for effect in hidden.effects:
-            if name(effect) == "tangled_cables":
-                motor_torque = motor_torque + laws.cable_torque(state, _parameters(effect), effect.joints)
             if (law := name(effect)) in beyond_library.LAWS:
                 motor_torque = motor_torque + _mask(effect) * beyond_library.torque(law, effect, state)
         return motor_torque + hidden.sum(laws.MOTOR, state)

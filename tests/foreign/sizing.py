@@ -7,7 +7,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from drivers.simulated.config import Links
 from drivers.simulated.effect import HiddenEffect
-from drivers.simulated.secant import solve
+from drivers.simulated.secant import nearest, unabsorbed
 from recordings.recording import Floats
 from tests.drivers.simulated.exact_delta import exact_torque
 from tests.foreign.plant import Plant, Reported
@@ -17,7 +17,6 @@ _BANDWIDTH = 30.0
 """Bandwidth of the analysis: -3 dB of the forward-backward filter [Hz]."""
 _DECIMATION = 5
 """Decimation of the rows of the fit."""
-_TOLERANCE = 0.01
 
 
 class EffectSizer:
@@ -38,30 +37,27 @@ class EffectSizer:
     def size(self, effect: HiddenEffect) -> float:
         """Size of an effect on its joints; infinite if the robot cannot follow the motion."""
         try:
-            reported = self._plant.report((effect,))
-            same = np.array_equal(reported.position, self._bare_position)
-            basis = self._basis if same else self._orthonormal_basis(reported)
+            change = unabsorbed(self._change(effect), [self._change(each) for each in effect.contained()])
         except Unreachable:
             return math.inf
-        residual = self._residual(self._filtered(self._torque_of(reported)), basis)
         joints = [joint - 1 for joint in effect.joints]
-        size = math.sqrt(
-            np.mean((residual - self._bare_residual)[:, joints] ** 2) / np.mean(self._torque[:, joints] ** 2)
-        )
+        size = math.sqrt(np.mean(change[:, joints] ** 2) / np.mean(self._torque[:, joints] ** 2))
         return size if math.isfinite(size) else math.inf
+
+    def _change(self, effect: HiddenEffect) -> Floats:
+        """(m, 3) residual of the base model with the `effect` minus that without it [N m].
+
+        Raises:
+            Unreachable: the robot cannot follow the motion.
+        """
+        reported = self._plant.report((effect,))
+        same = np.array_equal(reported.position, self._bare_position)
+        basis = self._basis if same else self._orthonormal_basis(reported)
+        return self._residual(self._filtered(self._torque_of(reported)), basis) - self._bare_residual
 
     def nearest(self, effect: HiddenEffect, wanted: float) -> tuple[HiddenEffect, float] | None:
         """Scale an effect to the possible size nearest to `wanted`; return it and its size; None: it has none."""
-        parameters = type(effect)().model_dump()
-        sign = math.copysign(1.0, effect.model_dump()[effect.strength()])
-        scaled = solve(
-            lambda strength: self.size(effect.scaled(sign * strength)),
-            wanted,
-            start=abs(parameters[effect.strength()]),
-            largest=effect.largest(),
-            tolerance=_TOLERANCE,
-        )
-        return None if scaled is None else (effect.scaled(sign * scaled[0]), scaled[1])
+        return nearest(self.size, effect, wanted)
 
     def _torque_of(self, reported: Reported) -> Floats:
         """(m, 3) torque by the torque map of the rig."""

@@ -78,6 +78,7 @@ FORMULAS: dict[str, tuple[dict[str, float], Callable[[Reported], Floats | float]
         {"a": 0.5, "N": 9.0, "phase": 0.4, "ahead": 1.2},
         lambda r: 0.5 * np.sin(9 * r.position[:, [1, 2, 0]] + 0.4),
     ),
+    "tangled_cables": ({"k": 1.5}, lambda r: r.position @ np.array([[1.5, 0, -1.5], [0, 0, 0], [-1.5, 0, 1.5]])),
     "spring_and_damper": (
         {"k": 2.0, "T": 0.2},
         lambda r: (r.position + 0.2 * r.velocity) @ np.array([[2, 0, -2], [0, 2, 0], [-2, 0, 2]]),
@@ -140,6 +141,22 @@ def test_encoder_effects_change_the_reported_position(plant: Plant) -> None:
     np.testing.assert_allclose(
         eccentric.position - unaffected.position, 1e-3 * np.sin(21 * unaffected.position + 0.4), atol=1e-12
     )
+
+
+def test_ball_friction_takes_power_wherever_the_robot_moves(plant: Plant) -> None:
+    unaffected, difference = added_torque(plant, hidden("passive_joint_friction", mu=0.5, viscous=0.1))
+    power = (difference * unaffected.velocity).sum(axis=1)
+    assert (power[np.isfinite(power)] > 0).all()
+
+
+def test_self_heating_lowers_friction_the_more_the_longer_it_runs(plant: Plant) -> None:
+    _, difference = added_torque(plant, hidden("self_heating", fall=0.3, T=3.0))
+    friction = plant.robot.friction
+    velocity = plant.report().velocity
+    share = difference / (friction.viscous * velocity + np.array(friction.coulomb) * np.sign(velocity))
+    early, late = (np.nanmean(share[rows]) for rows in (slice(0, 500), slice(-3000, None)))
+    assert -0.1 < early < 0
+    assert late == pytest.approx(-0.3, abs=0.06)
 
 
 def test_joint_elasticity_deflects_by_the_torque_and_accelerates_the_motor(plant: Plant) -> None:

@@ -14,7 +14,7 @@ import sys
 import tempfile
 import time
 from collections import Counter, defaultdict
-from collections.abc import Callable
+from collections.abc import Iterable
 from os import sched_getaffinity
 from pathlib import Path
 
@@ -23,7 +23,7 @@ from tests.fuzz import diagnoses, files, inputs
 FRAMES = 100_000
 COUNT = 10_000
 _REPORTED = 100
-"""Number of diagnoses after which the progress is printed."""
+"""Number of files or diagnoses after which the progress is printed."""
 
 
 def megabytes() -> float:
@@ -31,57 +31,34 @@ def megabytes() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
-def campaign(name: str, run: Callable[[int], int]) -> None:
-    """Run one kind of input after a warm-up and measure the growth of memory."""
-    run(FRAMES // 10)
-    before, began = megabytes(), time.perf_counter()
-    refused = run(FRAMES)
-    seconds = time.perf_counter() - began
-    print(f"{name}: {FRAMES:,} inputs in {seconds:.0f} s, {refused:,} noticed, memory +{megabytes() - before:.1f} MB")
+def frames() -> None:
+    """Feed frames and replies to drives and drivers, after a warm-up, and measure the growth of memory."""
+    for run in (inputs.frames_to_the_driver, inputs.frames_to_a_drive, inputs.serial_replies):
+        run(FRAMES // 10, 1)
+        before, began = megabytes(), time.perf_counter()
+        noticed, seconds = run(FRAMES, 2), time.perf_counter() - began
+        growth = megabytes() - before
+        print(f"{run.__name__}: {FRAMES:,} in {seconds:.0f} s, {noticed:,} noticed, memory +{growth:.1f} MB")
 
 
-def frames() -> int:
-    """Feed frames and replies to drives and drivers."""
-    campaign("CAN frames to the driver", lambda count: inputs.frames_to_the_driver(count, 1))
-    campaign("CAN frames to a simulated drive", lambda count: inputs.frames_to_a_drive(count, 2))
-    campaign("serial replies", lambda count: inputs.serial_replies(count, 3))
-    return 0
-
-
-def read_files(start: int, count: int, kind: str) -> int:
-    """Read damaged files, print those that fail and a line for each kind, and return the number of failures."""
-    outcomes: dict[str, list[files.Outcome]] = defaultdict(list)
+def failed(outcomes: Iterable[files.Outcome]) -> int:
+    """Print the `outcomes` that failed and a line for each kind, and return how many failed."""
+    kinds: dict[str, list[files.Outcome]] = defaultdict(list)
     seen = Counter[str]()
-    for outcome in files.attack(count, start, processes=len(sched_getaffinity(0)), kind=kind):
-        outcomes[outcome.kind].append(outcome)
+    for number, outcome in enumerate(outcomes, start=1):
+        kinds[outcome.kind].append(outcome)
         if outcome.failure:
             place = outcome.failure.strip().splitlines()[-1]
             seen[place] += 1
             shown = outcome.failure if seen[place] == 1 else place
             print(f"seed {outcome.seed}, {outcome.kind}: {shown}", flush=True)
-    for name, results in outcomes.items():
-        refused, failed = sum(bool(each.refusal) for each in results), sum(bool(each.failure) for each in results)
-        slowest, largest = max(each.seconds for each in results), max(each.megabytes for each in results)
-        print(
-            f"{name}: {len(results):,} files, {refused:,} refused, {failed} failed, {slowest:.1f} s, {largest:.0f} MB"
-        )
-    print(f"files: seeds {start} to {start + count - 1}, {seen.total()} failed")
+        if number % _REPORTED == 0:
+            print(f"{number:,} done, {seen.total()} failed, the last with seed {outcome.seed}", flush=True)
+    for kind, of_kind in kinds.items():
+        refusals, failures = sum(bool(each.refusal) for each in of_kind), sum(bool(each.failure) for each in of_kind)
+        slowest, largest = max(each.seconds for each in of_kind), max(each.megabytes for each in of_kind)
+        print(f"{kind}: {len(of_kind):,}, {refusals:,} refused, {failures} failed, {slowest:.1f} s, {largest:.0f} MB")
     return seen.total()
-
-
-def diagnose(first: int, count: int, folder: Path) -> int:
-    """Run `count` cases from `first` on, print those that fail, and return their number."""
-    refused = failed = 0
-    end = first + count
-    for case in range(first, end):
-        outcome = diagnoses.run(case, folder)
-        refused += bool(outcome.refusal)
-        failed += bool(outcome.failure)
-        if outcome.failure:
-            print(f"case {case}: {outcome.failure}", flush=True)
-        if (case + 1) % _REPORTED == 0 or case + 1 == end:
-            print(f"diagnoses: cases {first} to {case}, {refused:,} refused, {failed:,} failed", flush=True)
-    return failed
 
 
 parser = argparse.ArgumentParser(prog="python -m tests.fuzz")
@@ -91,11 +68,12 @@ parser.add_argument("--count", type=int, default=COUNT, help="number of files, a
 parser.add_argument("--kind", default="", help="only files whose name holds this")
 options = parser.parse_args()
 failures = 0
-with tempfile.TemporaryDirectory() as name:
-    if options.what in (None, "frames"):
-        failures += frames()
-    if options.what in (None, "files"):
-        failures += read_files(options.start, options.count, options.kind)
-    if options.what in (None, "diagnoses"):
-        failures += diagnose(options.start, options.count, Path(name))
+if options.what in (None, "frames"):
+    frames()
+if options.what in (None, "files"):
+    failures += failed(files.attack(options.count, options.start, len(sched_getaffinity(0)), options.kind))
+if options.what in (None, "diagnoses"):
+    with tempfile.TemporaryDirectory() as name:
+        seeds = range(options.start, options.start + options.count)
+        failures += failed(diagnoses.run(seed, Path(name)) for seed in seeds)
 sys.exit(failures > 0)

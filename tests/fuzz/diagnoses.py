@@ -7,7 +7,6 @@ import tempfile
 import traceback
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +26,7 @@ from ident.output.report import contents, page
 from ident.workbench.worker.engine import SelectionEngine
 from recordings.errors import BadInput
 from tests.fuzz import recordings
+from tests.fuzz.files import Outcome
 
 MAX_ROWS = 1500
 _UNREADABLE = re.compile(
@@ -39,19 +39,9 @@ _METHODS = ("ls", "wls", "svd", "dls", "rls", "lad")
 """Estimators that take no time."""
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """Result of one case."""
-
-    refusal: str = ""
-    """The sentence, if the data were refused."""
-    failure: str = ""
-    """What went wrong, with the place in the code."""
-
-
 def run(seed: int, folder: Path, rows: int = MAX_ROWS) -> Outcome:
     """Diagnose the random recordings of the case `seed`, of at most `rows` rows; files are written below `folder`."""
-    rng = np.random.default_rng(seed)
+    rng, kind = np.random.default_rng(seed), "diagnosis"
     with warnings.catch_warnings(), tempfile.TemporaryDirectory(dir=folder) as name:
         warnings.simplefilter("error")
         try:
@@ -59,10 +49,10 @@ def run(seed: int, folder: Path, rows: int = MAX_ROWS) -> Outcome:
         except BadInput as error:
             text = str(error).replace(name, "")
             wrong = _UNREADABLE.search(text) or text.count("\n") > 1
-            return Outcome(text, f"sentence: {text}" if wrong else "")
+            return Outcome(seed, kind, text, f"sentence: {text}" if wrong else "")
         except Exception:
-            return Outcome(failure=traceback.format_exc())
-    return Outcome()
+            return Outcome(seed, kind, failure=traceback.format_exc())
+    return Outcome(seed, kind)
 
 
 def _diagnose(rng: Generator, folder: Path, rows: int) -> None:
@@ -92,9 +82,9 @@ def _diagnose(rng: Generator, folder: Path, rows: int) -> None:
         _check_model(model, files, validate, folder, draw=share[1] > 0.8)
     start = model if share[1] < 0.5 and not estimators.form(method) else None
     result = ident.diagnose(files, validate=validate, model=start, only=only if share[2] < 0.25 else (), **settings)
-    _check_document(result.as_json())
+    json.dumps(result.as_json(), allow_nan=False)
     diagnosis_table.show(result.document, console := _console())
-    _check_text(console)
+    _check_text("console", _printed(console))
     if share[3] < 0.15:
         request = contents.ReportRequest((), tuple(files), tuple(validate), (), diagnose=True)
         _check_page(page.render(contents.assemble(request, diagnosis=result)))
@@ -110,37 +100,35 @@ def _check_model(
     model: ident.Model, files: Sequence[Path], validate: Sequence[Path], folder: Path, *, draw: bool
 ) -> None:
     console = _console()
-    _check_document(model.file.as_json())
+    json.dumps(model.file.as_json(), allow_nan=False)
     if model.identification:  # else it was found by a diagnosis
         fit_table.show(model.file, model.identification, console, details=True)
     path = folder / "fuzz.model.json"
     model.save(path)
     comparison = ident.compare(ident.load_model(path), files)
-    _check_document(comparison.as_json())
+    json.dumps(comparison.as_json(), allow_nan=False)
     residual_table.show(comparison, console)
-    _check_text(console)
+    _check_text("console", _printed(console))
     if draw and model.identification:
         pictures.draw(model.identification, folder)
         request = contents.ReportRequest((path,), tuple(files), tuple(validate), (), diagnose=False)
         _check_page(page.render(contents.gather(request, lambda text: None)))
 
 
-def _check_document(document: Any) -> None:
-    json.dumps(document, allow_nan=False)
-
-
 def _check_page(text: str) -> None:
     shown = re.sub(r"<(script|style)\b.*?</\1>", "", text, flags=re.DOTALL)
-    match = _NOT_A_NUMBER.search(re.sub(r"<[^>]*>", " ", shown))
-    assert not match, f"page: {shown[max(match.start() - 100, 0) : match.end() + 50]}"
+    _check_text("page", re.sub(r"<[^>]*>", " ", shown))
+
+
+def _check_text(where: str, text: str) -> None:
+    match = _NOT_A_NUMBER.search(text)
+    assert not match, f"{where}: {text[max(match.start() - 100, 0) : match.end() + 50]}"
 
 
 def _console() -> Console:
     return Console(file=io.StringIO(), width=200)
 
 
-def _check_text(console: Console) -> None:
+def _printed(console: Console) -> str:
     assert isinstance(console.file, io.StringIO)
-    text = console.file.getvalue()
-    match = _NOT_A_NUMBER.search(text)
-    assert not match, f"console: {text[max(match.start() - 100, 0) : match.end() + 50]}"
+    return console.file.getvalue()

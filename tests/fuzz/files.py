@@ -31,17 +31,17 @@ _PATIENCE = 10 * LONGEST
 
 @dataclass(frozen=True)
 class Outcome:
-    """Of one damaged file."""
+    """Of one damaged file, or one random recording."""
 
     seed: int
     kind: str
-    refusal: str
+    refusal: str = ""
     """The sentence; or nothing."""
-    failure: str
+    failure: str = ""
     """A traceback; or that it took too long or too much; or nothing."""
-    seconds: float
-    megabytes: float
-    """Largest memory of the process while it was read."""
+    seconds: float = 0.0
+    megabytes: float = 0.0
+    """Largest memory of the process while a file was read."""
 
 
 def attack(count: int, start: int, processes: int, kind: str = "") -> Iterator[Outcome]:
@@ -76,13 +76,20 @@ def _warm_up(kinds: dict[str, originals.Kind], folder: Path) -> None:
 
 _kinds: dict[str, originals.Kind] = {}
 _folder = Path()
+_before = 0.0
+"""Memory with which a process begins: that of the tests that ran before it [MB]."""
 
 
 def _start(kinds: dict[str, originals.Kind], folder: Path) -> None:
-    global _folder
+    global _folder, _before
     _kinds.update(kinds)
-    _folder = folder
+    _folder, _before = folder, _peak()
     signal.signal(signal.SIGPROF, _too_long)
+
+
+def _peak() -> float:
+    """Most memory that this process had, what it began with included [MB]."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
 def _too_long(*_: object) -> None:
@@ -101,7 +108,7 @@ def _attack(seed: int) -> Outcome:
         signal.setitimer(signal.ITIMER_PROF, LONGEST)
         refusal, failure = _read(call, path)
         signal.setitimer(signal.ITIMER_PROF, 0)
-    seconds, peak = time.process_time() - began, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    seconds, peak = time.process_time() - began, _peak() - _before
     if not failure and peak > LARGEST:
         failure = f"{peak:.0f} MB at {name}"
     return Outcome(seed, name, refusal, failure, seconds, peak)

@@ -5,7 +5,6 @@ Only the typed errors of the readers are caught.
 
 import struct
 from collections import deque
-from pathlib import Path
 
 import can
 import numpy as np
@@ -16,7 +15,6 @@ from drivers.protocol import Goal
 from drivers.serial.protocol import InvalidReply, parse
 from drivers.simulated.drive import SimulatedCanopenDrive
 from recordings.rig import Drive, simulated_rig
-from tests.made_up import run_of
 
 
 class _FuzzBus(can.BusABC):
@@ -124,17 +122,3 @@ def mutated(data: bytes, rng: np.random.Generator) -> bytes:
         if not changed:
             return b""
     return bytes(changed)
-
-
-def small_recording(path: Path) -> Path:
-    """Write a recording that is small enough to be read thousands of times."""
-    from recordings.writer import RecordingWriter
-
-    with RecordingWriter(path, simulated_rig(), run_of()) as writer:
-        for k in range(20):
-            stamp = k * 2_000_000
-            writer.joint_commands(stamp, stamp, (0.1, 0.2, 0.3))
-            writer.joint_states(stamp, stamp, (0.1, 0.2, 0.3))
-            writer.amplifiers(stamp, stamp, k, -1, 0.0, (1.0, 1.0, 1.0), (0, 0, 0), (0, 0, 0))
-            writer.can(stamp, stamp, 0x80, b"", sent=True)
-    return path

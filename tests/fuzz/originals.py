@@ -23,12 +23,12 @@ from ident.dynamics.effects.user_files import from_file
 from ident.fleet.store import SCHEMA, Store
 from recordings.importing import Description, formats, import_data
 from recordings.importing.mapping import sources
-from recordings.importing.table import BagPart
 from recordings.reader import read
 from recordings.recording import Recording
 from recordings.rig import load_rig, simulated_rig
-from tests.fuzz.inputs import small_recording
 from tests.ident.kept_models import MODELS
+from tests.made_up import run_of
+from tests.recordings.conftest import make_samples, write_samples
 from tests.recordings.importing import foreign
 
 Call = Callable[[Path], object]
@@ -98,22 +98,24 @@ _FOREIGN = (_import, _command(daq, "import FILE --guess"))
 def _read_store(path: Path) -> None:
     """As `ident fleet` reads the tables of its store."""
     (path.parent / "store/recordings").mkdir(parents=True)
-    shutil.copy(path, path.parent / "store/recordings/one.parquet")
+    shutil.copy(path, path.parent / "store/recordings/one-.parquet")
     Store(path.parent / "store").table()
 
 
 def _read_mapping(path: Path) -> None:
-    sources(formats.read(SCOPE, BagPart()), [str(path)])
+    sources(formats.read(SCOPE), [str(path)])
 
 
 def kinds(folder: Path) -> dict[str, Kind]:
     """Write an original of every kind to `folder`."""
     recording, effect = read(RECORDING), ROOT / "docs/examples/tight_spot.py"
+    small = folder / "small.mcap"
+    write_samples(small, simulated_rig(), run_of(), make_samples(21))
     made = {path: calls for files in (_texts(folder), _tables(folder, recording)) for path, calls in files.items()}
     models = dict.fromkeys(sorted(MODELS.glob("*.model.json")), _MODEL)
     shipped = {
         RECORDING: _RECORDING,
-        small_recording(folder / "small.mcap"): _RECORDING,
+        small: _RECORDING,
         ROOT / "recordings/samples/foreign/scope.toml": (_read_mapping,),
         ROBOTS / "heavy.toml": (load_sim,),
         ROOT / "drivers/simulated/drive.eds": (

@@ -166,27 +166,20 @@ def _damaged(rng: Generator, torque: Floats) -> Floats:
     """The torque as a poor channel reports it."""
     kind = rng.random()
     largest = max(float(np.quantile(np.abs(torque), 0.95)), 1e-12)
-    if kind < 0.01:
-        return np.zeros_like(torque)
-    if kind < 0.02:
-        return np.full_like(torque, largest)
-    if kind < 0.12:
-        return rng.standard_normal(torque.shape)
-    if kind < 0.22:
-        return np.clip(torque, *(np.array([-1, 1]) * largest * rng.uniform(0.1, 1)))
-    if kind < 0.32:
-        return np.round(torque / largest * 2**9) / 2**9 * largest
-    if kind < 0.40:
-        return np.where(rng.random(torque.shape) < 10 ** rng.uniform(-4, -2), np.nan, torque)
-    if kind < 0.41:
-        torque = torque.copy()
-        torque[:, int(rng.integers(torque.shape[1]))] = rng.choice([np.nan, 0.0, 1.0])
-    elif kind < 0.5:  # nearly constant, with a few steps
-        torque = np.where(torque > np.median(torque, axis=0), largest, 0.0)
-    elif kind < 0.54:  # one row that is far off
-        torque = torque.copy()
-        torque[int(rng.integers(len(torque)))] = largest * 1e6
-    return torque
+    rows, joints = np.arange(len(torque))[:, None], np.arange(torque.shape[1])
+    ways: dict[float, Callable[[], Floats]] = {
+        0.01: lambda: np.zeros_like(torque),
+        0.02: lambda: np.full_like(torque, largest),
+        0.12: lambda: rng.standard_normal(torque.shape),
+        0.22: lambda: np.clip(torque, *(np.array([-1, 1]) * largest * rng.uniform(0.1, 1))),
+        0.32: lambda: np.round(torque / largest * 2**9) / 2**9 * largest,
+        0.40: lambda: np.where(rng.random(torque.shape) < 10 ** rng.uniform(-4, -2), np.nan, torque),
+        0.41: lambda: np.where(joints == rng.integers(len(joints)), rng.choice([np.nan, 0.0, 1.0]), torque),
+        0.50: lambda: np.where(torque > np.median(torque, axis=0), largest, 0.0),  # nearly constant, with a few steps
+        0.54: lambda: np.where(rows == rng.integers(len(rows)), largest * 1e6, torque),  # one row that is far off
+        1.00: lambda: torque,
+    }
+    return next(way() for share, way in ways.items() if kind < share)
 
 
 def _volts(torque: Floats, torque_map: Torque) -> Floats:

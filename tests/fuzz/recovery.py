@@ -1,4 +1,4 @@
-"""Recordings with flipped bits and cut ends: `daq recover` keeps what was not hit, and states what is lost.
+"""Recordings with flipped bits, wrong blocks, cut ends: `daq recover` keeps what was not hit and states what is lost.
 
 `python -m tests.fuzz.recovery [--count 2000] [--seed 1]`. The bound: the rows that are kept are at least all but
 those of the chunks in which a bit was flipped or the file was cut. Nothing is flipped in the first bytes of a file,
@@ -25,6 +25,8 @@ SAMPLE = Path(__file__).parents[2] / "recordings" / "samples" / "fig5a.mcap"
 MAX_FLIPS = 6
 CUT = 0.4
 """Share of the files that are cut off."""
+BLOCKS = 0.3
+"""Share of the files with a block that is not theirs, or lacks."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,12 @@ def pieces(path: Path) -> list[Piece]:
 
 
 def damaged(whole: bytes, rng: np.random.Generator) -> tuple[bytes, set[int], int]:
-    """A file with flipped bits, or cut off, or both; where bits were flipped, and where it ends."""
+    """A file with flipped bits, or cut off, or both, or with a block of zeros, one too much or one too few; where it
+    was hit, and where it ends."""
+    if rng.random() < BLOCKS:
+        at, size = int(rng.integers(len(MAGIC), len(whole))), int(rng.integers(1, 600))
+        block = (bytes(size), whole[at : at + size] + b"\x06\xa5\x00" * size, b"")[int(rng.integers(3))]
+        return whole[:at] + block + whole[at + size :], set(range(at, at + size)), len(whole)
     spoiled = bytearray(whole)
     end = int(rng.integers(len(MAGIC), len(whole))) if rng.random() < CUT else len(whole)
     flips = int(rng.integers(0 if end < len(whole) else 1, MAX_FLIPS + 1))

@@ -46,7 +46,7 @@ CASES = (
     Case("additive", "single-stribeck-3%-default-1"),
     Case("stateful", "single-backlash-3%-default-1"),
     Case("signal", "single-amplifier_saturation-3%-default-1"),
-    Case("pair", "pair-actuation_delay-3%+stribeck-3%-default-73"),
+    Case("pair", "pair-stribeck-3%+actuation_delay-3%-heavy-59"),
     Case("outside", "outside-uneven_grease-3%-default-1"),
 )
 

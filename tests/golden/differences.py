@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import chain
 from typing import Any, TypeGuard
 
 NOT_COMPARED = {
@@ -54,12 +53,17 @@ class Comparison:
     """Largest relative difference of numbers, also of those within the tolerance."""
 
 
+_Leaf = tuple[Any, float]
+"""A value that is no object and no list, or an empty one, and the smallest scale of a relative difference from it."""
+
+
 def compare(kept: Any, actual: Any, relative: float) -> Comparison:
     """Compare an `actual` document with the `kept` one; `relative`: tolerance of numbers."""
-    differences = list(_differences(kept, actual, "$", FLOOR))
-    exceeding = tuple(difference for difference in differences if not _is_small(difference, relative))
-    numbers = [difference.relative for difference in differences if math.isfinite(difference.relative)]
-    return Comparison(exceeding, max(numbers, default=0.0))
+    before, after = dict(_leaves(kept)), dict(_leaves(actual))
+    differences = [each for path in before | after for each in _differences(path, before.get(path), after.get(path))]
+    exceeding = tuple(each for each in differences if not 0.0 < each.relative <= relative)
+    finite = [each.relative for each in differences if math.isfinite(each.relative)]
+    return Comparison(exceeding, max(finite, default=0.0))
 
 
 def shortened(document: Any) -> Any:
@@ -81,51 +85,33 @@ def _thinned(numbers: list[float]) -> Any:
     return {"count": count, "mean": mean, "mean_size": size, "some": numbers[::_EVERY]}
 
 
-def _is_small(difference: Difference, relative: float) -> bool:
-    return 0.0 < difference.relative <= relative
+def _leaves(document: Any, path: str = "$", floor: float = FLOOR) -> Iterator[tuple[str, _Leaf]]:
+    """Yield the path and leaf of each value that is compared; `floor`: the smallest scale."""
+    if isinstance(document, dict) and document:
+        for key, value in document.items():
+            if key not in NOT_COMPARED:
+                yield from _leaves(value, f"{path}.{key}")
+    elif isinstance(document, list) and document:
+        floor = max(FLOOR, FLOOR_IN_LIST * max(map(abs, document))) if _are_numbers(document) else FLOOR
+        for index, value in enumerate(document):
+            yield from _leaves(value, f"{path}[{index}]", floor)
+    else:
+        yield path, (document, floor)
 
 
-def _differences(kept: Any, actual: Any, path: str, floor: float) -> Iterator[Difference]:
-    if isinstance(kept, dict) and isinstance(actual, dict):
-        yield from _of_objects(kept, actual, path)
-    elif isinstance(kept, list) and isinstance(actual, list):
-        yield from _of_lists(kept, actual, path)
-    elif _is_number(kept) and _is_number(actual):
-        yield from _of_numbers(kept, actual, path, floor)
-    elif type(kept) is not type(actual) or kept != actual:
-        yield Difference(path, f"{_short(kept)} kept, {_short(actual)} found")
-
-
-def _of_objects(kept: dict[str, Any], actual: dict[str, Any], path: str) -> Iterator[Difference]:
-    for key in chain(kept, (key for key in actual if key not in kept)):
-        if key in NOT_COMPARED:
-            continue
-        place = f"{path}.{key}"
-        if key not in actual:
-            yield Difference(place, "missing")
-        elif key not in kept:
-            yield Difference(place, "not in what was kept")
-        else:
-            yield from _differences(kept[key], actual[key], place, FLOOR)
-
-
-def _of_lists(kept: list[Any], actual: list[Any], path: str) -> Iterator[Difference]:
-    if len(kept) != len(actual):
-        yield Difference(path, f"{len(kept)} entries kept, {len(actual)} found")
-    floor = FLOOR
-    if _are_numbers(kept) and _are_numbers(actual):
-        floor = max(FLOOR, FLOOR_IN_LIST * max((abs(number) for number in (*kept, *actual)), default=0.0))
-    for index, (kept_entry, actual_entry) in enumerate(zip(kept, actual, strict=False)):
-        yield from _differences(kept_entry, actual_entry, f"{path}[{index}]", floor)
-
-
-def _of_numbers(kept: float, actual: float, path: str, floor: float) -> Iterator[Difference]:
-    if kept == actual or (math.isnan(kept) and math.isnan(actual)):
+def _differences(path: str, kept: _Leaf | None, actual: _Leaf | None) -> Iterator[Difference]:
+    """Yield the difference of two leaves, if there is one; None: there is no leaf of this `path`."""
+    if kept is None or actual is None:
+        yield Difference(path, "missing" if kept else "not in what was kept")
         return
-    size = max(abs(kept), abs(actual), floor)
-    relative = abs(kept - actual) / size if math.isfinite(size) else math.inf
-    relative = math.inf if math.isnan(relative) else relative
-    yield Difference(path, f"{kept!r} kept, {actual!r} found, {relative:.2g} apart", relative)
+    (before, floor), (after, other_floor) = kept, actual
+    if _is_number(before) and _is_number(after):
+        if not (before == after or (math.isnan(before) and math.isnan(after))):
+            size = max(abs(before), abs(after), floor, other_floor)
+            apart = abs(before - after) / size if math.isfinite(before) and math.isfinite(after) else math.inf
+            yield Difference(path, f"{before!r} kept, {after!r} found, {apart:.2g} apart", apart)
+    elif type(before) is not type(after) or before != after:
+        yield Difference(path, f"{_short(before)} kept, {_short(after)} found")
 
 
 def _is_number(value: Any) -> TypeGuard[float]:

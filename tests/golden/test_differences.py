@@ -33,9 +33,10 @@ LIST = [float(k) for k in range(LONG + 4)]
         ([1.0], [math.inf], 10.0, ["$[0]"]),
         ([1.0], [math.nan], 10.0, ["$[0]"]),
         (["a", "b"], ["b", "a"], 1e-9, ["$[0]", "$[1]"]),
-        (["a", "b"], ["c"], 1e-9, ["$", "$[0]"]),
+        (["a", "b"], ["c"], 1e-9, ["$[0]", "$[1]: missing"]),
+        ({"x": [], "y": {}}, {"x": [1]}, 1e-9, ["$.x: missing", "$.y: missing", "$.x[0]: not in what was kept"]),
         ({"a": {"gone": 1}}, {"a": {"new": 1}}, 1e-9, ["$.a.gone: missing", "$.a.new: not in what was kept"]),
-        ({"why": "one"}, {}, 1e-9, []),  # sentences are not compared
+        ({"why": "one", "x": 1}, {"x": 1}, 1e-9, []),  # sentences are not compared
     ],
 )
 def test_differences(kept: Any, actual: Any, relative: float, paths: list[str]) -> None:

@@ -23,8 +23,9 @@ from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import ModelStructure, Term
 from ident.estimation.regression import Regression
-from recordings.recording import Floats, Recording, Run
+from recordings.recording import Floats, Recording
 from recordings.rig import Axis, Rig
+from tests.made_up import run_of
 
 RATE, PERIOD, CUTOFF = 250.0, 4.0, 30.0
 """SYNCs per second [Hz], duration of a cycle [s], cut-off [Hz]."""
@@ -105,18 +106,7 @@ def record(
     effort = effort + noise * np.random.default_rng(seed).normal(size=effort.shape)
     n, rate = len(effort), motion_options.get("rate", RATE)
     position = np.round(motion.position / encoder_step) * encoder_step
-    run = Run(
-        trajectory=name,
-        trajectory_digest="",
-        period=PERIOD,
-        cycles=cycles,
-        rate=rate,
-        software="0",
-        simulated=True,
-        pace="lockstep",
-        start="1970-01-01T00:00:00Z",
-        exit_status=0,
-    )
+    run = run_of(trajectory=name, trajectory_digest="", period=PERIOD, cycles=cycles, rate=rate, exit_status=0)
     return Recording(
         path=Path(f"{name}.mcap"),
         rig=rig,

@@ -11,9 +11,10 @@ from scipy.sparse import hstack, identity
 from ident.basics.filters import mean_sign
 from ident.dynamics import mechanisms
 from ident.dynamics.motion import Motion
-from recordings.recording import Floats, Recording, Run
+from recordings.recording import Floats, Recording
 from recordings.rig import Rig, simulated_rig
 from recordings.writer import RecordingWriter
+from tests.made_up import run_of
 from trajectories import library
 
 PAPER = np.array([4.3963, 5.3480, 0.3823, 0.3237, 0.3047, 3.2111, 1.1688, 3.1343, -9.1037, -7.6127, -9.2628])
@@ -45,16 +46,12 @@ def make_recording(
     return Recording(
         path=path,
         rig=rig,
-        run=Run(
+        run=run_of(
             trajectory=trajectory,
             trajectory_digest=reference.digest,
             period=reference.period,
             cycles=cycles,
             rate=rate,
-            software="0",
-            simulated=True,
-            pace="lockstep",
-            start="1970-01-01T00:00:00Z",
             exit_status=0,
         ),
         time=np.arange(n) / rate,

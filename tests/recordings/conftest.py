@@ -30,7 +30,7 @@ class Samples(SimpleNamespace):
         return f"Samples(n={self.n})"  # not pages of numbers in a failing test's report
 
 
-def _samples(n: int) -> Samples:
+def make_samples(n: int) -> Samples:
     rng = np.random.default_rng(3)
     position = rng.normal(size=(n, 3))
     position[5, 1] = np.nan
@@ -48,7 +48,7 @@ def _samples(n: int) -> Samples:
     )
 
 
-def _write(path: Path, rig: Rig, run: Run, samples: Samples) -> None:
+def write_samples(path: Path, rig: Rig, run: Run, samples: Samples) -> None:
     with RecordingWriter(path, rig, run) as writer:
         writer.event(START_NS - 10**9, "info", "drives", "enabled")
         for k, stamp in enumerate(samples.stamp.tolist()):
@@ -76,7 +76,7 @@ def _write(path: Path, rig: Rig, run: Run, samples: Samples) -> None:
 @pytest.fixture(scope="session")
 def written(tmp_path_factory: pytest.TempPathFactory, rig: Rig, run: Run) -> Samples:
     """`path` of a recording of 600 SYNCs (three chunks and the events) and the arrays written to it."""
-    samples = _samples(600)
+    samples = make_samples(600)
     samples.path = tmp_path_factory.mktemp("recordings") / "made.mcap"
-    _write(samples.path, rig, run, samples)
+    write_samples(samples.path, rig, run, samples)
     return samples

@@ -11,7 +11,7 @@ from mcap.reader import make_reader
 from mcap.records import Chunk, ChunkIndex, Message, MessageIndex
 from rosbags.highlevel import AnyReader
 
-from recordings import blocks
+from recordings import blocks, schemas
 from recordings.blocks import SampleTable
 from recordings.chunk import RECORD_HEAD, unpacked
 from recordings.reader import read
@@ -32,13 +32,16 @@ def test_block_writer_and_sync_writer_give_the_same_messages(
     assert_same(actual, expected, *arrays)
     assert actual.velocity is None
     with AnyReader([written.path]) as first, AnyReader([tmp_path / "r.mcap"]) as second:
-        for topic in ("/joint_states", "/joint_commands", "/amplifiers"):
+        for topic in ("/joint_states", "/joint_commands", "/amplifiers", *schemas.DESCRIPTION_TOPICS):
             theirs, ours = (
                 [(log, data) for connection, log, data in reader.messages() if connection.topic == topic]
                 for reader in (first, second)
             )
             if topic == "/amplifiers":  # lateness is not known here
                 assert [log for log, _ in ours] == [log for log, _ in theirs]
+            elif topic in schemas.DESCRIPTION_TOPICS:  # frames come before the first sample
+                assert [data for _, data in ours] == [data for _, data in theirs]
+                assert len(ours) == 1
             else:
                 assert ours == theirs, f"{topic}: byte for byte"
 
@@ -80,7 +83,7 @@ def test_message_index_points_at_every_message(tmp_path: Path, rig: Rig, run: Ru
         names = [record.name for record in reader.iter_metadata()]
     assert logs == whole.log.tolist()
     np.testing.assert_array_equal(read(path).position, whole.position)
-    assert (statistics.message_count, statistics.chunk_count, statistics.metadata_count) == (3 * n, 3, 2)
+    assert (statistics.message_count, statistics.chunk_count, statistics.metadata_count) == (3 * n + 2, 4, 2)
     assert (statistics.message_start_time, statistics.message_end_time) == (whole.log[0], whole.log[-1])
     assert names == ["rig", "run"]
     with AnyReader([path]) as reader:

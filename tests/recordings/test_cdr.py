@@ -1,5 +1,6 @@
 """CDR encoding compared with two independent implementations: mcap-ros2-support (bytes) and rosbags (types)."""
 
+from functools import reduce
 from itertools import chain
 from typing import Any
 
@@ -13,54 +14,43 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from recordings import schemas
 from recordings.cdr import Encoder, Layout, parse_schema
 
-TYPES = dict(schemas.TOPICS.values())
-FLOATS = st.floats(width=64)
+TYPES = dict((schemas.TOPICS | schemas.OPTIONAL_TOPICS).values())
 STAMPS = st.tuples(st.integers(0, 2**31 - 1), st.integers(0, 10**9 - 1))
-TEXTS = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=12)
-
-
-def words(size: int) -> st.SearchStrategy[int]:
-    return st.integers(0, 2**size - 1)
-
-
-def lists(elements: st.SearchStrategy[Any], n: int) -> st.SearchStrategy[list[Any]]:
-    return st.lists(elements, min_size=n, max_size=n)
-
-
-def time(stamp: tuple[int, int]) -> dict[str, int]:
-    return {"sec": stamp[0], "nanosec": stamp[1]}
+WORDS = {code: st.integers(0, 2**size - 1) for code, size in {"B": 8, "H": 16, "I": 32}.items()}
+ELEMENTS: dict[str, st.SearchStrategy[Any]] = {
+    **WORDS,
+    "i": st.integers(-(2**31), 2**31 - 1),
+    "?": st.booleans(),
+    "d": st.floats(width=64),
+    "iI": STAMPS,
+    "s": st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=12),
+}
+"""By the letters of a field."""
 
 
 @st.composite
 def messages(draw: st.DrawFn) -> tuple[str, dict[str, str], dict[str, int], list[Any], dict[str, Any]]:
-    """Any message with texts and lists: type, strings and lengths, values in order, and what other libraries take."""
-    stamp, frame, dof = draw(STAMPS), draw(TEXTS), draw(st.integers(0, 5))
-    header, frame_id = {"stamp": time(stamp), "frame_id": frame}, {"header.frame_id": frame}
-    kind = draw(st.sampled_from(["JointState", "AmplifierState", "Log"]))
-    content: dict[str, Any]
-    if kind == "JointState":
-        names = draw(lists(TEXTS, dof))
-        content = {
-            name: draw(st.sampled_from([0, dof]).flatmap(lambda n: lists(FLOATS, n)))
-            for name in ("position", "velocity", "effort")
-        }
-        texts = frame_id | {f"name.{i}": name for i, name in enumerate(names)}
-        lengths = {"name": dof} | {name: len(column) for name, column in content.items()}
-        values = [*stamp, *chain(*content.values())]
-        return "sensor_msgs/msg/JointState", texts, lengths, values, {"header": header, "name": names, **content}
-    if kind == "AmplifierState":
-        content = {"cycle": draw(words(32)), "repeat": draw(st.integers(-1, 2**31 - 1)), "lateness": draw(FLOATS)}
-        stamps = draw(lists(STAMPS, dof))
-        columns = {name: draw(lists(words(16), dof)) for name in ("statusword", "error_code")}
-        voltage = draw(lists(FLOATS, dof))
-        values = [*stamp, *content.values(), *voltage, *chain(*stamps), *chain(*columns.values())]
-        lengths = dict.fromkeys(("voltage", "voltage_stamp", *columns), dof)
-        content |= {"header": header, "voltage": voltage, "voltage_stamp": [time(each) for each in stamps], **columns}
-        return "delta_msgs/msg/AmplifierState", frame_id, lengths, values, content
-    level, line = draw(words(8)), draw(words(32))
-    texts = {"name": frame, "msg": draw(TEXTS), "file": "", "function": ""}
-    content = {"stamp": time(stamp), "level": level, "line": line, **texts}
-    return "rcl_interfaces/msg/Log", texts, {}, [*stamp, level, line], content
+    """Any message: type, strings and lengths, values in order, and the content as other libraries take it."""
+    name = draw(st.sampled_from(sorted(TYPES)))
+    texts: dict[str, str] = {}
+    lengths: dict[str, int] = {}
+    values: list[Any] = []
+    content: dict[str, Any] = {}
+    for field in parse_schema(TYPES[name]):
+        count = draw(st.integers(0, 5)) if field.count is None else field.count
+        drawn = draw(st.lists(ELEMENTS[field.codes], min_size=count, max_size=count))
+        if field.count is None:
+            lengths[field.name] = count
+        if field.codes == "s":
+            texts |= {field.name if field.count else f"{field.name}.{i}": text for i, text in enumerate(drawn)}
+        else:
+            values += chain(*drawn) if field.codes == "iI" else drawn
+        given = [{"sec": each[0], "nanosec": each[1]} for each in drawn] if field.codes == "iI" else drawn
+        *parents, last = field.name.split(".")
+        reduce(lambda inner, parent: inner.setdefault(parent, {}), parents, content)[last] = (
+            given[0] if field.count == 1 else given
+        )
+    return name, texts, lengths, values, content
 
 
 @given(messages())

@@ -3,10 +3,11 @@
 import errno
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+from unittest.mock import Mock
 
 import click
 import pytest
@@ -51,14 +52,6 @@ def test_commands_are_found_by_file_name(package: ModuleType) -> None:
         assert f"No such command '{name}'; {advice}" in " ".join(unknown.output.split())
 
 
-def failing(error: BaseException | None) -> Callable[..., None]:
-    def program(standalone_mode: bool) -> None:
-        if error:
-            raise error
-
-    return program
-
-
 def caused_by_ctrl_c() -> RuntimeError:
     """An interrupted compiler raises errors about its own state."""
     error = RuntimeError("no compiled object yet")
@@ -85,14 +78,14 @@ def test_errors_become_exit_codes(
     error: BaseException | None, code: int, said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as exit_:
-        run(failing(error))
+        run(Mock(side_effect=error))
     assert exit_.value.code == code
     output = capsys.readouterr()
     assert output.out == ""
     assert said in output.err
     assert "Traceback" not in output.err
     with pytest.raises(ZeroDivisionError):
-        run(failing(ZeroDivisionError()))
+        run(Mock(side_effect=ZeroDivisionError))
 
 
 def test_option_is_repeated_for_each_value() -> None:

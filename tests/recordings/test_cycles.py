@@ -50,11 +50,9 @@ def test_cycles_of_a_recording_with_approach_and_stop_are_found(name: str, toler
     rng = np.random.default_rng(0)
     measured = recording.position + rng.normal(scale=1e-4, size=recording.position.shape)
     cycles = find_cycles(measured)
-    assert cycles is not None
     assert (cycles.period, cycles.count) == (period, 2)
     assert first - 150 < cycles.first <= first + tolerance
     rounded = find_cycles(recording.position)  # all but the first samples of the cycles are equal to the count
-    assert rounded is not None
     assert (rounded.period, rounded.count) == (period, 2)
 
 
@@ -66,7 +64,6 @@ def test_cycles_are_found_where_the_first_one_settles_and_somebody_rounded_again
     x = np.concatenate([cycle[:1] * np.linspace(0, 1, 200)[:, None], np.tile(cycle, (3, 1)), cycle[:120]])
     x[200:] += 0.003 * np.exp(-np.arange(3120) / 40)[:, None]
     cycles = find_cycles((np.floor(x / step) * step).round(decimals))
-    assert cycles is not None
     assert (cycles.period, cycles.count) == (1000, 3)
     assert abs(cycles.first - 200) < 150
 
@@ -76,7 +73,6 @@ def test_cycles_are_found_despite_gaps() -> None:
     x = np.tile(fourier(rng, 400, 2), (5, 1))
     x[rng.random(len(x)) < 0.02] = np.nan
     cycles = find_cycles(x)
-    assert cycles is not None
     assert (cycles.period, cycles.count) == (400, 5)
 
 

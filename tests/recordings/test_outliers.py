@@ -30,26 +30,28 @@ def test_several_of_any_size_are_marked() -> None:
     assert np.flatnonzero(outliers(values)).tolist() == places
 
 
-def impacts() -> np.ndarray:
-    """Rebounds at both ends of a play, in every cycle."""
-    phase = np.arange(len(TIME)) % 250
-    return TORQUE + RNG.normal(scale=0.05, size=len(TIME)) + 25 * np.exp(-phase / 2) * np.cos(2 * phase)
+def test_lost_samples_in_a_row_hide_no_single_one() -> None:
+    values = np.rint(TORQUE)
+    values[[100, 2000, 2001]] = 1e4
+    assert np.flatnonzero(outliers(values)).tolist() == [100]
 
 
-def pulses() -> np.ndarray:
-    """Torque that is zero but for one stroke."""
-    return np.where(np.abs(TIME - 5) < 0.01, 30.0, 0.0)
-
-
+PHASE = np.arange(len(TIME)) % 250
+IMPACTS = 25 * np.exp(-PHASE / 2) * np.cos(2 * PHASE)
+"""Rebounds at both ends of a play, in every cycle."""
+SHORT_IMPACTS = np.where(PHASE == 60, 6.0, 0.0) + np.where(PHASE == 61, 1.5, 0.0)
+SHORT_IMPACTS[(TIME > 3.9) & (SHORT_IMPACTS == 1.5)] = 0.0
+"""Impacts on a play: the later ones end within one sample."""
 ORDINARY = {
     "noise": RNG.normal(size=5000),
     "heavy tails": RNG.standard_t(3, size=5000),
     "coarse steps": np.rint(TORQUE / 2) * 2,
     "one step of a converter": np.where(np.arange(5000) == 77, 0.1, 0.0) + np.rint(TORQUE),
     "rare steps of a converter": 3 + np.where(np.arange(5000) % 700 == 77, 0.1, 0.0),
-    "impacts": impacts(),
+    "impacts": TORQUE + RNG.normal(scale=0.05, size=5000) + IMPACTS,
+    "impacts of one sample": np.sin(TIME) + RNG.normal(scale=0.06, size=5000) + SHORT_IMPACTS,
     "a transient without noise": (TIME > 5) * 3 * np.exp(-np.abs(TIME - 5) / 0.002) + 0.01 * TIME,
-    "a stroke": pulses(),
+    "a stroke": np.where(np.abs(TIME - 5) < 0.01, 30.0, 0.0),
     "constant": np.full(5000, 3.0),
     "sign of a velocity": 3 * np.sign(TORQUE),
     "few samples": np.array([0.0, 100.0, 0.0, 1.0]),

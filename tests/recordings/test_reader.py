@@ -1,6 +1,5 @@
 """Reader: written data are read back from complete, truncated and damaged files."""
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,6 +13,7 @@ from mcap_ros2.writer import Writer as Ros2Writer
 
 from recordings import schemas
 from recordings.errors import BadInput
+from recordings.metadata import rig_record, run_record
 from recordings.reader import is_foreign, read, read_can
 from recordings.recording import Run
 from recordings.rig import Rig
@@ -50,9 +50,7 @@ def test_file_of_another_program_is_known_without_reading_its_messages(
     assert is_foreign(SAMPLES / "foreign" / "joint_states_0.mcap")
     path = tmp_path / "other.mcap"
     for chunked in (False, True):
-        by_others(
-            path, ("std_msgs/msg/String", "ros2msg", b"string data"), "/talk", "cdr", 1000 * [bytes(5000)], chunked
-        )
+        by_others(path, *1000 * [bytes(5000)], chunked=chunked)
         assert is_foreign(path)
         path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
         assert is_foreign(path), "an interrupted one"
@@ -127,26 +125,29 @@ def test_flipped_bit_is_detected_or_harmless(tmp_path: Path, written: SimpleName
     assert recording.complete
 
 
-def foreign(path: Path, topic: str = "/imu", rig: bool = False) -> None:
-    with path.open("wb") as stream, Ros2Writer(stream) as writer:
-        schema = writer.register_msgdef("std_msgs/msg/Empty", "int8 nothing")
-        writer.write_message(topic, schema, {"nothing": 1}, 1)
-        if rig:
-            writer.add_metadata("rig", {"layout": schemas.LAYOUT, "json": EMPTY_RIG.model_dump_json()})
-            writer.add_metadata("run", {"software": "theirs"})
-
-
 def by_others(
-    path: Path, schema: tuple[str, str, bytes], topic: str, encoding: str, messages: list[bytes], chunked: bool = True
+    path: Path,
+    *messages: bytes,
+    topic: str = "/imu",
+    encodings: tuple[str, str] = ("cdr", "ros2msg"),
+    chunked: bool = True,
+    rig: bool = False,
 ) -> None:
-    """A file of another program, with the library's own writer."""
+    """A file of another program, with the library's own writer; with the description of a `rig`, if told so."""
     with path.open("wb") as stream:
         writer = Writer(stream, compression=CompressionType.NONE, use_chunking=chunked)
         writer.start()
-        channel = writer.register_channel(topic, encoding, writer.register_schema(*schema))
+        schema = writer.register_schema("std_msgs/msg/Byte", encodings[1], b"byte data")
+        channel = writer.register_channel(topic, encodings[0], schema)
         for k, message in enumerate(messages):
             writer.add_message(channel, k, message, k)
+        if rig:
+            writer.add_metadata("rig", rig_record(EMPTY_RIG))
+            writer.add_metadata("run", {"software": "theirs"})
         writer.finish()
+
+
+BYTE = b"\x00\x01\x00\x00\x01"
 
 
 @pytest.mark.parametrize(
@@ -164,11 +165,11 @@ def by_others(
             "is not an MCAP file, but a JPEG picture; .* daq import",
         ),
         (lambda path: path.write_bytes(b"\x89MCAP0\r\n"), "cut off before its first data"),
-        (foreign, "not a recording of this program: .* rig, run, /joint_states"),
-        (lambda path: foreign(path, rig=True), "not a recording of this program: .* /joint_states"),
-        (lambda path: foreign(path, "/joint_states"), "not a recording of this program"),
+        (lambda path: by_others(path, BYTE), "not a recording of this program: .* rig, run, /joint_states"),
+        (lambda path: by_others(path, BYTE, rig=True), "not a recording of this program: .* /joint_states"),
+        (lambda path: by_others(path, BYTE, topic="/joint_states"), "not a recording of this program"),
         (
-            lambda path: by_others(path, ("s", "jsonschema", b"{}"), "/joint_states", "json", [b"{}"]),
+            lambda path: by_others(path, b"{}", topic="/joint_states", encodings=("json", "jsonschema")),
             "not a recording of this program: .*json and jsonschema found",
         ),
     ],
@@ -199,9 +200,7 @@ def rewritten(
 
 @pytest.fixture
 def records(run: Run) -> tuple[dict[str, str], dict[str, str]]:
-    content = run.model_dump(exclude_none=True)
-    strings = {name: value if isinstance(value, str) else json.dumps(value) for name, value in content.items()}
-    return {"layout": schemas.LAYOUT, "json": EMPTY_RIG.model_dump_json()}, strings
+    return rig_record(EMPTY_RIG), run_record(run)
 
 
 def test_joints_are_ordered_by_name_and_unknown_fields_are_ignored(

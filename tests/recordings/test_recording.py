@@ -36,5 +36,16 @@ def test_following_error(case: str) -> None:
     recording = building.record()
     run = recording.run.model_copy(update={"trajectory": trajectory})
     columns = np.array([command, position])[:, :, None]
-    made = replace(recording, run=run, command=columns[0], position=columns[1])
+    made = replace(recording, run=run, time=recording.time[: len(command)], command=columns[0], position=columns[1])
     np.testing.assert_allclose(made.following_error[:, 0], expected, atol=1e-12)
+
+
+def test_rows_that_are_lost_are_a_gap_and_no_following_error() -> None:
+    whole = building.record()
+    assert whole.longest_gap == 0
+    keep = np.r_[0:100, 150 : len(whole.time)]
+    holed = replace(whole, time=whole.time[keep], command=whole.command[keep], position=whole.position[keep])
+    assert holed.longest_gap == pytest.approx(51 / whole.run.rate)
+    expected = whole.following_error[keep]
+    expected[100] = np.nan
+    np.testing.assert_array_equal(holed.following_error, expected)

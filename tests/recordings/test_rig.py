@@ -23,7 +23,7 @@ WRONG_FILES = [
     ('name = "r"\nrate = "fast"\n' + DRIVES, "'rate': .*found 'fast'"),
     ('name = "r"\nrate = 0\n' + DRIVES, "'rate': .*greater than 0.*found 0"),
     ('name = "r"\n[limits]\nspeed = nan\n' + DRIVES, "'limits.speed'"),
-    ('name = "r"\n' + DRIVES.replace("2", "1"), "node_id, 1 stands in two"),
+    ('name = "r"\n' + DRIVES.replace("2", "1"), "node_id or axis, node 1 stands in two"),
     ('name = "r"\n' + DRIVES.replace("3", "128"), r"'drives\.2\.node_id': .*127.*found 128"),
     ('name = "r"\n[[drives]]\nnode_id = 1\n', "three .*drives.*, 1 found"),
     ('name = "r"\n' + DRIVES + "[torque]\ngain = [1.0, 2.0]\n", "torque.gain needs 3 numbers, 2 found"),
@@ -46,6 +46,7 @@ WRONG_KEYS = [
     ('accept_missing = ["606"]', "such as 6066 expected, '606' found"),
     ("homed = { index = 0x6041, mask = 0x10000 }", "16-bit statusword.*0x10000 found"),
     ("quick_stop_option = 3", "quick_stop_option.*1, 2, 5 or 6"),
+    ('watched = [{ index = 0x60B9 }]\n[bus]\ntransport = "serial"', "watched: .* on a CAN bus expected"),
     ('torque_source = "current_actual"', "one torque_source for all drives expected"),
 ]
 """Of the last drive."""
@@ -134,14 +135,6 @@ def test_transport_is_chosen_and_survives_a_round_trip(tmp_path: Path) -> None:
         _ = serial.can
     with pytest.raises(BadInput, match=r"on serial lines expected, bus\.transport = 'canopen' found"):
         _ = can.serial
-
-
-def test_serial_registers_and_status_bits_are_configurable(tmp_path: Path) -> None:
-    text = (
-        'transport = "serial"\nsetup = { r0xc8 = 256 }\n[bus.registers]\nvoltage = "r0x1e"\n[bus.status]\noff = 1\n'
-    )
-    bus = load(tmp_path, BUS + text).serial
-    assert (bus.registers.voltage, bus.status.off, bus.setup) == ("r0x1e", 1, {"r0xc8": 256})
 
 
 def test_three_joints_are_a_delta_robot_and_others_axes_unless_said() -> None:

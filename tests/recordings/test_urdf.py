@@ -85,9 +85,22 @@ def test_rig_holds_the_text_and_needs_no_file_afterwards(tmp_path: Path) -> None
         (RIG + 'joints = ["wrist"]\n', ARM, "joints: movable joints .*'wrist' found, a fixed one"),
         (DRIVEN + "fixed = { rail = 0.1 }\n", ARM, "every joint once in joints or fixed expected, 'rail' twice"),
         (DRIVEN + "couplings = [{ of = 2, by = 3 }]\n", ARM, "two different joints from 1 to 2 expected.*by = 3"),
+        (DRIVEN + "start = { elbow = 0.1 }\n", ARM, r"start: movable joints .*'elbow' found"),
+        (DRIVEN + 'loops = [{ a = "hand", b = "foot" }]\n', ARM, "loops: links of the URDF .*, 'foot' found"),
+        (DRIVEN + 'tool = "foot"\n', ARM, "tool: links of the URDF .*, 'foot' found"),
+        (DRIVEN + 'loops = [{ a = "hand", b = "upper" }]\n', ARM, "loops: joints within them .*, none found"),
+        (
+            DRIVEN + 'loops = [{ a = "finger", b = "base" }]\n',
+            ARM.replace(
+                "</robot>",
+                """<link name="tip"/><joint name="bend" type="revolute"><parent link="finger"/>
+                <child link="tip"/><mimic joint="grip"/></joint></robot>""",
+            ),
+            "bend mimics grip; remove <mimic>",
+        ),
         ('name = "r"\nmechanism = "urdf"\n', ARM, 'mechanism "urdf" needs the key urdf'),
         ('name = "r"\ngravity = [0.0, 0.0, 0.0]\n', ARM, 'gravity belongs to the mechanism "urdf", "delta" found'),
-        (DRIVEN.replace("arm.urdf", "leg.urdf"), ARM, "leg.urdf does not exist; correct 'urdf' in the rig file"),
+        (DRIVEN.replace("arm.urdf", "leg.urdf"), ARM, "'urdf' of the rig file: .*leg.urdf does not exist"),
     ],
 )
 def test_what_cannot_be_right_is_explained(tmp_path: Path, rig: str, urdf: str, reason: str) -> None:

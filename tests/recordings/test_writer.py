@@ -13,16 +13,18 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
 from recordings import schemas
+from recordings.description import urdf_of
 from recordings.errors import BadInput, RunFailed
 from recordings.reader import read, read_can
 from recordings.recording import Run
 from recordings.rig import Rig
 from recordings.writer import RecordingWriter
+from tests.arrays import assert_same
 
 
-def test_rosbags_reads_every_topic(written: SimpleNamespace) -> None:
+def test_rosbags_reads_every_topic(written: SimpleNamespace, rig: Rig) -> None:
     with AnyReader([written.path]) as reader:
-        messages = {topic: [] for topic in schemas.TOPICS}
+        messages = {topic: [] for topic in (*schemas.TOPICS, *schemas.DESCRIPTION_TOPICS)}
         for connection, log, payload in reader.messages():
             messages[connection.topic].append((log, reader.deserialize(payload, connection.msgtype)))
     assert {topic: len(topics) for topic, topics in messages.items()} == {
@@ -32,18 +34,19 @@ def test_rosbags_reads_every_topic(written: SimpleNamespace) -> None:
         "/platform_reference": written.n,
         "/can": 2 * written.n,
         "/events": 3,
+        "/robot_description": 1,
+        "/tf_static": 1,
     }
+    assert messages["/robot_description"][0][1].data == urdf_of(rig)
+    row = SimpleNamespace(**{name: values[6] for name, values in vars(written).items() if np.ndim(values)})
     _, state = messages["/joint_states"][6]
-    assert state.header.stamp.sec * 10**9 + state.header.stamp.nanosec == written.stamp[6]
+    assert state.header.stamp.sec * 10**9 + state.header.stamp.nanosec == row.stamp
     assert state.name == ["joint_1", "joint_2", "joint_3"]
-    np.testing.assert_array_equal(state.position, written.position[6])
-    np.testing.assert_array_equal(state.effort, written.effort[6])
+    assert_same(state, row, "position", "effort")
     assert len(state.velocity) == 0
     _, amplifiers = messages["/amplifiers"][6]
-    assert (amplifiers.cycle, amplifiers.repeat, amplifiers.lateness) == (6, -1, written.lateness[6])
-    np.testing.assert_array_equal(amplifiers.voltage, written.voltage[6])
-    np.testing.assert_array_equal(amplifiers.statusword, written.statusword[6])
-    np.testing.assert_array_equal(amplifiers.error_code, written.error_code[6])
+    assert_same(amplifiers, row, "repeat", "lateness", "voltage", "statusword", "error_code")
+    assert amplifiers.cycle == 6
     assert [stamp.nanosec for stamp in amplifiers.voltage_stamp] == [amplifiers.header.stamp.nanosec] * 3
     log, frame = messages["/can"][1]
     assert (frame.header.frame_id, frame.id, frame.dlc) == ("rx", 0x181, 3)
@@ -57,7 +60,7 @@ def test_mcap_reader_opens_the_file_by_its_index_and_finds_its_metadata(written:
         reader = make_reader(stream, validate_crcs=True)
         records = [(record.name, record.metadata) for record in reader.iter_metadata()]
         summary = reader.get_summary()
-        assert sum(1 for _ in reader.iter_messages()) == summary.statistics.message_count == 6 * written.n + 3
+        assert sum(1 for _ in reader.iter_messages()) == summary.statistics.message_count == 6 * written.n + 5
         assert reader.get_header().profile == "ros2"
     (_, rig_record), (_, run_record), last = records
     assert Rig.model_validate_json(rig_record["json"]) == rig

@@ -5,11 +5,11 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from delta_web.palette import JOINTS
 from recordings.rig import simulated_rig
 from tests.trajectories.test_checks import limited
 from trajectories import load
 from trajectories.drawing import LIMIT, draw
-from web.palette import JOINTS
 
 RIG = simulated_rig()
 

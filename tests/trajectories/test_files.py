@@ -12,6 +12,7 @@ from recordings.rig import simulated_rig
 from trajectories import load
 from trajectories.files import read_motion
 from trajectories.fourier import FourierSeries
+from trajectories.kinematics import forward
 
 RIG = simulated_rig()
 
@@ -35,22 +36,22 @@ def test_closed_csv_repeats_and_follows_the_curve_also_through_uneven_samples(sp
     assert trajectory.platform[trajectory.repeat == 0] == pytest.approx(helix(np.arange(1500) / 500), abs=1e-5)
 
 
-def test_open_csv_runs_once(tmp_path: Path) -> None:
-    time = np.linspace(0, 2.5, 51)
-    path = write_csv(tmp_path / "open.csv", time, helix(time))
-    trajectory = load(path, RIG)
-    assert (trajectory.cycles, trajectory.period) == (1, 0.0)
-    assert trajectory.platform[[0, -1]] == pytest.approx(helix(np.array([0, 2.5])), abs=1e-9)
-    with pytest.raises(BadInput, match="close the path"):
-        load(path, RIG, cycles=3)
-
-
 def test_csv_with_joint_columns_is_a_joint_motion(tmp_path: Path) -> None:
     time = np.linspace(0, 2, 41)
     angles = 0.3 * np.sin(np.pi * time[:, None] + np.arange(3))
     trajectory = load(write_csv(tmp_path / "joints.csv", time, angles, "time,joint_1,joint_2,joint_3"), RIG)
     expected = 0.3 * np.sin(np.pi * np.arange(1000)[:, None] / 500 + np.arange(3))
     assert trajectory.joint_position[trajectory.repeat == 0] == pytest.approx(expected, abs=1e-6)
+    assert forward(RIG.geometry, trajectory.joint_position) == pytest.approx(trajectory.platform, abs=1e-12)
+
+
+@pytest.mark.parametrize("joints", [1, 2, 6])
+def test_csv_has_a_column_for_each_joint(joints: int, tmp_path: Path) -> None:
+    time = np.linspace(0, 2, 41)
+    header = ",".join(["time", *(f"joint_{joint + 1}" for joint in range(joints))])
+    path = write_csv(tmp_path / "joints.csv", time, np.sin(np.pi * time[:, None] + np.arange(joints)), header)
+    motion = read_motion(path)
+    assert (motion.space, motion.sample(time)[0].shape) == ("joint", (41, joints))
 
 
 def test_spreadsheet_marks_and_blank_lines_are_tolerated(tmp_path: Path) -> None:
@@ -68,8 +69,10 @@ BAD_CSV: dict[str, tuple[str | bytes | None, str]] = {
     "empty": ("", "line 1: a header row with the names of the columns expected"),
     "other header": (
         "t,x,y,z\n" + ROWS,
-        "line 1: the header 'time,x,y,z' or 'time,joint_1,joint_2,joint_3' expected, 't,x,y,z' found",
+        "line 1: the header 'time,x,y,z' or 'time,joint_1,...,joint_n' expected, 't,x,y,z' found",
     ),
+    "no joint": ("time\n" + "0\n1\n", "joint_n' expected, 'time' found"),
+    "joints in another order": ("time,joint_2,joint_1\n0,0,0\n", "joint_n' expected, 'time,joint_2,joint_1' found"),
     "no header": (ROWS, "every column needs a name of its own"),
     "short": ("time,x,y,z\n0,0,0,-0.7\n1,0,0,-0.7\n", "at least 7 points expected, 2 found"),
     "only header": ("time,x,y,z\n", "at least 7 points expected, 0 found"),

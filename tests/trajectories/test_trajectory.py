@@ -28,12 +28,12 @@ def built_in(request: pytest.FixtureRequest, rig: Rig) -> Trajectory:
     return load(request.param, rig)
 
 
-def circle(period: float = 4.0, height: float = -0.7) -> PlannedMotion:
+def circle(period: float = 4.0) -> PlannedMotion:
     return FourierSeries(
         kind="fourier",
         space="platform",
         period=period,
-        centre=(0.0, 0.0, height),
+        centre=(0.0, 0.0, -0.7),
         cosine=((0.1,), (0.0,), (0.0,)),
         sine=((0.0,), (0.1,), (0.0,)),
     ).motion("circle")
@@ -104,22 +104,6 @@ def test_velocity_and_acceleration_are_the_derivatives_of_position(built_in: Tra
     assert central == pytest.approx(built_in.joint_acceleration[1:-1], abs=0.1)
 
 
-def test_joint_motion_and_its_platform_path_give_the_same_samples(rig: Rig) -> None:
-    series = FourierSeries(
-        kind="fourier",
-        space="joint",
-        period=4.0,
-        centre=(0.0, -0.1, 0.1),
-        cosine=((0.3, 0.0), (0.0, 0.2), (0.1, 0.1)),
-        sine=((0.0, 0.1), (0.3, 0.0), (0.1, 0.2)),
-    )
-    trajectory = assemble(series.motion("joints"), rig)
-    assert forward(rig.geometry, trajectory.joint_position) == pytest.approx(trajectory.platform, abs=1e-12)
-    expected, _, _ = series.sample(trajectory.time[:2000])
-    cycle = trajectory.repeat == 0
-    assert trajectory.joint_position[cycle] == pytest.approx(expected, abs=1e-12)
-
-
 def test_open_path_contains_its_ramps(rig: Rig) -> None:
     trajectory = assemble(line(3.0), rig)
     assert trajectory.cycles == 1
@@ -139,8 +123,6 @@ def test_period_is_rounded_to_whole_samples(rig: Rig) -> None:
 
 
 def test_unreachable_path_names_the_instant(rig: Rig) -> None:
-    with pytest.raises(Unreachable, match=r"circle, t = 0\.000 s: limb \d cannot reach"):
-        assemble(circle(height=-1.2), rig)
     plunge = FourierSeries(
         kind="fourier",
         space="platform",
@@ -149,7 +131,7 @@ def test_unreachable_path_names_the_instant(rig: Rig) -> None:
         cosine=((0.0,), (0.0,), (0.0,)),
         sine=((0.0,), (0.0,), (-0.3,)),
     ).motion("plunge")
-    with pytest.raises(Unreachable) as caught:
+    with pytest.raises(Unreachable, match=r"plunge, t = .* s: limb \d cannot reach") as caught:
         assemble(plunge, rig, cycles=3, rate=500)
     # Time at which the path reaches the lowest reachable height; the first repetition begins after one second.
     deepest = np.sqrt((rig.geometry.L1 + rig.geometry.L2) ** 2 - (rig.geometry.R - rig.geometry.r) ** 2)
@@ -171,7 +153,10 @@ PAIR = FourierSeries(
 )
 BENCH = Rig(name="bench", mechanism="axes", axes=(Axis(), Axis(), Axis()))
 REFUSED: dict[str, tuple[Callable[[Rig], object], str]] = {
-    "cycles of an open path": (lambda rig: assemble(line(3.0), rig, cycles=2), "does not end where it begins"),
+    "cycles of an open path": (
+        lambda rig: assemble(line(3.0), rig, cycles=2),
+        "does not end where it begins.*close the path",
+    ),
     "path shorter than its ramps": (lambda rig: assemble(line(1.5), rig), r"2 s or more expected, 1\.5 s found"),
     "low rate": (lambda rig: assemble(circle(), rig, cycles=1, rate=5.0), "10 Hz expected"),
     "no cycle": (lambda rig: assemble(circle(), rig, cycles=0), "at least one cycle"),
@@ -186,7 +171,7 @@ REFUSED: dict[str, tuple[Callable[[Rig], object], str]] = {
     ),
     "platform without a delta robot": (
         lambda rig: assemble(circle(), BENCH),
-        "a motion of joints expected for axes, one of a platform found",
+        "a motion of joints expected for axes, one of a platform found; ident design --rig FILE makes one",
     ),
     "unknown position": (
         lambda rig: approach(np.array([0, np.nan, 0]), np.zeros(3), rig.limits, 500.0),

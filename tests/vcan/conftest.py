@@ -6,6 +6,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
@@ -15,7 +16,6 @@ import pytest
 from drivers import cia402
 from tests import timekeeping
 from tests.conftest import Finished, launcher
-from tests.vcan.patience import STALL
 
 # Collected only by tests/vcan/run, which creates vcan0 and sets this variable.
 collect_ignore_glob = [] if "VCAN_OUT" in os.environ else ["test_*.py"]
@@ -32,7 +32,7 @@ following_error = 100
 speed = 1000
 torque = 10000
 host_stall = 60
-silence = {silence}
+silence = 60
 [[drives]]
 node_id = 1
 [[drives]]
@@ -53,28 +53,36 @@ Frames = Counter[tuple[int, str]]
 """Number of occurrences of each frame (arbitration id, data in hex)."""
 
 
+@dataclass
+class Run:
+    """A recording in real time, the frames that candump recorded, and the computer's timekeeping."""
+
+    file: Path
+    done: Finished
+    bus_frames: Frames
+    machine: timekeeping.Machine
+
+
 class Bench:
     """A folder with a rig file for vcan0, and its processes. Each process has ended when its block ends."""
 
-    def __init__(self, folder: Path, rate: float, sync: str = "host", answer_timeout: float = STALL) -> None:
-        """`answer_timeout` in lockstep [s]; after twenty timeouts a drive counts as lost."""
+    def __init__(self, folder: Path, rate: float, sync: str = "host") -> None:
         self.folder = folder
         self.rig = folder / "vcan.toml"
-        self.rig.write_text(_RIG.format(rate=rate, sync=sync, silence=20 / rate if answer_timeout < STALL else 60))
-        self._answer_timeout = answer_timeout
+        self.rig.write_text(_RIG.format(rate=rate, sync=sync))
 
     @contextmanager
     def simulated_rig(self, pace: str) -> Iterator[subprocess.Popen[str]]:
         """Run `daq sim`; the block begins when it is ready."""
-        with _process(_daq("of_simulation()", "sim", "--rig", self.rig, "--pace", pace)) as process:
+        with _process(_daq("of_simulation()", "sim", "--until-eof", "--rig", self.rig, "--pace", pace)) as process:
             assert process.stdout is not None
-            assert "simulated drives (nodes 1, 2, 3)" in process.stdout.readline()
+            assert "simulated drives (node 1, node 2, node 3)" in process.stdout.readline()
             yield process
 
     @contextmanager
     def recording(self, out: Path, pace: str, *options: str) -> Iterator[subprocess.Popen[str]]:
         """Run `daq record` of fig5a."""
-        with self._record("--pace", pace, "--out", out, *options) as process:
+        with self._record(out, "--pace", pace, *options) as process:
             yield process
 
     def record(self, out: Path, pace: str, *options: str) -> Finished:
@@ -82,17 +90,24 @@ class Bench:
         with self.recording(out, pace, *options) as process:
             return finished(process)
 
+    def record_watched(self, out: Path) -> Run:
+        """Record one cycle in real time."""
+        with self.candump() as bus_frames, self.simulated_rig("realtime"), watched() as machine:
+            done = self.record(out, "realtime", "--cycles", "1", "--json")
+        assert done.code == 0, done.err
+        return Run(out, done, bus_frames, machine)
+
     @contextmanager
     def listening(self, out: Path, *options: str) -> Iterator[subprocess.Popen[str]]:
         """Run `daq record --listen` for fig5a; the block begins when it listens."""
-        with self._record("--listen", "--out", out, *options) as process:
+        with self._record(out, "--listen", *options) as process:
             assert process.stderr is not None
             assert "sending nothing" in process.stderr.readline()
             yield process
 
-    def _record(self, *options: object) -> AbstractContextManager["subprocess.Popen[str]"]:
-        patient = f"of_recorder({self._answer_timeout})"
-        return _process(_daq(patient, "record", "--rig", self.rig, "--traj", "fig5a", *options))
+    def _record(self, out: Path, *options: object) -> AbstractContextManager["subprocess.Popen[str]"]:
+        out.unlink(missing_ok=True)
+        return _process(_daq("of_recorder()", "record", "--rig", self.rig, "--traj", "fig5a", "--out", out, *options))
 
     @contextmanager
     def candump(self) -> Iterator[Frames]:
@@ -155,7 +170,9 @@ def wait_until_moving(process: "subprocess.Popen[str]", cycles: int = 300) -> No
 
 @contextmanager
 def _process(command: list[str], stdout: IO[str] | int = subprocess.PIPE) -> Iterator["subprocess.Popen[str]"]:
-    with subprocess.Popen(command, stdout=stdout, stderr=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=stdout, stderr=subprocess.PIPE, text=True
+    ) as process:
         try:
             yield process
         finally:
@@ -167,22 +184,17 @@ def _process(command: list[str], stdout: IO[str] | int = subprocess.PIPE) -> Ite
 
 
 @contextmanager
-def going_first() -> Iterator[None]:
-    """Run with real-time priority, where this is permitted; processes started in the block inherit it."""
-    with suppress(PermissionError):
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_FIRST))
-    try:
-        yield
-    finally:
-        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-
-
-@contextmanager
 def watched() -> Iterator[timekeeping.Machine]:
-    """Measure how this computer keeps time for a program with real-time priority, as the recorder has."""
+    """Measure how this computer keeps time for a program with real-time priority, where permitted, as the recorder
+    has."""
     with ExitStack() as stack:
-        with going_first():
+        # The process that measures inherits the priority.
+        with suppress(PermissionError):
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_FIRST))
+        try:
             machine = stack.enter_context(timekeeping.watched())
+        finally:
+            os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
         yield machine
 
 

@@ -15,9 +15,9 @@ STALL = 20.0
 """Longest stall of the computer that is expected [s]."""
 
 
-def of_recorder(answer_timeout: float) -> None:
-    """Timeouts of `daq record`; in lockstep a lost drive takes `answer_timeout` [s] in every cycle."""
-    LockstepClock.answer_timeout = answer_timeout
+def of_recorder() -> None:
+    """Timeouts of `daq record`."""
+    LockstepClock.answer_timeout = STALL
     SdoClient.RESPONSE_TIMEOUT = STALL
     stream._POWER_TIMEOUT = STALL
     canopen_drive._HEARTBEAT_TIMEOUT = STALL

@@ -1,9 +1,7 @@
 """SYNC from the kernel's broadcast manager: complete, in time, and ended with the recorder."""
 
-import json
 import signal
 from collections import Counter
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
@@ -13,10 +11,8 @@ import pytest
 
 from recordings.reader import read_can
 from recordings.recording import CanFrames
-from tests.conftest import Finished
 from tests.running import accounted_for
-from tests.timekeeping import Machine
-from tests.vcan.conftest import Bench, Frames, wait_until_moving, watched
+from tests.vcan.conftest import Bench, Run, wait_until_moving
 
 pytestmark = pytest.mark.vcan
 
@@ -26,64 +22,51 @@ _LATE = 0.05
 """Fraction of the targets that may be sent after their SYNC; a wrong order would delay all of them."""
 
 
-@dataclass
-class Run:
-    """A recording with SYNC from the kernel, the frames that candump recorded, and the computer's timekeeping."""
+def syncs_of(frames: CanFrames) -> np.ndarray:
+    """Indices of the SYNC frames."""
+    return np.flatnonzero(frames.id == 0x80)
 
-    done: Finished
-    bus_frames: Frames
-    file: Path
-    frames: CanFrames
-    machine: Machine
 
-    @property
-    def syncs(self) -> np.ndarray:
-        """Indices of the SYNC frames."""
-        return np.flatnonzero(self.frames.id == 0x80)
-
-    def stale(self) -> list[int]:
-        """Number of SYNCs without a new target for each drive, between the first and the last target."""
-        targets = np.flatnonzero(self.frames.id & 0x780 == 0x200)
-        syncs = self.syncs[(self.syncs > targets[0]) & (self.syncs < targets[-1])]
-        counts = [Counter(self.frames.id[before:after].tolist()) for before, after in pairwise(syncs)]
-        return [sum(count[0x200 + node] == 0 for count in counts) for node in (1, 2, 3)]
+def stale(frames: CanFrames) -> list[int]:
+    """Number of SYNCs without a new target for each drive, between the first and the last target."""
+    targets, syncs = np.flatnonzero(frames.id & 0x780 == 0x200), syncs_of(frames)
+    syncs = syncs[(syncs > targets[0]) & (syncs < targets[-1])]
+    counts = [Counter(frames.id[before:after].tolist()) for before, after in pairwise(syncs)]
+    return [sum(count[0x200 + node] == 0 for count in counts) for node in (1, 2, 3)]
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory, out: Path) -> Run:
     """One cycle of fig5a."""
     bench = Bench(tmp_path_factory.mktemp("kernel_sync"), rate=RATE, sync="kernel")
-    file = out / "kernel_sync.mcap"
-    file.unlink(missing_ok=True)
-    with bench.candump() as bus_frames, bench.simulated_rig("realtime"), watched() as machine:
-        done = bench.record(file, "realtime", "--cycles", "1", "--json")
-    assert done.code == 0, done.err
-    return Run(done, bus_frames, file, read_can(file), machine)
+    return bench.record_watched(out / "kernel_sync.mcap")
 
 
 def test_every_sync_of_the_kernel_is_accounted_for(run: Run) -> None:
-    figures, frames = json.loads(run.done.out), run.frames
-    assert frames.sent[run.syncs].all()
-    assert len(run.syncs) == run.bus_frames[0x80, ""]
+    figures, frames = run.done.figures, read_can(run.file)
+    syncs = syncs_of(frames)
+    assert frames.sent[syncs].all()
+    assert len(syncs) == run.bus_frames[0x80, ""]
     assert "while closing" not in run.done.err
     recording, _ = accounted_for(run.file, figures)
     for node in (1, 2, 3):
         assert (frames.id == 0x200 + node).sum() == figures["cycles"]
     answered = ~np.isnan(recording.position).all(axis=1)
-    assert answered.sum() <= len(run.syncs)
+    assert answered.sum() <= len(syncs)
     # The kernel does not wait for targets: a SYNC before them is a missed cycle of the host, unless the computer
     # sends them late.
-    stale, missed = max(run.stale()), figures["cycles_missed"]
-    run.machine.expect(stale <= missed, f"{stale} SYNCs without a target, {missed} missed cycles")
+    without, missed = max(stale(frames)), figures["cycles_missed"]
+    run.machine.expect(without <= missed, f"{without} SYNCs without a target, {missed} missed cycles")
 
 
 def test_kernel_keeps_the_period_and_targets_precede_their_sync(run: Run) -> None:
     # No drift: the slope of the kernel's stamps is the configured period.
-    stamps = run.frames.stamp[run.syncs] / 1e9
+    frames = read_can(run.file)
+    stamps = frames.stamp[syncs_of(frames)] / 1e9
     period = np.polyfit(np.rint((stamps - stamps[0]) * RATE), stamps, 1)[0]
     run.machine.expect(period == pytest.approx(1 / RATE, rel=1e-4), f"SYNC every {1e3 * period:.4f} ms")
-    stale = sum(run.stale()) / (3 * len(run.syncs))
-    run.machine.expect(stale < _LATE, f"{stale:.0%} of the SYNCs came before their targets")
+    late = sum(stale(frames)) / (3 * len(stamps))
+    run.machine.expect(late < _LATE, f"{late:.0%} of the SYNCs came before their targets")
 
 
 def test_sync_ends_with_a_killed_recorder(tmp_path: Path) -> None:

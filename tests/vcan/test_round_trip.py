@@ -37,8 +37,6 @@ def trip(tmp_path_factory: pytest.TempPathFactory, out: Path) -> Trip:
     """Three cycles of fig5a: enough samples for a fit."""
     bench = Bench(tmp_path_factory.mktemp("round_trip"), rate=RATE)
     first, second = out / "first.mcap", out / "second.mcap"
-    for file in (first, second):
-        file.unlink(missing_ok=True)
     with bench.simulated_rig("lockstep"):
         done = bench.record(first, "lockstep", *CYCLES)
     assert done.code == 0, done.err

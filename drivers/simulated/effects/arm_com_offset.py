@@ -1,5 +1,7 @@
 """Lateral offset of the arm's centre of mass."""
 
+from dataclasses import replace
+
 from drivers.simulated.effect import HiddenEffect, parameter
 from drivers.simulated.model_xml import GRAVITY, Arm
 
@@ -12,4 +14,4 @@ class ArmComOffset(HiddenEffect):
     a: float = parameter(0.5, "N m", "weight of the arm times its lever arm, negative above the line", ge=-8, le=8)
 
     def arm(self, arm: Arm) -> Arm:
-        return arm.moved(across=-self.a / (arm.mass * GRAVITY))
+        return replace(arm, across=arm.across - self.a / (arm.mass * GRAVITY))

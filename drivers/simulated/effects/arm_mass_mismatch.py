@@ -1,5 +1,7 @@
 """Additional mass on one arm."""
 
+from dataclasses import replace
+
 from drivers.simulated.effect import HiddenEffect, parameter
 from drivers.simulated.model_xml import GRAVITY, Arm
 
@@ -13,4 +15,4 @@ class ArmMassMismatch(HiddenEffect):
     a: float = parameter(0.5, "N m", "its weight times its distance from the shoulder", ge=0, le=8)
 
     def arm(self, arm: Arm) -> Arm:
-        return arm.loaded(self.a / (GRAVITY * arm.com))
+        return replace(arm, mass=arm.mass + self.a / (GRAVITY * arm.com))

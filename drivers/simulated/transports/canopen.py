@@ -1,7 +1,5 @@
 """CANopen: simulated CiA 402 drives on a CAN bus."""
 
-import time
-
 from drivers.canopen.bus import Link, open_bus
 from drivers.simulated.config import SimConfig
 from drivers.simulated.rig import SimulatedRig
@@ -33,11 +31,10 @@ def check_not_in_use(rig: Rig) -> None:
         for drive in rig.drives:
             link.send(0x600 + drive.node_id, _READ_DEVICE_TYPE)
         answers = {0x580 + drive.node_id: drive.node_id for drive in rig.drives}
-        deadline = time.monotonic() + _RESPONSE_TIMEOUT
-        while (frame := link.receive(max(0.0, deadline - time.monotonic()))) is not None:
-            if frame[0] in answers:
+        for seen, _ in link.frames(_RESPONSE_TIMEOUT):
+            if seen in answers:
                 raise BadInput(
-                    f"node ids that are free expected on {place(rig)}, node {answers[frame[0]]} answers; end the "
+                    f"node ids that are free expected on {place(rig)}, node {answers[seen]} answers; end the "
                     "other `daq sim`, or take that drive off the bus"
                 )
     finally:

@@ -1,6 +1,6 @@
 """Preprocessing methods: samples to motion and torque for identification. Each method is a module of that name.
 
-The module defines `prepare(samples, cutoff) -> Preprocessed`; with a cut-off [Hz] of None, the method chooses one.
+The module defines `prepare(samples, cutoff) -> Preprocessed`; the cut-off is None for a method that has none.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from ident.data.samples import Samples
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats, Ints
 
-Preprocess = Callable[[Samples, float | Cutoff | None], "Preprocessed"]
+Preprocess = Callable[[Samples, Cutoff | None], "Preprocessed"]
 Filter = Callable[[Floats], Floats]
 
 WITHOUT_CUTOFF = frozenset({"central"})

@@ -13,7 +13,7 @@ from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
 
 
-def prepare(samples: Samples, cutoff: float | Cutoff | None) -> Preprocessed:
+def prepare(samples: Samples, cutoff: Cutoff | None) -> Preprocessed:
     """Differentiate the position by three-point differences; the torque is unchanged.
 
     Raises:

@@ -6,7 +6,6 @@ removes changes from cycle to cycle; choose another method to see them.
 
 import numpy as np
 
-from ident.data import cutoff as choice
 from ident.data.cutoff import Cutoff
 from ident.data.preprocessing import Preprocessed, fourier
 from ident.data.samples import Samples
@@ -14,16 +13,15 @@ from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
 
 
-def prepare(samples: Samples, cutoff: float | Cutoff | None) -> Preprocessed:
-    """Differentiate the mean cycle as a Fourier series, up to `cutoff` [Hz] or a cut-off chosen from the spectra.
+def prepare(samples: Samples, cutoff: Cutoff) -> Preprocessed:
+    """Differentiate the mean cycle as a Fourier series, up to the `cutoff`.
 
     Raises:
-        BadInput: no whole cycles, a phase without samples in any cycle, or a cut-off too high for the rate.
+        BadInput: no whole cycles, or a phase without samples in any cycle.
     """
-    chosen = choice.given_or_chosen(cutoff, samples)
     cycles = fourier.whole_cycles(samples)
     position, torque, slope = (_mean(signal, cycles) for signal in (samples.position, samples.torque, samples.slope))
-    return fourier.of_one_period(position, torque, slope, cycles[0], samples.rate, chosen)
+    return fourier.of_one_period(position, torque, slope, cycles[0], samples, cutoff)
 
 
 def _mean(signal: Floats, cycles: Ints) -> Floats:

@@ -9,7 +9,6 @@ from functools import partial
 import numpy as np
 
 from ident.basics import filters
-from ident.data import cutoff as choice
 from ident.data.cutoff import Cutoff
 from ident.data.preprocessing import Preprocessed
 from ident.data.samples import Samples
@@ -21,20 +20,19 @@ _MOTION_BANDWIDTH_RATIO = 3.0
 """Ratio of the motion's bandwidth to the cut-off, for columns that are nonlinear in the motion."""
 
 
-def prepare(samples: Samples, cutoff: float | Cutoff | None) -> Preprocessed:
-    """Differentiate all whole cycles as one Fourier series, up to `cutoff` [Hz] or a cut-off chosen from the spectra.
+def prepare(samples: Samples, cutoff: Cutoff) -> Preprocessed:
+    """Differentiate all whole cycles as one Fourier series, up to the `cutoff`.
 
     Raises:
-        BadInput: no whole cycles, gaps in the cycles, or a cut-off too high for the rate.
+        BadInput: no whole cycles, or gaps in the cycles.
     """
-    chosen = choice.given_or_chosen(cutoff, samples)
     instants = whole_cycles(samples).ravel()
     position, torque, slope = (signal[instants] for signal in (samples.position, samples.torque, samples.slope))
     if not np.isfinite([position, torque]).all():
         raise BadInput(
             "cycles without gaps expected for Fourier differentiation, gaps found; choose cycle_average or parallel"
         )
-    return of_one_period(position, torque, slope, instants, samples.rate, chosen)
+    return of_one_period(position, torque, slope, instants, samples, cutoff)
 
 
 def whole_cycles(samples: Samples) -> Ints:
@@ -54,14 +52,15 @@ def whole_cycles(samples: Samples) -> Ints:
 
 
 def of_one_period(
-    position: Floats, torque: Floats, slope: Floats, instants: Ints, rate: float, cutoff: Cutoff
+    position: Floats, torque: Floats, slope: Floats, instants: Ints, samples: Samples, cutoff: Cutoff
 ) -> Preprocessed:
-    """Motion and torque from gapless signals (n, dof) that span one period."""
+    """Motion and torque from gapless signals (n, dof) that span one period of `samples`."""
+    rate, window = samples.rate, samples.window
     low_pass = partial(_low_pass, cutoff=cutoff.hz, rate=rate)
     smooth, velocity, acceleration = _derivatives(position, rate, _MOTION_BANDWIDTH_RATIO * cutoff.hz)
     extended = np.concatenate([velocity[-1:], velocity, velocity[:1]])
     return Preprocessed(
-        motion=Motion(smooth, velocity, acceleration, filters.mean_sign(extended)[1:-1], 1 / rate),
+        motion=Motion(smooth, velocity, acceleration, filters.mean_sign(extended, window * rate)[1:-1], window),
         instants=instants,
         condition=low_pass,
         torque=low_pass(torque),

@@ -11,28 +11,20 @@ from functools import partial
 import numpy as np
 
 from ident.basics import filters
-from ident.data import cutoff as choice
 from ident.data.cutoff import Cutoff
 from ident.data.preprocessing import Preprocessed, sensitivity
 from ident.data.samples import Samples
 from ident.dynamics.motion import Motion
-from recordings.recording import Floats
 
 
-def prepare(samples: Samples, cutoff: float | Cutoff | None) -> Preprocessed:
-    """Filter the position lightly for the motion, and the torque at `cutoff` [Hz] or a cut-off chosen from the
-    spectra.
-
-    Raises:
-        BadInput: the cut-off is too high for the recording's rate.
-    """
-    chosen = choice.given_or_chosen(cutoff, samples)
+def prepare(samples: Samples, cutoff: Cutoff) -> Preprocessed:
+    """Filter the position lightly for the motion, and the torque at the `cutoff`."""
     rate = samples.rate
-    taps = filters.low_pass(chosen.hz, rate)
+    taps = filters.low_pass(cutoff.hz, rate)
     # Above twice the cut-off less than a thousandth passes the filter, so a rate of four times the cut-off suffices.
-    step = max(1, int(rate // (4 * chosen.hz)))
+    step = max(1, int(rate // (4 * cutoff.hz)))
     return Preprocessed(
-        motion=motion(samples.position, rate, min(3 * chosen.hz, rate / 4)),
+        motion=_motion(samples, min(3 * cutoff.hz, rate / 4)),
         instants=np.arange(len(samples.position)),
         condition=partial(filters.convolve, taps=taps, step=step),
         torque=filters.convolve(samples.torque, taps, step),
@@ -40,14 +32,15 @@ def prepare(samples: Samples, cutoff: float | Cutoff | None) -> Preprocessed:
         decimation=step,
         half_width=len(taps) // 2,
         rate=rate / step,
-        bandwidth=chosen.hz,
-        cutoff=chosen,
+        bandwidth=cutoff.hz,
+        cutoff=cutoff,
     )
 
 
-def motion(position: Floats, rate: float, cutoff: float) -> Motion:
-    """Differentiate `position` (n, dof) after a low-pass at `cutoff` [Hz]."""
-    smooth = filters.convolve(position, filters.low_pass(cutoff, rate))
+def _motion(samples: Samples, cutoff: float) -> Motion:
+    """Differentiate the position after a low-pass at `cutoff` [Hz]."""
+    rate, window = samples.rate, samples.window
+    smooth = filters.convolve(samples.position, filters.low_pass(cutoff, rate))
     velocity = filters.first_derivative(smooth, rate)
     acceleration = filters.second_derivative(smooth, rate)
-    return Motion(smooth, velocity, acceleration, filters.mean_sign(velocity), 1 / rate)
+    return Motion(smooth, velocity, acceleration, filters.mean_sign(velocity, window * rate), window)

@@ -9,7 +9,6 @@ from functools import partial
 import numpy as np
 
 from ident.basics import filters
-from ident.data import cutoff as choice
 from ident.data.cutoff import Cutoff
 from ident.data.preprocessing import Preprocessed, sensitivity
 from ident.data.samples import Samples
@@ -23,20 +22,17 @@ _LENGTH_TIMES_CUTOFF = 1.07
 """A cubic fitted to a window of n samples attenuates by 3 dB at 1.07 / n of the rate."""
 
 
-def prepare(samples: Samples, cutoff: float | Cutoff | None) -> Preprocessed:
-    """Fit cubics with an attenuation of 3 dB at `cutoff` [Hz], or at a cut-off chosen from the spectra.
-
-    Raises:
-        BadInput: the cut-off is too high for the recording's rate.
-    """
-    chosen = choice.given_or_chosen(cutoff, samples)
+def prepare(samples: Samples, cutoff: Cutoff) -> Preprocessed:
+    """Fit cubics with an attenuation of 3 dB at the `cutoff`."""
     rate = samples.rate
     position, velocity, acceleration = (
-        filters.convolve(samples.position, taps(MOTION_CUTOFF_RATIO * chosen.hz, rate, k)) for k in range(3)
+        filters.convolve(samples.position, taps(MOTION_CUTOFF_RATIO * cutoff.hz, rate, k)) for k in range(3)
     )
-    smoothing = taps(chosen.hz, rate)
+    smoothing = taps(cutoff.hz, rate)
     return Preprocessed(
-        motion=Motion(position, velocity, acceleration, filters.mean_sign(velocity), 1 / rate),
+        motion=Motion(
+            position, velocity, acceleration, filters.mean_sign(velocity, samples.window * rate), samples.window
+        ),
         instants=np.arange(len(position)),
         condition=partial(filters.convolve, taps=smoothing),
         torque=filters.convolve(samples.torque, smoothing),
@@ -44,8 +40,8 @@ def prepare(samples: Samples, cutoff: float | Cutoff | None) -> Preprocessed:
         decimation=1,
         half_width=len(smoothing) // 2,
         rate=rate,
-        bandwidth=chosen.hz,
-        cutoff=chosen,
+        bandwidth=cutoff.hz,
+        cutoff=cutoff,
     )
 
 

@@ -16,22 +16,22 @@ def find(facts: Facts) -> DataProblem | None:
     best, present, other = found
     joints = [joint + 1 for joint in best.moved]
     recording = facts.recordings[0].recording
-    names = ("position", "velocity") if _positions_are_wrong(recording, best.order) else ("drive",)
+    commanded = np.isfinite(recording.command).any()
+    names = ("position", "velocity") if not commanded or _positions_are_wrong(recording, best.order) else ("drive",)
     what = "positions" if names[0] == "position" else "torques"
+    doubt = "" if commanded else " Without commands it may be the torques instead: then map those."
     return DataProblem(
         kind="joint-order",
         joints=tuple(joints),
         blocks=True,
         why=f"The {what} of {joint_list(joints)} are in another order: as they are, {present:.0%} of the torque is "
-        f"left unexplained, exchanged {other:.0%}.",
+        f"left unexplained, exchanged {other:.0%}.{doubt}",
         remedy=mapping(recording, names, best),
     )
 
 
 def _positions_are_wrong(recording: Recording, order: tuple[int, ...]) -> bool:
-    """Whether the command, where there is one, has the order of the torques and not of the positions."""
+    """Whether the command has the order of the torques and not of the positions."""
     command = recording.command
-    if not np.isfinite(command).any():
-        return True
     exchanged = recording.position[:, np.argsort(order)]
     return bool(np.nanmean((command - exchanged) ** 2) < np.nanmean((command - recording.position) ** 2))

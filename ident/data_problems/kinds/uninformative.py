@@ -15,7 +15,7 @@ def find(facts: Facts) -> DataProblem | None:
     joints = np.flatnonzero(share > MAX_NOISE_SHARE)
     if not len(joints):
         return None
-    listing = ", ".join(f"{share[joint]:.0%} of joint {joint + 1}" for joint in joints)
+    listing = ", ".join(f"{min(share[joint], 1.0):.0%} of joint {joint + 1}" for joint in joints)
     return DataProblem(
         kind="uninformative",
         joints=tuple(int(joint) + 1 for joint in joints),

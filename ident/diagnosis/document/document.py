@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any, Literal
 
-from ident.diagnosis.judge.evidence import Evidence, RejectionStatus
+from ident.diagnosis.judge.judge import Evidence, RejectionStatus
 from ident.diagnosis.split.noise_floor import NoiseSource
 from ident.dynamics.effects.base import is_infinite
 from ident.dynamics.structure import Term

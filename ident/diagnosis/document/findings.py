@@ -15,8 +15,7 @@ from ident.diagnosis.document.document import (
     evidence_in_words,
     joint_numbers,
 )
-from ident.diagnosis.judge.evidence import Rejection, RejectionStatus
-from ident.diagnosis.judge.judge import evidence_of
+from ident.diagnosis.judge.judge import Rejection, RejectionStatus, evidence_of
 from ident.diagnosis.ripple.ripple import EFFECT, Ripple
 from ident.diagnosis.search.selection import Finding
 from ident.dynamics.effects.library import names as built_in
@@ -181,8 +180,8 @@ def above_low_pass(ripple: Ripple) -> AboveLowPass | None:
         VibrationEntry(joint=each.joint + 1, frequency_hz=each.frequency, amplitude=each.amplitude)
         for each in ripple.vibrations
     )
-    names = ripple.model.split.recordings[0].recording.rig.joint_names
-    listing = ", ".join(f"{name} {share:.1%}" for name, share in zip(names, shares, strict=True))
+    rig = ripple.model.split.recordings[0].recording.rig
+    listing = ", ".join(f"{name} {share:.1%}" for name, share in zip(rig.joint_names, shares, strict=True))
     lines = ", ".join(f"{each.frequency_hz:.4g} Hz (joint {each.joint})" for each in vibrations)
     why = (
         f"Above the low-pass, up to {highest:g} Hz, only ripple and vibrations are searched. The rest, with the "

@@ -8,11 +8,11 @@ import numpy as np
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.document import Document, FormulaEntry, joint_numbers
 from ident.diagnosis.document.verdict import step_entry
-from ident.diagnosis.split.training_range import training_range
+from ident.diagnosis.split.split_data import training_range
 from ident.diagnosis.unknown.proposal import NAME, Proposal, propose
+from ident.diagnosis.unknown.residual_test import recording_sources
 from ident.dynamics.effects.base import Quantity
 from ident.dynamics.effects.written_formula import FUNCTIONS
-from ident.identification.model_file import recording_source
 
 _OWN = re.compile(r"\b(q|qd|qdd|direction|load)\b")
 """Quantities of the joint on which the torque acts."""
@@ -48,8 +48,10 @@ def describe(diagnosis: Diagnosis, proposal: Proposal) -> FormulaEntry:
 
 def _text(proposal: Proposal) -> str:
     """The formula with its coefficients; of a single joint, with its number behind its quantities."""
-    pairs = zip(proposal.effect.parameters, proposal.columns, strict=True)
-    text = " + ".join(f"{quantity.name} * {column}" for quantity, column in pairs)
+    text = " + ".join(
+        f"{quantity.name} * {column}"
+        for quantity, column in zip(proposal.effect.parameters, proposal.columns, strict=True)
+    )
     if len(proposal.term.joints) == 1:
         text = _OWN.sub(rf"\g<1>{proposal.term.joints[0] + 1}", text)
     return text.replace(" * ", "·").replace(" ** ", "^")
@@ -81,13 +83,12 @@ def _known_for(proposal: Proposal) -> str:
 def effect_file(diagnosis: Diagnosis, proposal: Proposal, entry: FormulaEntry) -> str:
     """The text of an effect file with the formula of the `proposal`, which `entry` describes."""
     effect = proposal.effect
-    paths = {data.recording.path: data.recording for data in diagnosis.split.recordings}
-    sources = [recording_source(recording) for recording in paths.values()]
-    recordings = "\n".join(f"    {source.name}  sha256 {source.sha256}" for source in sources)
-    functions = re.compile(rf"\b({'|'.join(FUNCTIONS)})\(")
-    columns = ", ".join(functions.sub(r"np.\1(", text) for text in proposal.columns)
+    recordings = "\n".join(
+        f"    {source.name}  sha256 {source.sha256}"
+        for source in recording_sources([data.recording for data in diagnosis.split.recordings])
+    )
+    columns = re.sub(rf"\b({'|'.join(FUNCTIONS)})\(", r"np.\1(", ", ".join(proposal.columns))
     formula = columns if len(proposal.columns) == 1 else f"({columns})"
-    arguments = ", ".join(proposal.arguments)
     also = f"These data cannot tell it from: {'; '.join(entry.alternatives)}.\n" if entry.alternatives else ""
     like = f"Of the library it resembles most {entry.resembles}.\n" if entry.resembles else ""
     numpy = "import numpy as np\n\n" if "np." in columns else ""
@@ -108,7 +109,7 @@ effect = Additive(
     remedy="look at the part itself, or add the formula to the feed-forward",
     axis="{_axis(proposal)}",
     joints={proposal.term.joints!r},
-    formula=lambda {arguments}: {formula},
+    formula=lambda {", ".join(proposal.arguments)}: {formula},
 {_quantities("parameters", effect.parameters)}{_quantities("shapes", effect.shapes, proposal.shapes)})
 '''
 

@@ -13,15 +13,14 @@ from ident.diagnosis.document.document import Document, FindingEntry, FormulaEnt
 from ident.diagnosis.document.formula import with_formula
 from ident.diagnosis.document.verdict import parameter_intervals, to_document
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.unknown.residual_test import residual_test
-from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual
+from ident.diagnosis.unknown.residual_test import UnexplainedResidual, residual_test
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ParameterEntry
 from ident.estimation.linear_fit import SEARCH_FACTOR, Fit, search_region
 from ident.estimation.problem import Estimate
 from ident.estimation.regression import linearize
-from ident.identification.identify import agreement, is_relative, model_of
 from ident.identification.model import Model
+from ident.identification.model_description import agreement, is_relative, model_of
 from ident.identification.model_file import Agreement, FitMethod, FittedParameter, ModelFile
 from ident.identification.prediction import effect_terms, searched_parameters
 from ident.uncertainty.assessment import assess, interval_or_none, number_or_none
@@ -93,7 +92,8 @@ class DiagnosisResult:
     @cached_property
     def model(self) -> Model:
         """The last model of the document, with all effects found: the same values, intervals and errors."""
-        return Model(_diagnosed_model(self.diagnosis, self.document.steps[-1]), self.diagnosis.library)
+        split, file = self.diagnosis.model.split, _diagnosed_model(self.diagnosis, self.document.steps[-1])
+        return Model(file, self.diagnosis.library, recording=split.recordings[split.train_indices[0]].recording)
 
 
 def diagnosed(
@@ -166,8 +166,9 @@ def model_file(model: FittedModel, unexplained: UnexplainedResidual, diagnosed: 
     rows, torques = zip(*(regression.rows() for regression in regressions), strict=True)
     bounds = search_region(structure.linear_parameters, np.concatenate(rows), np.concatenate(torques))
     fit = Fit(Estimate(x[linear], solution.loss, np.array([solution.loss])), bounds, solution.row_count)
-    relative = is_relative(prepared.recording)
-    assessment, single = assess(regressions, fit, structure, METHOD, Sensitivity(None, ()), relative)
+    assessment, single = assess(
+        regressions, fit, structure, METHOD, Sensitivity(None, ()), is_relative(prepared.recording)
+    )
     # The model's own intervals also hold what quantization does to parameters, and the errors of what was searched.
     totals, shapes = parameter_intervals(model)
     correlation = tuple(tuple(map(number_or_none, row)) for row in uncertainty.correlation[np.ix_(linear, linear)])

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ident.basics.statistics import NORMAL
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.document import (
     Document,
@@ -29,10 +30,10 @@ from ident.diagnosis.document.warnings import bound_warnings, data_warnings, fil
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_SHARE
 from ident.diagnosis.ripple.ripple import EFFECT, Ripple
-from ident.diagnosis.split.parameter_intervals import with_gain
 from ident.diagnosis.split.split_data import SplitData, rms
 from ident.dynamics.effects.learned_curve import effect_file_text
-from ident.identification.identify import is_relative
+from ident.estimation.nonlinear_fit import Solution
+from ident.identification.model_description import is_relative
 from ident.uncertainty.assessment import gain_uncertainty, interval_or_none
 from recordings.recording import Floats
 
@@ -93,7 +94,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
 def write_learned_curve(diagnosis: Diagnosis, path: Path) -> LearnedCurveEntry | None:
     """Write the learned curves to the effect file `path`; None if there are none that the test rows support."""
     learned = diagnosis.learned
-    if learned is None or not learned.supported:
+    if learned is None or not learned.improvement.is_supported:
         return None
     about = ", ".join(dict.fromkeys(data.recording.path.name for data in diagnosis.split.recordings))
     path.write_text(effect_file_text(learned.curves, about))
@@ -153,6 +154,18 @@ def parameter_intervals(model: FittedModel) -> tuple[Floats, Floats]:
     recording, shapes = model.split.recordings[0].recording, model.shape_intervals
     totals = shapes if is_relative(recording) else with_gain(shapes, model.solution, gain_uncertainty(recording))
     return totals, shapes
+
+
+def with_gain(intervals: Floats, solution: Solution, gain_uncertainty: float) -> Floats:
+    """The `intervals` (K, 2) for an exactly known gain, widened by its relative standard uncertainty.
+
+    It applies to the parameters that are proportional to the torque.
+    """
+    if not gain_uncertainty:
+        return intervals  # not those that rounding makes of them
+    proportional = np.where(solution.structure.linear, np.abs(solution.x), 0.0)
+    width = np.hypot((intervals[:, 1] - intervals[:, 0]) / 2, NORMAL * gain_uncertainty * proportional)
+    return np.stack([solution.x - width, solution.x + width], axis=1)
 
 
 def describe_test_data(split: SplitData) -> str:
@@ -229,5 +242,7 @@ def _on_requested(diagnosis: Diagnosis, findings: Sequence[FindingEntry], names:
     ]
     doubt = f"Held-out data do not confirm the requested effects ({'; '.join(asked)}). " if not names else ""
     remains = "a structured residual" if diagnosis.unexplained.significant else "no structured residual"
-    rest = f"{remains} is left above the noise floor: {diagnosis.unexplained.sentence}"
-    return f"{doubt}With {names or 'them'}, as requested, {rest}"
+    return (
+        f"{doubt}With {names or 'them'}, as requested, {remains} is left above the noise floor: "
+        f"{diagnosis.unexplained.sentence}"
+    )

@@ -1,17 +1,17 @@
 """Warnings about recordings, and about what follows from them, that limit the validity of a diagnosis."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
 
 import numpy as np
 
+from ident.data.noise import is_filtered
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.document.document import ParameterValue
+from ident.diagnosis.document.document import ParameterValue, joint_numbers
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.judge.indistinguishable import indistinguishable
 from ident.diagnosis.split.observability import MAX_RARE_SHARE, rarer_direction_share
-from ident.diagnosis.split.split_data import SplitData, rms
-from ident.diagnosis.split.training_range import outside_of_range, training_range
-from ident.identification.identify import is_relative
+from ident.diagnosis.split.split_data import SplitData, outside_of_range, rms, training_range
+from ident.identification.model_description import is_relative
 
 _MIN_ROWS_PER_PARAMETER = 20
 """With fewer independent rows per parameter, small effects are not significant."""
@@ -19,6 +19,9 @@ _MIN_STANDSTILL = 0.01
 """Below this share of all rows, those near standstill are not reported."""
 _MAX_ERROR_RATIO = 1.5
 """Largest plausible ratio between the errors on different recordings."""
+_MAX_CORRELATION = 0.95
+"""Parameters whose errors correlate by more are known only together: each variance is ten times what it would be
+without the other (variance inflation factor)."""
 _MIN_BLAME = 0.7
 """Share by which the error above the noise floor must be smaller in the rows inside of the range of the training data
 than in all rows."""
@@ -59,6 +62,8 @@ def data_warnings(diagnosis: Diagnosis) -> tuple[str, ...]:
     split, model, recording = diagnosis.split, diagnosis.model, diagnosis.split.recordings[0].recording
     truncated = file_names(split, [i for i, data in enumerate(split.recordings) if not data.recording.complete])
     rows, parameters = split.independent_rows, len(model.solution.x)
+    falls = np.any([is_filtered(data) for data in split.recordings], axis=0)
+    filtered = (np.flatnonzero(falls & (model.noise_floor.source == "spectrum")) + 1).tolist()
     unjudged = " and ".join(
         f"{share:.1%} (joint {joint})" for joint, share in enumerate(split.unjudged_shares, start=1) if share
     )
@@ -68,6 +73,11 @@ def data_warnings(diagnosis: Diagnosis) -> tuple[str, ...]:
             "An effect is still missing: until it is found, the errors of parameters may exceed their intervals.",
         ),
         *((True, sentence) for sentence in _hardly_distinct(model)),
+        (
+            filtered,
+            f"The noise of {joint_numbers(filtered)} falls off towards high frequencies: "
+            "the drive filters its signal. The noise floor, which continues that noise as white, is a lower bound.",
+        ),
         (truncated, f"Truncated: {', '.join(truncated)}. The rest of the motion is not known."),
         (
             rows < _MIN_ROWS_PER_PARAMETER * parameters,
@@ -100,13 +110,18 @@ def data_warnings(diagnosis: Diagnosis) -> tuple[str, ...]:
 
 def _hardly_distinct(model: FittedModel) -> Iterator[str]:
     """Yield which effects, and which parts of friction, the motion hardly distinguishes."""
-    parameters = model.solution.structure.parameters
-    for i, j, correlation in indistinguishable(model):
-        yield (
-            f"{parameters[i].name} and {parameters[j].name} are known only together: this motion hardly "
-            f"distinguishes them (their errors correlate by {correlation:+.2f}), so one of the two effects may be "
-            "all there is."
-        )
+    strengths = [
+        (i, entry)
+        for i, entry in enumerate(model.solution.structure.parameters)
+        if entry.term >= 0 and entry.linear and not model.terms[entry.term].effect.mandatory
+    ]
+    for (i, first), (j, second) in combinations(strengths, 2):
+        correlation = model.uncertainty.correlation[i, j]
+        if first.term != second.term and abs(correlation) > _MAX_CORRELATION:
+            yield (
+                f"{first.name} and {second.name} are known only together: this motion hardly distinguishes them "
+                f"(their errors correlate by {correlation:+.2f}), so one of the two effects may be all there is."
+            )
     for joint, share in enumerate(rarer_direction_share(model.split), start=1):
         if share < MAX_RARE_SHARE:
             yield (

@@ -8,12 +8,13 @@ import numpy as np
 
 from ident.diagnosis.judge.improvement import Blocks, Improvement
 from ident.diagnosis.split.noise_floor import NoiseFloor, estimate_noise_floor
-from ident.diagnosis.split.parameter_intervals import confidence_intervals, parameter_uncertainty, propagated_errors
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
 from ident.identification.prediction import Prediction
+from ident.uncertainty import covariance
 from ident.uncertainty.covariance import Uncertainty
+from ident.uncertainty.propagated_errors import PropagatedErrors, identifiable, repetition_factor
 from recordings.recording import Bools, Floats
 
 
@@ -37,8 +38,10 @@ class FittedModel:
     @cached_property
     def computed(self) -> tuple[Floats, ...]:
         """(m, dof) torque on each recording [N m]."""
-        pairs = zip(self.split.recordings, self.residuals, strict=True)
-        return tuple(recording.torque - residual for recording, residual in pairs)
+        return tuple(
+            recording.torque - residual
+            for recording, residual in zip(self.split.recordings, self.residuals, strict=True)
+        )
 
     @property
     def predictions(self) -> tuple[Prediction, ...]:
@@ -58,9 +61,10 @@ class FittedModel:
             np.where(unknown, np.nan, residual) for unknown, residual in zip(unjudged, self.residuals, strict=True)
         )
 
-    @cached_property
+    @property
     def on_judged_rows(self) -> "FittedModel":
         """The same model, scored on the rows alone that it can be judged by."""
+        # Not cached: a model that refers to itself stays, with all that it caches, until garbage is collected.
         split = self.split.judged(self.solution, self.noise_floor.rms)
         return self if split is self.split else FittedModel(split, self.solution)
 
@@ -71,24 +75,39 @@ class FittedModel:
 
     @cached_property
     def uncertainty(self) -> Uncertainty:
-        """Uncertainty of its K parameters due to noise."""
-        return parameter_uncertainty(self.split, self.solution)
+        """Uncertainty of its K parameters due to noise; NaN for those that are not identifiable."""
+        solution, split = self.solution, self.split
+        known, estimates = identifiable(solution, solution.rows()[0]), []
+        pairs = zip(split.train_indices, solution.residuals, solution.derivatives, solution.weights, strict=True)
+        for index, residual, derivatives, weight in pairs:
+            measured = np.where(weight > 0, residual, np.nan)
+            std = np.where(weight > 0, 1 / np.where(weight > 0, weight, 1.0), 1.0)
+            repeat = split.recordings[index].repeat
+            estimates.append(covariance.least_squares(derivatives[:, :, known], measured, std, repeat, weight))
+        return covariance.estimate(estimates).expanded(known)
 
     @cached_property
     def propagated_covariance(self) -> Floats:
         """(K, K) errors of its parameters that repeat with the motion; 0 where not identifiable."""
-        return propagated_errors(self.split, self.solution).covariance()
+        split = self.split
+        repetition = repetition_factor(
+            [split.recordings[i] for i in split.train_indices],
+            [split.repeating_share[i] for i in split.train_indices],
+        )
+        return PropagatedErrors(split.train_predictors, split.perturbed_draws, self.solution, repetition).covariance()
 
     @property
     def standard_errors(self) -> Floats:
         """(K,) standard errors of its parameters, due to noise and propagated errors; NaN where not identifiable."""
-        errors: Floats = np.sqrt(self.uncertainty.std**2 + self.propagated_covariance.diagonal())
-        return errors
+        return np.sqrt(self.uncertainty.std**2 + self.propagated_covariance.diagonal())
 
     @cached_property
     def shape_intervals(self) -> Floats:
-        """(K, 2) 95 % intervals of its parameters for an exactly known torque gain; NaN where not identifiable."""
-        return confidence_intervals(self.split, self.solution)
+        """(K, 2) 95 % intervals of its parameters for an exactly known torque gain, with noise and propagated errors.
+
+        NaN where not identifiable.
+        """
+        return self.uncertainty.interval(self.solution.x, propagated=self.propagated_covariance.diagonal())
 
     @cached_property
     def turned(self) -> "FittedModel":
@@ -112,8 +131,9 @@ class FittedModel:
             rows & np.isfinite(new + old)
             for rows, new, old in zip(self.split.train, self.judged_residuals, before.judged_residuals, strict=True)
         ]
-        residuals = before.turned.residuals, self.turned.residuals
-        other_way = Blocks.of(self.split, *residuals, self.noise_floor.certain, judged)
+        other_way = Blocks.of(
+            self.split, before.turned.residuals, self.turned.residuals, self.noise_floor.certain, judged
+        )
         improves = all(
             not half.is_small and half.reduction > 0 for half in map(Blocks.improvement, (held_out, other_way))
         )

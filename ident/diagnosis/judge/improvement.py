@@ -64,19 +64,19 @@ class Blocks:
         """
         scale = np.maximum(floor, TINY)
         # An effect may be undefined in more rows than the model without it: compare where both are defined.
-        pairs = zip(rows, before, after, strict=True)
-        rows = [scored & np.isfinite(old) & np.isfinite(new) for scored, old, new in pairs]
+        rows = [
+            scored & np.isfinite(old) & np.isfinite(new) for scored, old, new in zip(rows, before, after, strict=True)
+        ]
         change = [old - new for old, new in zip(before, after, strict=True)]
         return cls(*(_block_means(split, residuals, scale, rows) for residuals in (before, after, change)))
 
     def __add__(self, other: "Blocks") -> "Blocks":
         """The blocks of both."""
-        pairs = (
-            (self.before, other.before),
-            (self.after, other.after),
-            (self.change, other.change),
+        return Blocks(
+            np.concatenate([self.before, other.before]),
+            np.concatenate([self.after, other.after]),
+            np.concatenate([self.change, other.change]),
         )
-        return Blocks(*(np.concatenate(pair) for pair in pairs))
 
     def improvement(self, compared: int = 1) -> Improvement:
         """The improvement over all blocks.
@@ -98,34 +98,33 @@ def improvement_of_blocks(
     """
     difference = before - after
     reduction = np.where(np.abs(difference) > TINY * before, difference, 0.0)
-    if len(reduction) < 3:
+    if len(reduction) <= 2:
         return Improvement(0.0, (0.0, 0.0), 0.0, 0.0, 0.0)
     excess = before - noise
     share = float(np.clip(reduction.mean() / excess.mean(), -1.0, 1.0)) if excess.mean() > 0 else 0.0
     improvement = Improvement(
         share,
         _ratio_interval(reduction, excess, 1 - (1 - LEVEL) / compared),
-        _standard_score(reduction, np.ones_like(reduction) if change is None else change),
+        _standard_score(reduction, change),
         float(reduction.mean()),
         float(after.mean()) - noise,
     )
     if improvement.is_small:
         return improvement
     known = (before > 0) & (after > 0)
-    of_ratio = _standard_score(np.log(before[known]) - np.log(after[known]), np.ones(known.sum()))
-    return replace(improvement, t=max(improvement.t, of_ratio))
+    return replace(improvement, t=max(improvement.t, _standard_score(np.log(before[known]) - np.log(after[known]))))
 
 
-def _standard_score(values: Floats, weights: Floats) -> float:
+def _standard_score(values: Floats, weights: Floats | None = None) -> float:
     """Student's t of the sum of `values` (b,) of independent blocks, as the standard score of the same probability.
 
     A ratio estimator whose errors differ between blocks, with as many degrees of freedom as there are blocks with
-    much of the `weights` (b,), to which values are proportional; Student's t where all weights are the same. Carter,
-    Schnepel and Steigerwald, "Asymptotic behavior of a t-test robust to cluster heterogeneity", Rev. Econ. Stat. 99
-    (2017).
+    much of the `weights` (b,), to which values are proportional; None: the same in all, Student's t. Carter, Schnepel
+    and Steigerwald, "Asymptotic behavior of a t-test robust to cluster heterogeneity", Rev. Econ. Stat. 99 (2017).
     """
     from scipy.special import ndtri, stdtr
 
+    weights = np.ones_like(values) if weights is None else weights
     total = weights.sum()
     blocks = total**2 / (weights**2).sum() if total > 0 else 0.0
     if blocks <= 2:
@@ -161,8 +160,16 @@ def _ratio_interval(numerator: Floats, denominator: Floats, level: float) -> tup
 def block_counts(split: SplitData, rows: Sequence[Bools]) -> list[tuple[Ints, Floats]]:
     """Number of the block of BLOCK_SECONDS of each row (m,), and the count (b,) of `rows` (m, dof) of every block."""
     blocks = [np.floor(prepared.time / BLOCK_SECONDS).astype(int) for prepared in split.recordings]
-    pairs = zip(blocks, rows, strict=True)
-    return [(block, np.bincount(block, selected.sum(axis=1)).astype(float)) for block, selected in pairs]
+    return [
+        (block, np.bincount(block, selected.sum(axis=1)).astype(float))
+        for block, selected in zip(blocks, rows, strict=True)
+    ]
+
+
+def block_means(blocks: Ints, values: Floats) -> Floats:
+    """(b,) means of the `values` (n,) over each of the `blocks` (n,) that has any."""
+    count = np.bincount(blocks)
+    return np.bincount(blocks, values)[count > 0] / count[count > 0]
 
 
 def _block_means(split: SplitData, residuals: Sequence[Floats], scale: Floats, rows: Sequence[Bools]) -> Floats:

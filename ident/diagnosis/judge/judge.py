@@ -1,16 +1,45 @@
-"""The one judge: whether a model with one more effect is accepted in place of the model without it."""
+"""The one judge: whether a model with one more effect is accepted in place of the model without it, and on what
+evidence. Every sentence uses its record."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
-from ident.diagnosis.judge.evidence import Evidence, Rejection, RejectionStatus
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_SHARE, MIN_T, Improvement
 from ident.diagnosis.judge.price import is_significant
 from ident.diagnosis.judge.rules import OF_INTERVALS, OF_VALUES, objection
 from ident.diagnosis.split.split_data import rms
+
+RejectionStatus = Literal["refuted", "not-confirmed", "not-tested", "not-observable", "absorbed"]
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What held-out rows say of one effect beside one model."""
+
+    gain: float
+    """Share by which the held-out mean square above the noise floor falls; an upper bound where screening decided."""
+    decided_by: str
+    """The rule that decided: `screening`, `held-out`, …"""
+    gain_ci95: tuple[float, float] | None = None
+    t: float | None = None
+    """Student's t of the reduction over independent blocks."""
+    t_required: float | None = None
+    power: float | None = None
+    """Probability that these held-out rows would confirm a gain of this size, 0 to 1."""
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """Why an effect of the library is not among the findings; the evidence beside the last model."""
+
+    status: RejectionStatus
+    why: str
+    evidence: Evidence | None = None
+    """None where it was not tested."""
 
 
 @dataclass(frozen=True)
@@ -77,10 +106,10 @@ def _shows_in_training(before: FittedModel, after: FittedModel, joints: Sequence
     split, parameters = after.split, len(after.solution.x) - len(before.solution.x)
     changed = [b - a for b, a in zip(before.residuals, after.residuals, strict=True)]
     size = rms(changed, [np.isfinite(change) for change in changed])
-    size, least = size[list(joints)], after.noise_floor.least[list(joints)]
-    matters = np.linalg.norm(size) > np.linalg.norm(least)
-    losses = before.solution.loss, after.solution.loss
-    return bool(matters) and is_significant(*losses, parameters, split.independent_rows)
+    matters = np.linalg.norm(size[list(joints)]) > np.linalg.norm(after.noise_floor.least[list(joints)])
+    return bool(matters) and is_significant(
+        before.solution.loss, after.solution.loss, parameters, split.independent_rows
+    )
 
 
 def evidence_of(improvement: Improvement, decided_by: str = "held-out", t: float | None = None) -> Evidence:

@@ -10,7 +10,9 @@ import numpy as np
 
 from ident.basics import filters
 from ident.basics.threads import in_threads
+from ident.data.prepared_recording import PreparedRecording
 from ident.diagnosis.split.split_data import SplitData
+from ident.dynamics.motion import Motion
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.predicted_torque import TorquePredictor
 from recordings.recording import Bools, Floats
@@ -25,39 +27,36 @@ _SAME_PHASE = 0.5
 class HighBand:
     """One recording above the low-pass: n samples of dof joints."""
 
-    time: Floats
-    """(n,) [s]"""
-    position: Floats
-    """(n, dof) [rad or m]"""
-    velocity: Floats
-    """(n, dof)"""
-    torque: Floats
-    """(n, dof) measured torque, all frequencies [N m]."""
+    prepared: PreparedRecording
+    """With the whole torque, and the motion of the instants."""
     residual: Floats
     """(n, dof) measured minus computed torque above the low-pass [N m]; NaN where unknown."""
     train: Bools
     """(n, dof) samples of training rows."""
     test: Bools
     """(n, dof) samples of test rows."""
-    rate: float
-    """[Hz]"""
-    low: float
-    """Bandwidth of the low-pass [Hz]."""
-    period: float | None
-    """Of the repeated motion [s]; None if nothing repeats."""
-    decimation: int
-    """Samples per row."""
+
+    @property
+    def motion(self) -> Motion:
+        """(n, dof) motion of the samples."""
+        return self.prepared.preprocessed.motion
+
+    @property
+    def period(self) -> float | None:
+        """Of the repeated motion [s]; None if nothing repeats."""
+        return self.prepared.recording.run.period if (self.prepared.repeat >= 1).any() else None
 
     @property
     def highest(self) -> float:
         """Upper end of the band [Hz]."""
-        return HIGHEST_SHARE * self.rate
+        return HIGHEST_SHARE * self.prepared.samples.rate
 
     def repeats(self, hertz: float) -> bool:
         """Whether a wave over time of this frequency is the same in all cycles, as everything that repeats is."""
         if self.period is None:
             return False
-        cycles, periods = (self.time[-1] - self.time[0]) / self.period, hertz * self.period
+        time, periods = self.prepared.instant_time, hertz * self.period
+        cycles = (time[-1] - time[0]) / self.period
         return bool(abs(periods - round(periods)) * cycles < _SAME_PHASE)
 
     def harmonics(self, grid: Floats) -> Floats:
@@ -69,16 +68,16 @@ class HighBand:
 
     def samples_of(self, rows: Bools) -> Bools:
         """(n, dof) samples of the selected `rows` (m, dof)."""
-        return np.repeat(rows, self.decimation, axis=0)[: len(self.time)]
+        return np.repeat(rows, self.prepared.preprocessed.decimation, axis=0)[: len(self.residual)]
 
     def above(self, x: Floats) -> Floats:
         """The part of `x` (n, ...) above the low-pass."""
-        high: Floats = x - filters.convolve(x, filters.low_pass(self.low, self.rate))
-        return high
+        return x - filters.convolve(x, filters.low_pass(self.prepared.bandwidth, self.prepared.samples.rate))
 
     def below(self, x: Floats, upper: float) -> Floats:
         """The part of `x` (n, ...) below the frequency `upper` [Hz]."""
-        return x if upper >= self.highest else filters.convolve(x, filters.low_pass(upper, self.rate))
+        rate = self.prepared.samples.rate
+        return x if upper >= self.highest else filters.convolve(x, filters.low_pass(upper, rate))
 
 
 def high_bands(split: SplitData, solution: Solution) -> tuple[HighBand, ...]:
@@ -94,29 +93,15 @@ def high_bands(split: SplitData, solution: Solution) -> tuple[HighBand, ...]:
 
 
 def _high_band(split: SplitData, index: int, solution: Solution) -> HighBand:
-    predictor = split.predictors[index]
-    prepared = predictor.prepared
+    prepared = split.recordings[index]
     samples = prepared.samples
     # What the motion has above the low-pass is encoder noise, or answers to the ripple itself.
     taps = filters.low_pass(prepared.bandwidth, samples.rate)
     slow = TorquePredictor(prepared.with_positions(lambda position: filters.convolve(position, taps)))
     computed = slow.unfiltered(solution.structure, solution.x)
-    step, motion = prepared.preprocessed.decimation, prepared.preprocessed.motion
-    train, test = (np.repeat(rows[index], step, axis=0)[: len(computed)] for rows in (split.train, split.test))
-    band = HighBand(
-        prepared.instant_time,
-        motion.position,
-        motion.velocity,
-        samples.torque,
-        samples.torque,
-        train,
-        test,
-        samples.rate,
-        prepared.bandwidth,
-        prepared.recording.run.period if (prepared.repeat >= 1).any() else None,
-        step,
-    )
+    band = HighBand(prepared, samples.torque, split.train[index], split.test[index])
+    band = replace(band, train=band.samples_of(band.train), test=band.samples_of(band.test))
     # Near gaps the slow motion is unknown; above the low-pass it matters only at reversals.
     high = band.above(samples.torque) - np.nan_to_num(band.above(computed))
-    known = np.isfinite(high) & np.isfinite(motion.position) & np.isfinite(motion.velocity)
+    known = np.isfinite(band.motion.position) & np.isfinite(band.motion.velocity)
     return replace(band, residual=np.where(known, high, np.nan))

@@ -2,6 +2,9 @@
 
 A wave over the angle is `cogging`. Its amplitudes and its order are estimated above the low-pass alone, from all
 speeds together, and the test rows confirm each wave. The model of the dynamics stays as it is.
+
+At a constant speed, a vibration of fixed frequency is the same. A wave over the angle is certain only if the
+recordings contain speeds at which it and every wave over time differ.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,14 +14,16 @@ from itertools import chain
 
 import numpy as np
 
+from ident.basics.statistics import nonzero
 from ident.basics.threads import in_threads
 from ident.data import cycle_statistics
 from ident.data.prepared_recording import PreparedRecording
 from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.improvement import BLOCK_SECONDS, block_means, improvement_of_blocks
 from ident.diagnosis.ripple.high_band import HighBand, high_bands
-from ident.diagnosis.ripple.lines import RippleLine, Vibration
 from ident.diagnosis.ripple.ripple_search import SAME_ORDER, search
-from ident.diagnosis.ripple.waves import JointSignal, wave, wave_numbers
+from ident.diagnosis.ripple.waves import JointSignal, RippleLine, Vibration, least_squares, wave, wave_numbers
+from ident.diagnosis.search.selection import Finding, Selection
 from ident.diagnosis.split.split_data import rms
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.periodogram import highest_in_band, periodogram
@@ -27,6 +32,8 @@ from recordings.recording import Floats
 
 EFFECT = "cogging"
 """The effect of the library that a wave over the angle is."""
+VIBRATION = "vibration"
+"""Stands beside the names of effects; no effect of the library."""
 _MARGIN = 1.2
 """Ratio of the end of a spectrum, or of the band in which errors are stated, to its highest wave."""
 
@@ -55,7 +62,7 @@ class Ripple:
         """End of the band in which errors are stated: the low-pass, or above the highest ripple [Hz]."""
         if not self.lines:
             return self.low
-        speeds = np.array([JointSignal(self.bands, joint).speed for joint in range(self.bands[0].position.shape[1])])
+        speeds = np.array([JointSignal(self.bands, joint).speed for joint in range(self.bands[0].residual.shape[1])])
         highest = max(line.order * speeds[line.joint] for line in self.lines) / (2 * np.pi)
         return float(min(_MARGIN * highest, min(band.highest for band in self.bands)))
 
@@ -121,10 +128,8 @@ class Ripple:
     def unexplained_share(self) -> Floats:
         """(dof,) RMS above the low-pass that nothing explains, relative to that of the measured torque."""
         scored = [band.train | band.test for band in self.bands]
-        torque = rms([band.torque for band in self.bands], scored)
-        rest = rms(self._remaining, scored)
-        share: Floats = rest / np.where(torque > 0, torque, 1.0)
-        return share
+        torque = rms([band.prepared.samples.torque for band in self.bands], scored)
+        return rms(self._remaining, scored) / nonzero(torque)
 
     def order_spectrum(self, joint: int, with_lines: bool) -> tuple[Floats, Floats]:
         """Orders (f,) and amplitudes (f,) [N m] of the residual of `joint` above the low-pass, over the angle."""
@@ -146,7 +151,8 @@ class Ripple:
         """(n, dof) residual above the low-pass without the lines."""
         computed = np.zeros_like(band.residual)
         for line in self.lines:
-            computed[:, line.joint] += wave(band.position[:, line.joint], line.order) @ [line.sine, line.cosine]
+            columns = wave(band.motion.position[:, line.joint], line.order)
+            computed[:, line.joint] += columns @ [line.sine, line.cosine]
         return band.residual - (band.above(computed) if self.lines else computed)
 
 
@@ -194,3 +200,60 @@ def _is_known(line: RippleLine, model: FittedModel) -> bool:
         if term.name == EFFECT and line.joint in term.joints
     ]
     return any(abs(line.order - order) < SAME_ORDER * order for order in orders)
+
+
+def with_vibration_alternatives(selection: Selection) -> Selection:
+    """The `selection` with a vibration as an alternative to each ripple that it explains as well."""
+    findings = [
+        replace(finding, alternatives=(*finding.alternatives, VIBRATION))
+        if finding.term.name == EFFECT and not _differs(selection.model, finding)
+        else finding
+        for finding in selection.findings
+    ]
+    return replace(selection, findings=tuple(findings))
+
+
+def _differs(model: FittedModel, finding: Finding) -> bool:
+    """Whether the ripple explains more of any joint's residual without it than the best wave over time."""
+    index = next(i for i, term in enumerate(model.terms) if term is finding.term)
+    order = float(model.solution.structure.shape_values(index, model.solution.x)[0])
+    return any(_differs_on_joint(model, finding, order, joint) for joint in finding.term.joints)
+
+
+def _differs_on_joint(model: FittedModel, finding: Finding, order: float, joint: int) -> bool:
+    before: list[Floats] = []
+    after: list[Floats] = []
+    for number, recording in enumerate(model.split.recordings):
+        residual = finding.before.residuals[number][:, joint]
+        rows = model.split.scored[number][:, joint] & np.isfinite(residual)
+        angle = recording.preprocessed.motion.position[:, joint]
+        over_angle = recording.condition(np.where(np.isfinite(angle)[:, None], wave(angle, order), np.nan))
+        rows &= np.isfinite(over_angle).all(axis=1)
+        if not rows.any():
+            continue
+        time, signal = recording.time[rows], residual[rows] - residual[rows].mean()
+        block = np.floor(time / BLOCK_SECONDS).astype(int)
+        for columns, means in (
+            (wave(time, _best(time, signal, recording.bandwidth)), before),
+            (over_angle[rows], after),
+        ):
+            rest = signal - columns @ least_squares(columns, signal)
+            means.append(block_means(block, rest**2))
+    return bool(after) and improvement_of_blocks(np.concatenate(before), np.concatenate(after)).is_supported
+
+
+def _best(time: Floats, signal: Floats, bandwidth: float) -> float:
+    """Angular frequency [rad/s] of the strongest wave over time within the bandwidth."""
+    from scipy.optimize import minimize_scalar
+
+    grid = wave_numbers(time, 2 * np.pi * bandwidth)
+    if len(grid) < 2:
+        return 0.0
+    best, step = grid[periodogram(time, signal, grid).argmax()], grid[1] - grid[0]
+    bounds = (best - step, best + step)
+    refined = minimize_scalar(lambda omega: _rest_square(wave(time, omega), signal), bounds=bounds, method="bounded")
+    return float(refined.x)
+
+
+def _rest_square(columns: Floats, signal: Floats) -> float:
+    return float(np.sum((signal - columns @ least_squares(columns, signal)) ** 2))

@@ -12,9 +12,18 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ident.diagnosis.judge.improvement import MIN_T, Improvement, improvement_of_blocks
-from ident.diagnosis.ripple.lines import RippleLine, Vibration
-from ident.diagnosis.ripple.waves import MIN_SAMPLES, Carrier, JointSignal, least_squares, wave, wave_numbers
+from ident.basics.statistics import half_width
+from ident.diagnosis.judge.improvement import MIN_T, Improvement, block_means, improvement_of_blocks
+from ident.diagnosis.ripple.waves import (
+    MIN_SAMPLES,
+    Carrier,
+    JointSignal,
+    RippleLine,
+    Vibration,
+    least_squares,
+    wave,
+    wave_numbers,
+)
 from ident.diagnosis.split.noise_floor import MIN_TORQUE_SHARE
 from ident.dynamics.effects.periodogram import MAX_PHASE
 from ident.uncertainty import covariance
@@ -50,12 +59,16 @@ class _Pursuit:
         self._columns = np.empty((len(signal.residual), 0))
         self._min_reduction = signal.train.sum() * (MIN_TORQUE_SHARE * signal.torque_rms) ** 2
         angle = signal.angle[signal.train]
-        limits = [HIGHEST, MAX_PHASE / max(float(np.ptp(angle)), 1e-9), 1 / step if step else np.inf]
-        if signal.speed:
-            limits.append(2 * np.pi * signal.highest_frequency / signal.speed)
+        limits = [
+            HIGHEST,
+            MAX_PHASE / max(float(np.ptp(angle)), 1e-9),
+            1 / step if step else np.inf,
+            2 * np.pi * signal.highest_frequency / signal.speed if signal.speed else np.inf,
+        ]
+        self._over_angle, self._over_time = signal.over_angle(), signal.over_time()
         self._grids = {
-            signal.over_angle: wave_numbers(angle, min(limits), LOWEST),
-            signal.over_time: wave_numbers(
+            self._over_angle: wave_numbers(angle, min(limits), LOWEST),
+            self._over_time: wave_numbers(
                 signal.time[signal.train], 2 * np.pi * signal.highest_frequency, 2 * np.pi * signal.low
             ),
         }
@@ -63,19 +76,19 @@ class _Pursuit:
     def extend(self) -> bool:
         """Add the highest confirmed peak; False if there is none."""
         hertz, vibration = self._vibration()
-        for order, ripple in self._candidates(self.signal.over_angle):
+        for order, ripple in self._candidates(self._over_angle):
             if self._is_better(vibration, ripple):
                 break  # a vibration explains more: it comes first
             certain = self._is_better(ripple, vibration)
             if self._is_confirmed(ripple):
                 self.orders[self._columns.shape[1]] = order, None if certain or np.isnan(hertz) else hertz
-                return self._add(self.signal.over_angle.columns(order))
+                return self._add(self._over_angle.columns(order))
             if certain:  # the vibration is a part of a ripple, even if other waves still hide it from the test rows
                 hertz, vibration = np.nan, np.zeros_like(vibration)
         if np.isnan(hertz):
             return False
-        columns = self.signal.over_time.columns(2 * np.pi * hertz)
-        pairs = self.signal.over_time.coefficients(columns, self.rest)[self.signal.train]
+        columns = self._over_time.columns(2 * np.pi * hertz)
+        pairs = self._over_time.coefficients(columns, self.rest)[self.signal.train]
         self.vibrations.append(Vibration(self.signal.joint, hertz, float(np.hypot(*pairs.T).max())))
         trained = np.isin(self.signal.recording, self.signal.recording[self.signal.train])
         return self._add(columns * trained[:, None])  # in other recordings its phase is unknown
@@ -83,7 +96,7 @@ class _Pursuit:
     def _candidates(self, carrier: Carrier) -> Iterator[tuple[float, Floats]]:
         """Wave numbers of significant waves that are large beside the torque, and what each explains (n,)."""
         signal, grid = self.signal, self._grids[carrier]
-        over_angle = carrier is signal.over_angle
+        over_angle = carrier is self._over_angle
         for peak in carrier.peaks(self.rest, grid, over_angle & self._is_known(grid)):
             if self._reduction(carrier.fitted(carrier.columns(peak), self.rest)) < self._min_reduction:
                 continue  # the grid is so fine that a refined wave explains hardly more
@@ -101,14 +114,14 @@ class _Pursuit:
 
     def _vibration(self) -> tuple[float, Floats]:
         """Frequency [Hz] of the first wave over time that lasts, and what it explains (n,); NaN if there is none."""
-        for omega, change in self._candidates(self.signal.over_time):
+        for omega, change in self._candidates(self._over_time):
             if self._lasts(change):
                 return omega / (2 * np.pi), change
         return np.nan, np.zeros_like(self.rest)
 
     def _add(self, columns: Floats) -> bool:
         self._columns = np.concatenate([self._columns, columns], axis=1)
-        self.rest = self.signal.residual - self.signal.over_angle.fitted(self._columns, self.signal.residual)
+        self.rest = self.signal.residual - self._over_angle.fitted(self._columns, self.signal.residual)
         return True
 
     def lines(self) -> list[RippleLine]:
@@ -127,9 +140,17 @@ class _Pursuit:
             sine, cosine, of_sine, of_cosine = np.concatenate(
                 [pairs.reshape(k, 2)[i], widths.reshape(k, 2)[i]]
             ).tolist()
-            improvement = self._improvement(without, rest, signal.test)
-            half_width = (of_sine, of_cosine, width)
-            lines.append(RippleLine(signal.joint, order, sine, cosine, half_width, improvement, same))
+            lines.append(
+                RippleLine(
+                    signal.joint,
+                    order,
+                    sine,
+                    cosine,
+                    half_width=(of_sine, of_cosine, width),
+                    improvement=self._improvement(without, rest, signal.test),
+                    same_frequency=same,
+                )
+            )
         return lines
 
     def _left(self, columns: Floats) -> tuple[Floats, Floats]:
@@ -143,11 +164,9 @@ class _Pursuit:
 
         The interval covers what differs between them, such as delays, beside the noise.
         """
-        from scipy.special import stdtrit
-
-        signal, carrier = self.signal, self.signal.over_angle
-        coefficients = carrier.coefficients(self._columns, signal.residual)
-        target = self.rest + np.sum((self._columns * coefficients)[:, index : index + 2], axis=1)
+        signal, carrier = self.signal, self._over_angle
+        explained = self._columns * carrier.coefficients(self._columns, signal.residual)
+        target = self.rest + np.sum(explained[:, index : index + 2], axis=1)
         order = carrier.refined(order, target)
         slope, left = carrier.slope(order, target)
         parts = [here for here, _ in carrier.parts if slope[here].any()]
@@ -157,14 +176,11 @@ class _Pursuit:
         scatter = weights @ shifts**2 / weights.sum() / max(len(parts) - 1, 1)
         # Welch and Satterthwaite: the variance between parts is uncertain, as they are few.
         freedom = (len(parts) - 1) * ((within + scatter) / scatter) ** 2 if len(parts) > 1 else np.inf
-        return order, float(stdtrit(freedom, (1 + covariance.LEVEL) / 2) * np.sqrt(within + scatter))
+        return order, float(half_width(np.asarray(freedom)) * np.sqrt(within + scatter))
 
     def _is_known(self, orders: Floats | float) -> Bools:
         """Whether `orders` belong to a wave that was found."""
-        known: Bools = np.any(
-            [np.abs(orders - other) < SAME_ORDER * other for other, _ in self.orders.values()], axis=0
-        )
-        return known
+        return np.any([np.abs(orders - other) < SAME_ORDER * other for other, _ in self.orders.values()], axis=0)
 
     def _is_better(self, first: Floats, second: Floats) -> bool:
         """Whether the change `first` (n,) explains significantly more than the `second` one."""
@@ -172,14 +188,8 @@ class _Pursuit:
 
     def _improvement(self, before: Floats, after: Floats, rows: Bools) -> Improvement:
         """Improvement between two residuals (n,), on `rows`."""
-        return improvement_of_blocks(self._means(before**2, rows), self._means(after**2, rows))
-
-    def _means(self, values: Floats, rows: Bools) -> Floats:
-        """(b,) means of the `values` (n,) of `rows` in each block."""
-        blocks = self.signal.blocks[rows]
-        count = np.bincount(blocks)
-        means: Floats = np.bincount(blocks, values[rows])[count > 0] / count[count > 0]
-        return means
+        first, second = (block_means(self.signal.blocks[rows], rest[rows] ** 2) for rest in (before, after))
+        return improvement_of_blocks(first, second)
 
     def _is_confirmed(self, change: Floats) -> bool:
         """Whether test rows are correlated with the `change` (n,) by a wave, as it was fitted to training rows."""
@@ -194,12 +204,13 @@ class _Pursuit:
         What reversals leave is as periodic as they are, but short.
         """
         rows = self.signal.train
-        before, after = (np.log(self._means(rest**2, rows)) for rest in (self.rest, self.rest - change))
+        squares = self.rest[rows] ** 2, (self.rest - change)[rows] ** 2
+        before, after = (np.log(block_means(self.signal.blocks[rows], each)) for each in squares)
         return _student_t(before - after) > MIN_T
 
 
 def _student_t(values: Floats) -> float:
-    """Of the mean of the `values` (b,) of independent blocks."""
+    """Of the mean of the `values` (b,) of independent blocks. One stroke has too few of them for a standard score."""
     return float(values.mean() / (values.std(ddof=1) / np.sqrt(len(values)))) if len(values) > 2 else 0.0
 
 

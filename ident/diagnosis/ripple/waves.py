@@ -6,24 +6,60 @@ from functools import cached_property
 
 import numpy as np
 
+from ident.basics.statistics import nonzero
+from ident.data.spectral_lines import FALSE_ALARM
+from ident.diagnosis.judge.improvement import Improvement
 from ident.diagnosis.ripple.high_band import HighBand
+from ident.diagnosis.search.selection import WIDTH
 from ident.dynamics.effects.periodogram import periodogram
 from recordings.recording import Bools, Floats, Ints
 
-FALSE_ALARM = 1e-6
-"""Probability that the highest peak of noise exceeds the threshold."""
 BLOCK_PERIODS = 3.0
 """Length of a block that counts as independent, in periods of the low-pass."""
 OVERSAMPLING = 4
 """Points of a periodogram per resolution cell."""
 _WINDOW = 24 * OVERSAMPLING
 """Points of a periodogram over which the noise level around a peak is taken."""
-_CANDIDATES = 4
-"""Number of peaks that are tried in turn."""
 _STEPS = 4
 """Gauss-Newton steps of a wave number."""
 MIN_SAMPLES = 64
 """Training samples and test samples below which no wave is searched, and a part of the samples is none by itself."""
+
+
+@dataclass(frozen=True)
+class RippleLine:
+    """One wave over the angle of one joint."""
+
+    joint: int
+    """From 0."""
+    order: float
+    """Periods per turn (per 2 pi m of a prismatic joint)."""
+    sine: float
+    """[N m], the mean of all directions and speeds."""
+    cosine: float
+    half_width: tuple[float, float, float]
+    """Half the 95 % intervals of sine, cosine and order."""
+    improvement: Improvement
+    """On test rows above the low-pass, over all other lines."""
+    same_frequency: float | None
+    """Frequency of a vibration that explains as much [Hz]; None if none does."""
+
+    @property
+    def amplitude(self) -> float:
+        """[N m]."""
+        return float((self.sine**2 + self.cosine**2) ** 0.5)
+
+
+@dataclass(frozen=True)
+class Vibration:
+    """A wave of one joint over time."""
+
+    joint: int
+    """From 0."""
+    frequency: float
+    """[Hz]"""
+    amplitude: float
+    """[N m]"""
 
 
 class JointSignal:
@@ -31,15 +67,17 @@ class JointSignal:
 
     def __init__(self, bands: Sequence[HighBand], joint: int) -> None:
         self.bands, self.joint = bands, joint
-        self.angle = np.concatenate([band.position[:, joint] for band in bands])
-        self.velocity = np.nan_to_num(np.concatenate([band.velocity[:, joint] for band in bands]))
-        self.time = np.concatenate([band.time for band in bands])
+        self.angle = np.concatenate([band.motion.position[:, joint] for band in bands])
+        self.velocity = np.nan_to_num(np.concatenate([band.motion.velocity[:, joint] for band in bands]))
+        self.time = np.concatenate([band.prepared.instant_time for band in bands])
         self.residual = np.concatenate([band.residual[:, joint] for band in bands])
-        self.recording = np.repeat(np.arange(len(bands)), [len(band.time) for band in bands])
+        self.recording = np.repeat(np.arange(len(bands)), [len(band.residual) for band in bands])
         known = np.isfinite(self.residual)
         self.train = np.concatenate([band.train[:, joint] for band in bands]) & known
         self.test = np.concatenate([band.test[:, joint] for band in bands]) & known
-        self.torque_rms = float(np.sqrt(np.nanmean(np.concatenate([b.torque[:, joint] for b in bands]) ** 2)))
+        self.torque_rms = float(
+            np.sqrt(np.nanmean(np.concatenate([b.prepared.samples.torque[:, joint] for b in bands]) ** 2))
+        )
         speed = np.abs(self.velocity)[self.train]
         self.speed = float(speed @ speed / speed.sum()) if speed.any() else 0.0
 
@@ -51,30 +89,25 @@ class JointSignal:
     @property
     def low(self) -> float:
         """Lower end of the band [Hz]."""
-        return max(band.low for band in self.bands)
+        return max(band.prepared.bandwidth for band in self.bands)
 
     @cached_property
     def blocks(self) -> Ints:
         """(n,) number of the block of each sample."""
-        length = BLOCK_PERIODS / self.low
-        number = np.floor(self.time / length).astype(int)
-        blocks: Ints = number - number.min() + self.recording * (np.ptp(number) + 1)
-        return blocks
+        number = np.floor(self.time / (BLOCK_PERIODS / self.low)).astype(int)
+        return number - number.min() + self.recording * (np.ptp(number) + 1)
 
     def above(self, columns: Floats) -> Floats:
         """`columns` (n, c) above the low-pass; 0 where unknown."""
-        ends = np.cumsum([len(band.time) for band in self.bands])[:-1]
+        ends = np.cumsum([len(band.residual) for band in self.bands])[:-1]
         parts = zip(self.bands, np.split(columns, ends), strict=True)
-        high: Floats = np.nan_to_num(np.concatenate([band.above(part) for band, part in parts]))
-        return high
+        return np.nan_to_num(np.concatenate([band.above(part) for band, part in parts]))
 
-    @cached_property
     def over_angle(self) -> "Carrier":
         """Waves over the angle: the drive delays and attenuates them, in each direction in another way."""
         forward = (self.velocity > 0).astype(int)
         return Carrier(self, np.nan_to_num(self.angle), 2 * self.recording + forward, forward)
 
-    @cached_property
     def over_time(self) -> "Carrier":
         """Waves over time: their phases in two recordings are unrelated."""
         return Carrier(self, self.time, self.recording, np.zeros_like(self.recording))
@@ -130,8 +163,7 @@ class Carrier:
 
     def fitted(self, columns: Floats, target: Floats) -> Floats:
         """(n,) what `columns` (n, c) explain of the `target` (n,)."""
-        explained: Floats = np.sum(columns * self.coefficients(columns, target), axis=1)
-        return explained
+        return np.sum(columns * self.coefficients(columns, target), axis=1)
 
     def slope(self, number: float, target: Floats) -> tuple[Floats, Floats]:
         """(n,) derivative of the wave in the `target` (n,) by its wave number, and (n,) what the wave leaves.
@@ -142,8 +174,7 @@ class Carrier:
         pairs = self.coefficients(columns, target)
         sine, cosine = wave(self.centred, number).T
         slope = self.signal.above((self.centred * (pairs[:, 0] * cosine - pairs[:, 1] * sine))[:, None])[:, 0]
-        left = target - np.sum(columns * pairs, axis=1)
-        train = self.signal.train
+        left, train = target - np.sum(columns * pairs, axis=1), self.signal.train
         return np.where(train, slope - self.fitted(columns, slope), 0.0), np.where(train, left, 0.0)
 
     def refined(self, number: float, rest: Floats) -> float:
@@ -178,9 +209,8 @@ class Carrier:
         power, noise = self.power(rest, grid)
         ratio = power / np.maximum(noise, 1e-12 * power.max())
         peaks = np.flatnonzero((power >= np.roll(power, 1)) & (power >= np.roll(power, -1)) & ~excluded)
-        best = [*peaks[np.argsort(-power[peaks])][:1], *peaks[np.argsort(-ratio[peaks])][:_CANDIDATES]]
-        numbers: list[float] = grid[list(dict.fromkeys(best))].tolist()
-        return numbers
+        best = [*peaks[np.argsort(-power[peaks])][:1], *peaks[np.argsort(-ratio[peaks])][:WIDTH]]
+        return grid[list(dict.fromkeys(best))].tolist()
 
     def is_significant(self, number: float, reduction: float, rest: Floats, grid: Floats) -> bool:
         """Whether a wave reduces the sum of squares more than chance, measured by what it leaves around it.
@@ -199,11 +229,8 @@ class Carrier:
 def least_squares(matrix: Floats, signal: Floats) -> Floats:
     """(c,) coefficients of the columns of `matrix` (n, c) for the `signal` (n,); c is small."""
     gram = matrix.T @ matrix
-    size = np.sqrt(np.diag(gram))
-    size[size == 0] = 1.0
-    coefficients = np.linalg.lstsq(gram / np.outer(size, size), matrix.T @ signal / size, rcond=1e-12)[0]
-    scaled: Floats = coefficients / size
-    return scaled
+    size = nonzero(np.sqrt(np.diag(gram)))
+    return np.linalg.lstsq(gram / np.outer(size, size), matrix.T @ signal / size, rcond=1e-12)[0] / size
 
 
 def wave(coordinate: Floats, wave_number: float) -> Floats:

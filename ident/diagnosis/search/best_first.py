@@ -17,8 +17,8 @@ from ident.diagnosis.judge.judge import judge
 from ident.diagnosis.judge.price import PRICE, score
 from ident.diagnosis.judge.rules import OF_VALUES, objection
 from ident.diagnosis.judge.rules.strength import wald_statistic
-from ident.diagnosis.search.candidates import WIDTH, Candidates
-from ident.diagnosis.search.fits import Key, added_term, key_of
+from ident.diagnosis.search.candidates import Candidates, Key, added_term, key_of
+from ident.diagnosis.search.selection import WIDTH
 from ident.diagnosis.split.split_data import rms
 from ident.dynamics.structure import Term
 from recordings.recording import Ints
@@ -58,27 +58,30 @@ class BestFirst:
         """The best model that is reached from `start` and accepted."""
         self._start = start
         self._insert(start)
-        while (state := self._next()) is not None:
-            self._expand(state)
-        return self._answer()
+        while True:
+            while (state := self._next()) is not None:
+                self._expand(state)
+            answer = self._answer()
+            if not self._is_open(answer):  # what is accepted need not be among the best
+                return answer.model
+            self._expand(answer)
 
     def _ranked(self) -> Iterator[State]:
         """The models, the best first, and the best one of those that differ in joints only."""
-        seen = set()
+        best: dict[Names, State] = {}
         for state in sorted(self._states.values(), key=lambda state: state.score):
-            if state.names not in seen:
-                seen.add(state.names)
-                yield state
+            best.setdefault(state.names, state)
+        yield from best.values()
 
     def _next(self) -> State | None:
         """The best of the open states that are worth their expansion."""
         ranked = self._ranked()
         best = next(ranked)
-        worth = [best, *(islice(ranked, WIDTH - 1) if leaves_much(best.model) else ())]
-        return next((each for each in worth if each.names not in self._expanded and not self._is_full(each)), None)
+        worth = [best, *(islice(ranked, WIDTH - 1) if joints_that_leave_much(best.model) else ())]
+        return next(filter(self._is_open, worth), None)
 
-    def _is_full(self, state: State) -> bool:
-        return len(set(state.names) - self._start.names) >= MAX_EFFECTS
+    def _is_open(self, state: State) -> bool:
+        return len({*state.names} - self._start.names) < MAX_EFFECTS and state.names not in self._expanded
 
     def _expand(self, state: State) -> None:
         self._expanded.add(state.names)
@@ -86,7 +89,8 @@ class BestFirst:
         names = ", ".join(term.name for term in model.terms if not term.effect.mandatory)
         self._progress(f"{names or 'base model'}: trying every other effect beside it")
         for other in [*self._candidates.extensions(model), *self._wider(model)]:
-            if (model is self._start or _is_large(model, other)) and _is_possible(model, other):
+            large = model is self._start or _is_large(model, other)
+            if large and objection(OF_VALUES, model, other, added_term(model, other)) is None:
                 self._insert(other)
         for smaller in self._smaller(model):
             self._insert(smaller)
@@ -96,8 +100,7 @@ class BestFirst:
 
     def _wider(self, model: FittedModel) -> Iterator[FittedModel]:
         """Models in which one effect of `model` acts on one more joint that leaves much, or on all of them."""
-        error = np.maximum(*(rms(model.judged_residuals, rows) for rows in (model.split.train, model.split.test)))
-        joints = np.flatnonzero(error > model.noise_floor.limit).tolist()
+        joints = joints_that_leave_much(model)
         for index, term in enumerate(model.terms):
             possible = term.effect.possible_joints(model.solution.structure.rig)
             missing = tuple(joint for joint in joints if joint in possible and joint not in term.joints)
@@ -114,13 +117,13 @@ class BestFirst:
         for index, term in enumerate(model.terms):
             if term.effect.mandatory:
                 continue
-            if _is_cheap(model, np.flatnonzero(structure.parameter_mask(index))):
+            if _price_ratio(model, np.flatnonzero(structure.parameter_mask(index))) < 1:
                 yield self._fits.without_effect(model, index)
             yield from self._contained(model, index)
             if len(term.joints) == 1 or term.effect.whole_robot:
                 continue
             for joint, own in zip(term.joints, structure.instance_entries(index), strict=True):
-                if _is_cheap(model, own):
+                if _price_ratio(model, own) < 1:
                     yield self._fits.on_joints(model, index, [other for other in term.joints if other != joint])
             others = [joint for joint in term.effect.possible_joints(structure.rig) if joint not in term.joints]
             if term.effect.differential and 0 < len(others) < len(term.joints):
@@ -134,13 +137,13 @@ class BestFirst:
                 self._fits.without_effect(model, index), Term(name, library[name], term.joints)
             )
 
-    def _answer(self) -> FittedModel:
+    def _answer(self) -> State:
         """The best model in which every effect is accepted; one without the weakest that is not, is one, too."""
         refused: set[Names] = set()
         while True:
             state = next(each for each in self._ranked() if each.names not in refused)
             if (index := self._refused_effect(state.model)) is None:
-                return state.model
+                return state
             refused.add(state.names)
             self._insert(self._fits.without_effect(state.model, index))
 
@@ -148,47 +151,35 @@ class BestFirst:
         """Number of the weakest effect of `model` that the judge does not accept beside all the others."""
         key = key_of(model.solution.structure)
         if key not in self._refused:
-            fits = self._fits
-            judged = (
-                (index, judge(fits.without_effect(model, index), model, index)) for index in _by_strength(model)
+            self._refused[key] = next(
+                (
+                    index
+                    for index in _by_strength(model)
+                    if not judge(self._fits.without_effect(model, index), model, index).accepted
+                ),
+                None,
             )
-            self._refused[key] = next((index for index, judgement in judged if not judgement.accepted), None)
         return self._refused[key]
-
-
-def _is_possible(model: FittedModel, other: FittedModel) -> bool:
-    """Whether no rule of plausibility speaks against what `other` has more than `model`."""
-    return objection(OF_VALUES, model, other, added_term(model, other)) is None
 
 
 def _is_large(model: FittedModel, other: FittedModel) -> bool:
     """Whether `other` explains more than a trifle of what `model` leaves: many trifles imitate any unknown."""
-    subsets = model.split.train, model.split.test
-    return not all(other.improvement_over(model, rows).is_small for rows in subsets)
+    return not all(other.improvement_over(model, rows).is_small for rows in (model.split.train, model.split.test))
 
 
-def leaves_much(model: FittedModel) -> bool:
-    """Whether the error of `model` is above what a correct one may leave."""
-    return any(
-        bool((rms(model.judged_residuals, rows) > model.noise_floor.limit).any())
-        for rows in (model.split.train, model.split.test)
-    )
+def joints_that_leave_much(model: FittedModel) -> list[int]:
+    """Joints (from 0) on which the error of `model` is above what a correct one may leave."""
+    error = np.maximum(*(rms(model.judged_residuals, rows) for rows in (model.split.train, model.split.test)))
+    return np.flatnonzero(error > model.noise_floor.limit).tolist()
 
 
 def _by_strength(model: FittedModel) -> list[int]:
     """Numbers of the effects of `model` that not every robot has, the weakest first."""
-    masks = map(model.solution.structure.parameter_mask, range(len(model.terms)))
-    strengths = [_price_ratio(model, np.flatnonzero(mask)) for mask in masks]
+    mask = model.solution.structure.parameter_mask
     optional = [index for index, term in enumerate(model.terms) if not term.effect.mandatory]
-    return sorted(optional, key=lambda index: strengths[index])
-
-
-def _is_cheap(model: FittedModel, entries: Ints) -> bool:
-    """Whether the parameters `entries` take less of the loss than their price."""
-    return _price_ratio(model, entries) < 1
+    return sorted(optional, key=lambda index: _price_ratio(model, np.flatnonzero(mask(index))))
 
 
 def _price_ratio(model: FittedModel, entries: Ints) -> float:
     """What the parameters `entries` take of the loss, by Wald's statistic, relative to their price."""
-    taken = wald_statistic(model.solution.x[entries], model.uncertainty.covariance, entries)
-    return taken / (PRICE * len(entries))
+    return wald_statistic(model.solution.x[entries], model.uncertainty.covariance, entries) / (PRICE * len(entries))

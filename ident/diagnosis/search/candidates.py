@@ -1,50 +1,98 @@
-"""Effects that may extend a model: the library is screened by linear algebra, and what promises enough is fitted."""
+"""Models of one set of recordings, each fitted once, and the effects of a library that may extend them.
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cached_property
+The library is screened by linear algebra, and what promises enough is fitted.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ident.basics.threads import in_threads
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.price import is_significant
-from ident.diagnosis.judge.rules.limits import plausible_instances
-from ident.diagnosis.search.fits import Fits, Key, key_of
-from ident.diagnosis.search.screening import Candidate, ColumnsKey, Screener
-from ident.diagnosis.search.selection import Exclusion
+from ident.diagnosis.judge.rules.limits import plausible_joints
+from ident.diagnosis.search.screening import Candidate, ColumnsKey, Screener, Screening
+from ident.diagnosis.search.selection import WIDTH
+from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Effect
-from ident.dynamics.structure import Term
+from ident.dynamics.structure import ModelStructure, Term
+from ident.estimation.shape_parameters import suggestions
 from recordings.recording import Floats
 
-WIDTH = 3
-"""Number of models that stay open, of candidates that are fitted in any case, and of alternatives that are named: one
-that imitates another, the other, and a third that contains it."""
 MIN_PROMISE = 0.8
 """Further candidates are fitted if screening promises this share of the best reduction: optimizing their shapes
 hardly adds more (97 effects of the part `chosen`: 0.8 to 1.2 times what was promised)."""
+Key = tuple[tuple[str, tuple[int, ...]], ...]
+"""The effects of a model, each with its joints, in any order."""
 
 
-@dataclass(frozen=True, eq=False)
-class Screening:
-    """What the library could add to one model."""
+def key_of(structure: ModelStructure) -> Key:
+    """Identify a model by its effects."""
+    return tuple(sorted((term.name, term.joints) for term in structure.terms))
 
-    candidates: tuple[Candidate, ...]
-    """The most promising first."""
-    excluded: Mapping[str, Exclusion]
-    """Effects that cannot be added, with the reason."""
-    loss: float
-    """Of the model."""
 
-    @cached_property
-    def best(self) -> dict[str, Candidate]:
-        """The most promising candidate of each effect."""
-        return {candidate.term.name: candidate for candidate in reversed(self.candidates)}
+class Fits:
+    """Fits models, and keeps the best fit of each."""
 
-    @property
-    def reductions(self) -> dict[str, float]:
-        """Relative reduction of the loss that each effect promises."""
-        return {name: 1 - candidate.loss / self.loss for name, candidate in self.best.items()}
+    def __init__(self, split: SplitData) -> None:
+        self.split = split
+        self._best: dict[Key, FittedModel] = {}
+
+    def best(self, model: FittedModel) -> FittedModel:
+        """The best fit so far of the effects of `model`, which counts from now on."""
+        key = key_of(model.solution.structure)
+        self._best[key] = min(self._best.get(key, model), model, key=lambda each: each.solution.loss)
+        return self._best[key]
+
+    def fit(self, structure: ModelStructure, x: Floats) -> FittedModel:
+        """Fit `structure` starting from `x` (K,), or return the best fit that is known."""
+        key = key_of(structure)
+        if key not in self._best:
+            self._best[key] = FittedModel(self.split, self.split.fit(structure, x))
+        return self._best[key]
+
+    def with_term(self, model: FittedModel, term: Term) -> FittedModel:
+        """`model` with a `term` whose values start at 0."""
+        structure, x = model.solution.structure.with_term(term), model.solution.x
+        return self.fit(structure, np.concatenate([x, np.zeros(len(structure.parameters) - len(x))]))
+
+    def without_effect(self, model: FittedModel, index: int) -> FittedModel:
+        """Refit `model` without its effect number `index`."""
+        structure = model.solution.structure
+        return self.fit(structure.without_term(index), model.solution.x[~structure.parameter_mask(index)])
+
+    def on_joints(self, model: FittedModel, index: int, joints: Sequence[int]) -> FittedModel:
+        """The effect number `index` of `model` on `joints` instead.
+
+        A joint that it did not act on starts from the mean of the others, and from the opposite where it acts on
+        none of the former ones: two lighter arms are one heavier arm.
+        """
+        structure, x, term = model.solution.structure, model.solution.x, model.terms[index]
+        local, entries = structure.local_values(index, x), np.flatnonzero(structure.parameter_mask(index))
+        kept = dict(zip(term.joints, local, strict=True))
+        mean = local.mean(axis=0) if kept.keys() & set(joints) else -local.mean(axis=0)
+        values = np.concatenate([kept.get(joint, mean) for joint in joints])
+        moved = replace(term, joints=tuple(joints))
+        shapes = structure.shape_values(index, x)
+        if term.effect.local_shapes:
+            suggested = suggestions(
+                term.effect, self.split.train_predictors, model.solution, model.solution.residuals
+            )
+            shapes = moved.shape_guesses(suggested)[0]
+        terms = (*structure.terms[:index], moved, *structure.terms[index + 1 :])
+        start = np.concatenate([x[: entries[0]], values, shapes, x[entries[-1] + 1 :]])
+        return self.fit(replace(structure, terms=terms), start)
+
+
+def added_term(before: FittedModel, after: FittedModel) -> int:
+    """Number of the effect that `after` has in addition to, or on other joints than, the model `before`."""
+    present = [(term.name, term.joints) for term in before.terms]
+    for index, term in enumerate(after.terms):
+        if (term.name, term.joints) not in present:
+            return index
+        present.remove((term.name, term.joints))
+    return len(after.terms) - 1
 
 
 class Candidates:
@@ -60,12 +108,10 @@ class Candidates:
         """Screen the library for effects that could be added to `model`; done once."""
         key = key_of(model.solution.structure)
         if key not in self._screened:
-            present = model.names
             library = {
-                name: effect for name, effect in self.library.items() if name not in present or effect.repeated
+                name: effect for name, effect in self.library.items() if name not in model.names or effect.repeated
             }
-            candidates, excluded = Screener(self.split, model.solution, self._columns).screen(library)
-            self._screened[key] = Screening(tuple(candidates), excluded, model.solution.loss)
+            self._screened[key] = Screener(self.split, model.solution, self._columns).screen(library)
         return self._screened[key]
 
     def extensions(self, model: FittedModel) -> list[FittedModel]:
@@ -73,8 +119,7 @@ class Candidates:
 
         The best comes first.
         """
-        models: list[FittedModel] = []
-        before = model.solution.loss
+        models, before = list[FittedModel](), model.solution.loss
         for candidate in self.screen(model).candidates:
             if candidate.term.effect.curve or not self.is_significant(model, candidate):
                 continue
@@ -85,13 +130,16 @@ class Candidates:
 
     def curves(self, model: FittedModel) -> list[FittedModel]:
         """`model` with each curve of the library that shows, refitted."""
-        candidates = [each for each in self.screen(model).candidates if each.term.effect.curve]
-        return [self.add(model, each) for each in candidates if self.is_significant(model, each)]
+        return [
+            self.add(model, each)
+            for each in self.screen(model).candidates
+            if each.term.effect.curve and self.is_significant(model, each)
+        ]
 
     def named(self, model: FittedModel, name: str) -> Candidate | None:
         """The effect `name` as screening finds it beside `model`; None where that shows nothing of it."""
-        candidates = Screener(self.split, model.solution, self._columns).screen({name: self.library[name]})[0]
-        return candidates[0] if candidates else None
+        screener = Screener(self.split, model.solution, self._columns)
+        return screener.screen({name: self.library[name]}).best.get(name)
 
     def add(self, model: FittedModel, candidate: Candidate) -> FittedModel:
         """Add the `candidate` to `model` and refit all parameters; done once."""
@@ -102,8 +150,9 @@ class Candidates:
 
     def is_significant(self, model: FittedModel, candidate: Candidate) -> bool:
         """Whether the `candidate` promises more of the loss of `model` than its parameters are worth."""
-        losses = model.solution.loss, candidate.loss
-        return is_significant(*losses, candidate.parameter_count, self.split.independent_rows)
+        return is_significant(
+            model.solution.loss, candidate.loss, candidate.parameter_count, self.split.independent_rows
+        )
 
     def _best_fit(self, model: FittedModel, candidate: Candidate) -> FittedModel:
         """Fit `model` with the `candidate` from its best initial guess, or from several if its shapes need it."""
@@ -122,25 +171,13 @@ class Candidates:
         """`model` with a `term` of no strength, where nothing of it leaves less."""
         structure = model.solution.structure.with_term(term)
         guesses = [shape.initial_guesses[0] if shape.initial_guesses else shape.upper for shape in term.shapes]
-        zeros = np.zeros(term.instances * len(term.local_parameters))
-        x = np.concatenate([model.solution.x, zeros, np.array(guesses) if shapes is None else shapes])
-        return FittedModel(self.split, self.split.at(structure, x))
+        values = np.zeros(term.instances * len(term.local_parameters)), guesses if shapes is None else shapes
+        return FittedModel(self.split, self.split.at(structure, np.concatenate([model.solution.x, *values])))
 
     def _on_possible_joints(self, model: FittedModel) -> FittedModel:
         """`model` without the joints on which the coefficients of the last effect are not plausible."""
         index, term = len(model.terms) - 1, model.terms[-1]
-        within = plausible_instances(term, model.solution.structure.local_values(index, model.solution.x))
-        if term.effect.whole_robot or all(within) or not any(within):
+        joints = plausible_joints(model, index)
+        if term.effect.whole_robot or joints in ((), term.joints):
             return model
-        joints = [joint for joint, inside in zip(term.joints, within, strict=True) if inside]
         return self.fits.on_joints(model, index, joints)
-
-
-def mandatory_terms(library: Mapping[str, Effect], model: FittedModel) -> list[Term]:
-    """Terms of the mandatory effects of the `library` that `model` lacks."""
-    rig = model.solution.structure.rig
-    return [
-        Term.on_all_joints(name, effect, rig)
-        for name, effect in library.items()
-        if effect.mandatory and name not in model.names
-    ]

@@ -6,8 +6,7 @@ import numpy as np
 
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import block_counts
-from ident.diagnosis.search.initial_guesses import initial_guesses
-from ident.diagnosis.search.screening import MIN_EXCITATION, Candidate, Screener
+from ident.diagnosis.search.screening import MIN_EXCITATION, Candidate, Screener, initial_guesses
 from ident.diagnosis.split.split_data import TINY
 from ident.dynamics.structure import Term
 
@@ -17,8 +16,10 @@ class LargestGain:
 
     def __init__(self, model: FittedModel) -> None:
         split, floor = model.split.turned, np.maximum(model.noise_floor.certain, TINY)
-        judged = zip(split.train, model.judged_residuals, strict=True)
-        rows = tuple(held_out & np.isfinite(residual) for held_out, residual in judged)
+        rows = tuple(
+            held_out & np.isfinite(residual)
+            for held_out, residual in zip(split.train, model.judged_residuals, strict=True)
+        )
         counts = block_counts(split, rows)
         self._blocks = sum(int((count > 0).sum()) for _, count in counts)
         weights = tuple(
@@ -37,13 +38,12 @@ class LargestGain:
         that its effect declares: for the shapes between them, too, as far as their columns are such sums.
         """
         everywhere = Term.on_all_joints(candidate.term.name, candidate.term.effect, self._rig)
-        guesses = initial_guesses(everywhere, suggestions=())
-        tried = [(candidate.term, candidate.scale, candidate.shapes), *((everywhere, *guess) for guess in guesses)]
+        declared = [(everywhere, *guess) for guess in initial_guesses(everywhere, suggestions=())]
+        tried = [(candidate.term, candidate.scale, candidate.shapes), *declared]
         columns = np.hstack([self._screener.columns(*each) for each in tried])
         size = np.sqrt((columns**2).sum(axis=0))
         outside = self._screener.orthogonal(columns / np.maximum(size, TINY))
         along = outside.T @ self._rest
         explained = float(along @ np.linalg.pinv(outside.T @ outside, MIN_EXCITATION**2, hermitian=True) @ along)
         refitted = self._screener.loss - float(self._rest @ self._rest)  # beside it, the model fits other values
-        excess = self._screener.loss - self._blocks
-        return float(np.clip((refitted + explained) / max(excess, TINY), 0.0, 1.0))
+        return float(np.clip((refitted + explained) / max(self._screener.loss - self._blocks, TINY), 0.0, 1.0))

@@ -3,17 +3,19 @@
 from collections.abc import Iterator, Sequence
 
 from ident.basics.threads import in_threads
-from ident.diagnosis.judge.equivalence import is_preferred, slack
-from ident.diagnosis.judge.evidence import Evidence, Rejection
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.judge.judge import judge
-from ident.diagnosis.judge.price import is_significant
+from ident.diagnosis.judge.judge import Evidence, Rejection, judge
+from ident.diagnosis.judge.price import is_preferred, is_significant, slack
 from ident.diagnosis.judge.rules import OF_VALUES, objection
 from ident.diagnosis.judge.rules.simpler import simpler_effect
-from ident.diagnosis.search.candidates import WIDTH, Candidates
-from ident.diagnosis.search.fits import added_term
+from ident.diagnosis.search.candidates import Candidates, added_term
 from ident.diagnosis.search.largest_gain import LargestGain
-from ident.diagnosis.search.selection import Finding, Selection, SelectionStep
+from ident.diagnosis.search.selection import WIDTH, Exclusion, Finding, Selection, SelectionStep
+
+_EXCLUDED: dict[Exclusion, Rejection] = {
+    "collinear": Rejection("not-tested", "This motion does not show it: other parameters reproduce its torque."),
+    "sign": Rejection("refuted", "It would need an impossible sign.", Evidence(0.0, "screening")),
+}
 
 
 def review(
@@ -28,16 +30,19 @@ def review(
     interval allows for the choice.
     """
     model = steps[-1].model
-    all_findings = [_finding(candidates, model, index, requested) for index in range(len(model.terms))]
+    added = [*(term.name for term in steps[0].model.terms), *(step.added for step in steps)]
+    in_order = sorted(range(len(model.terms)), key=lambda index: added.index(model.terms[index].name))
+    all_findings = [_finding(candidates, model, index, requested) for index in in_order]
     # Every robot has a mandatory effect, but not every recording shows it.
     unseen = [each for each in all_findings if each.term.effect.mandatory and not each.judgement.accepted]
     findings = tuple(each for each in all_findings if requested or each not in unseen)
     others = [*_extensions(candidates, model), *unseen]
     likely = tuple(each for each in others if each.judgement.likely)
-    rejected = {each.term.name: each.judgement.rejection(reason) for each in others if not each.judgement.likely}
-    first, last = (candidates.screen(each).reductions for each in (_start(steps), model))
-    rejected = {**_screened_out(candidates, model), **rejected}
-    return Selection(tuple(steps), findings, likely, rejected, first, last)
+    judged = {each.term.name: each.judgement.rejection(reason) for each in others if not each.judgement.likely}
+    bare = [step.model for step in steps if all(term.effect.mandatory for term in step.model.terms)]
+    start = [steps[0].model, *bare][-1]  # the last one with nothing but what every robot has, if there is one
+    first, last = (candidates.screen(each).reductions for each in (start, model))
+    return Selection(tuple(steps), findings, likely, _screened_out(candidates, model) | judged, first, last)
 
 
 def _extensions(candidates: Candidates, model: FittedModel) -> Iterator[Finding]:
@@ -49,20 +54,12 @@ def _extensions(candidates: Candidates, model: FittedModel) -> Iterator[Finding]
             yield Finding(extended.terms[index], model, extended, judge(model, extended, index))
 
 
-def _start(steps: Sequence[SelectionStep]) -> FittedModel:
-    """The last of the models of `steps` with nothing but what every robot has; the first one if there is none."""
-    bare = [step.model for step in steps if all(term.effect.mandatory for term in step.model.terms)]
-    return [steps[0].model, *bare][-1]
-
-
 def _finding(candidates: Candidates, model: FittedModel, index: int, requested: bool) -> Finding:
     """The contribution and the alternatives of the effect `index`."""
     term = model.terms[index]
     reduced = candidates.fits.without_effect(model, index)
-    lines = sum(present.name == term.name for present in model.terms)
-    rivals: list[FittedModel] = []
-    if not term.effect.mandatory and lines == 1:  # a single line of a spectrum has no alternative
-        rivals = _rivals(candidates, reduced, model, index)
+    lines = sum(present.name == term.name for present in model.terms)  # one of a spectrum has no alternative
+    rivals = [] if term.effect.mandatory or lines > 1 else _rivals(candidates, reduced, model, index)
     compared = 1 if requested else len(rivals) + 1
     judgement = judge(reduced, model, index, compared)
     names = [rival.terms[added_term(reduced, rival)].name for rival in _equivalent(reduced, model, index, rivals)]
@@ -84,8 +81,7 @@ def _equivalent(
 ) -> list[FittedModel]:
     """The `rivals` that these data cannot tell from `model`; none where one of them is much better."""
     best = min(each.solution.loss for each in (model, *rivals))
-    rows = model.split.independent_rows
-    reachable = best + slack(reduced.solution.loss, best, rows)
+    reachable = best + slack(reduced.solution.loss, best, model.split.independent_rows)
     if model.solution.loss > reachable:
         return []
     return [
@@ -99,28 +95,23 @@ def _equivalent(
 
 def _is_redundant(model: FittedModel, index: int, rival: FittedModel, added: int) -> bool:
     """Whether the other effect only contains, or reduces to, the one that was found."""
-    name = model.terms[index].name
-    if simpler_effect(rival, added) == name:
-        return True
-    parameters = max(len(rival.solution.x) - len(model.solution.x), 0)
-    losses, rows = (model.solution.loss, rival.solution.loss), model.split.independent_rows
-    return name in rival.terms[added].effect.contains and not is_significant(*losses, parameters, rows)
+    name, parameters = model.terms[index].name, max(len(rival.solution.x) - len(model.solution.x), 0)
+    contained = name in rival.terms[added].effect.contains and not is_significant(
+        model.solution.loss, rival.solution.loss, parameters, model.split.independent_rows
+    )
+    return contained or simpler_effect(rival, added) == name
 
 
 def _screened_out(candidates: Candidates, model: FittedModel) -> dict[str, Rejection]:
     """Effects that screening alone rules out beside `model`: with the most that held-out rows could show of each."""
-    screening, rejected = candidates.screen(model), {}
-    for name, exclusion in screening.excluded.items():
-        if exclusion == "collinear":
-            why = "This motion does not show it: other parameters reproduce its torque."
-            rejected[name] = Rejection("not-tested", why)
-        else:
-            rejected[name] = Rejection("refuted", "It would need an impossible sign.", Evidence(0.0, "screening"))
+    screening = candidates.screen(model)
+    rejected = {name: _EXCLUDED[exclusion] for name, exclusion in screening.excluded.items()}
     weak = [each for each in screening.best.values() if not candidates.is_significant(model, each)]
     for candidate, gain in zip(weak, in_threads(LargestGain(model).of, weak), strict=True):
-        why = (
+        rejected[candidate.term.name] = Rejection(
+            "not-confirmed",
             f"It would explain at most {gain:.1%} of what is left above the noise floor on held-out data: the "
-            "rows of the fit show hardly more of it than chance would."
+            "rows of the fit show hardly more of it than chance would.",
+            Evidence(gain, "screening"),
         )
-        rejected[candidate.term.name] = Rejection("not-confirmed", why, Evidence(gain, "screening"))
     return rejected

@@ -8,13 +8,14 @@ orthogonal forward selection. Correlation with the residual alone is not used.
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import chain, product
 
 import numpy as np
 
 from ident.basics.threads import in_threads
-from ident.diagnosis.search.initial_guesses import initial_guesses
 from ident.diagnosis.search.joint_subsets import Products, choose_joints
-from ident.diagnosis.search.selection import Exclusion
+from ident.diagnosis.search.selection import WIDTH, Exclusion
 from ident.diagnosis.split.split_data import TINY, SplitData
 from ident.dynamics.effects.base import Effect, Suggestion
 from ident.dynamics.structure import Term
@@ -25,8 +26,6 @@ from recordings.recording import Floats
 
 MIN_EXCITATION = 1e-3
 """A column is not excited if its part outside of the model's column space is below this share of its size."""
-_MAX_LINES = 4
-"""Number of candidates kept for an effect that may occur several times."""
 _LINEAR_RANGE = 0.7
 """The coefficient of a nonlinear effect may differ from the linearization point by this much (natural logarithm)
 before that point becomes a second initial guess."""
@@ -60,6 +59,28 @@ class Candidate:
         return self.coefficients.reshape(self.scale.shape) * self.scale
 
 
+@dataclass(frozen=True, eq=False)
+class Screening:
+    """What a library could add to one model."""
+
+    candidates: tuple[Candidate, ...]
+    """The most promising first."""
+    excluded: Mapping[str, Exclusion]
+    """Effects that cannot be added, with the reason."""
+    loss: float
+    """Of the model."""
+
+    @cached_property
+    def best(self) -> dict[str, Candidate]:
+        """The most promising candidate of each effect."""
+        return {candidate.term.name: candidate for candidate in reversed(self.candidates)}
+
+    @property
+    def reductions(self) -> dict[str, float]:
+        """Relative reduction of the loss that each effect promises."""
+        return {name: 1 - candidate.loss / self.loss for name, candidate in self.best.items()}
+
+
 ColumnsKey = tuple[str, bytes, bytes]
 """Name of an effect, and the local parameters and shapes at which its columns are computed."""
 
@@ -76,7 +97,7 @@ class Screener:
         self._basis = column_basis(self._regressor)
         self.loss = solution.loss
         self.residuals = solution.residuals
-        self._predictors = [split.predictors[i] for i in split.train_indices]
+        self._predictors = split.train_predictors
         self._keeps_all = False
         """Columns are kept only if several residuals are screened: those of a long recording take much memory."""
 
@@ -87,16 +108,18 @@ class Screener:
         """
         self._keeps_all = True
         other = copy(self)
-        weights = self._solution.weights
         other.residuals = tuple(residuals)
         other.residual = np.concatenate(
-            [(weight * residual)[weight > 0] for weight, residual in zip(weights, residuals, strict=True)]
+            [
+                (weight * residual)[weight > 0]
+                for weight, residual in zip(self._solution.weights, residuals, strict=True)
+            ]
         )
         other.loss = float(other.residual @ other.residual)
         return other
 
-    def screen(self, library: Mapping[str, Effect]) -> tuple[list[Candidate], dict[str, Exclusion]]:
-        """The best candidate of every effect, the most promising first, and the reason why others are excluded.
+    def screen(self, library: Mapping[str, Effect]) -> Screening:
+        """The best candidate of every effect, and the reason why others are excluded.
 
         Effects that may occur several times have several candidates.
         """
@@ -104,21 +127,17 @@ class Screener:
         excluded: dict[str, Exclusion] = {}
         all_results = in_threads(self._results, library.keys(), library.values())
         for (name, effect), results in zip(library.items(), all_results, strict=True):
-            candidates = [candidate for candidate in results if isinstance(candidate, Candidate)]
-            if candidates:
-                candidates.sort(key=lambda candidate: candidate.loss)
-                best += (
-                    candidates[:_MAX_LINES] if effect.repeated else [_merge_guesses(candidates[: effect.multistart])]
-                )
+            found = (candidate for candidate in results if isinstance(candidate, Candidate))
+            if candidates := sorted(found, key=lambda candidate: candidate.loss):
+                best += candidates[:WIDTH] if effect.repeated else [_merge_guesses(candidates[: effect.multistart])]
             else:
                 excluded[name] = "sign" if "sign" in results else "collinear"
-        return sorted(best, key=lambda candidate: candidate.loss), excluded
+        return Screening(tuple(sorted(best, key=lambda candidate: candidate.loss)), excluded, self.loss)
 
     def _results(self, name: str, effect: Effect) -> list[Candidate | Exclusion]:
         """A candidate for each initial guess of the shapes of `effect`, or the reason why there is none."""
         term = Term.on_all_joints(name, effect, self._solution.structure.rig)
-        guesses = initial_guesses(term, self.suggestions(effect))
-        return [self._evaluate(term, scale, shapes) for scale, shapes in guesses]
+        return [self._evaluate(term, *guess) for guess in initial_guesses(term, self.suggestions(effect))]
 
     def columns(self, term: Term, guess: Floats, shapes: Floats) -> Floats:
         """(r, instances * c) weighted rows of `effect_columns`."""
@@ -153,17 +172,14 @@ class Screener:
         if chosen is None:
             return "sign" if instances else "collinear"
         subset, reduction, coefficients = list(chosen[0]), chosen[1], chosen[2]
-        term = everywhere
-        if not effect.whole_robot:
-            term = replace(everywhere, joints=tuple(everywhere.joints[i] for i in subset))
+        on_subset = replace(everywhere, joints=tuple(everywhere.joints[i] for i in subset))
         if effect.local_shapes:
             shapes = shapes.reshape(everywhere.instances, -1)[subset].ravel()
         scale = scale[subset]
         guesses = [np.concatenate([(coefficients.reshape(-1, c) * scale).ravel(), shapes])]
         if not effect.linear and not (np.abs(np.log(np.abs(coefficients) + TINY)) < _LINEAR_RANGE).all():
-            linearized_at = (np.sign(coefficients).reshape(-1, c) * scale).ravel()
-            guesses.append(np.concatenate([linearized_at, shapes]))
-        loss = max(self.loss - reduction, 0.0)
+            guesses.append(np.concatenate([(np.sign(coefficients).reshape(-1, c) * scale).ravel(), shapes]))
+        loss, term = max(self.loss - reduction, 0.0), everywhere if effect.whole_robot else on_subset
         return Candidate(term, tuple(guesses), loss, coefficients, scale, shapes)
 
     def _products(self, term: Term, columns: Floats) -> Products:
@@ -179,7 +195,7 @@ class Screener:
             both.T @ both,
             both.T @ target,
             float(target @ target - self.residual @ self.residual),
-            one_signed(term),
+            np.array([float(q.lower >= 0) - float(q.upper <= 0) for q in term.local_parameters]),
             np.arange(columns.shape[1], both.shape[1]),
         )
 
@@ -187,8 +203,7 @@ class Screener:
 def column_basis(regressor: Floats) -> Floats:
     """(r, k) orthonormal basis of the column space of `regressor` (r, K)."""
     size = np.sqrt((regressor**2).sum(axis=0))
-    basis: Floats = np.linalg.qr(regressor[:, size > 0] / size[size > 0])[0]
-    return basis
+    return np.linalg.qr(regressor[:, size > 0] / size[size > 0])[0]
 
 
 def _outside(basis: Floats, columns: Floats) -> Floats:
@@ -196,11 +211,6 @@ def _outside(basis: Floats, columns: Floats) -> Floats:
     outside: Floats = columns - basis @ (basis.T @ columns)
     outside -= basis @ (basis.T @ outside)
     return outside
-
-
-def one_signed(term: Term) -> Floats:
-    """(c,) 1 where only a positive local parameter is possible, -1 where only a negative one is, else 0."""
-    return np.array([float(q.lower >= 0) - float(q.upper <= 0) for q in term.local_parameters])
 
 
 def effect_columns(
@@ -218,8 +228,7 @@ def effect_columns(
         return np.concatenate([solution.x, values, shapes])
 
     if term.effect.linear:
-        last = len(structure.terms) - 1
-        return predictor.conditioned_columns(structure, last, at(np.zeros(local.size)), load)
+        return predictor.conditioned_columns(structure, len(structure.terms) - 1, at(np.zeros(local.size)), load)
     changes = [predictor.torque(structure, at(values), load) - computed for values in np.diag(local.ravel())]
     return np.stack(changes, axis=2)
 
@@ -227,7 +236,31 @@ def effect_columns(
 def _merge_guesses(candidates: Sequence[Candidate]) -> Candidate:
     """The first of the `candidates`, with the initial guesses of all that act on the same joints."""
     best = candidates[0]
-    guesses = [
-        guess for candidate in candidates if candidate.term == best.term for guess in candidate.initial_guesses
+    same = (candidate.initial_guesses for candidate in candidates if candidate.term == best.term)
+    return replace(best, initial_guesses=tuple(chain.from_iterable(same)))
+
+
+def initial_guesses(term: Term, suggestions: Sequence[Suggestion]) -> list[tuple[Floats, Floats]]:
+    """Local parameters (instances, c) and shapes (s,) at which columns of the `term` are made.
+
+    They are those that its effect declares, and its `suggestions` from the residuals.
+    """
+    effect = term.effect
+    first_parameter = effect.parameters[0].name
+    shapes = term.shape_guesses([suggestion for suggestion in suggestions if first_parameter not in suggestion])
+    guesses = [quantity.initial_guesses or (1.0,) for quantity in term.local_parameters]
+    count = max(map(len, guesses))  # where a parameter has fewer, its last one stays
+    starts = [np.array([each[min(i, len(each) - 1)] for each in guesses]) for i in range(count)]
+    pairs = [
+        *((np.tile(start, (term.instances, 1)), values) for start, values in product(starts, shapes)),
+        *(
+            (
+                np.stack([np.broadcast_to(each[q.name], term.instances) for q in term.local_parameters], axis=1),
+                np.array([each[shape.name] for shape in effect.shapes], float),
+            )
+            for each in suggestions
+            if first_parameter in each
+        ),
     ]
-    return replace(best, initial_guesses=tuple(guesses))
+    # Several recordings may suggest the same.
+    return list({(start.tobytes(), values.tobytes()): (start, values) for start, values in pairs}.values())

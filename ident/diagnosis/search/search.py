@@ -1,14 +1,13 @@
 """The search of a diagnosis: named effects first, curves for what they leave, and the steps that led there."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from itertools import chain
+from itertools import chain, pairwise
 
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.judge import judge
 from ident.diagnosis.judge.price import score
 from ident.diagnosis.search.best_first import BestFirst
-from ident.diagnosis.search.candidates import Candidates, mandatory_terms
-from ident.diagnosis.search.fits import Fits, added_term
+from ident.diagnosis.search.candidates import Candidates, Fits, added_term
 from ident.diagnosis.search.review import review
 from ident.diagnosis.search.selection import Selection, SelectionStep
 from ident.diagnosis.split.split_data import SplitData
@@ -29,9 +28,10 @@ class Search:
         """Fit the initial model from `x` (K,) and add the mandatory effects; returns the model and its steps."""
         model = self.fits.fit(structure, x)
         steps = [SelectionStep(None, model, None)]
-        for term in mandatory_terms(self.candidates.library, model):
-            before, model = model, self.fits.with_term(model, term)
-            steps.append(_step(term.name, model, before))
+        for name, effect in self.candidates.library.items():
+            if effect.mandatory and name not in model.names:
+                before, model = model, self.fits.with_term(model, Term.on_all_joints(name, effect, structure.rig))
+                steps.append(_step(name, model, before))
         return model, steps
 
     def select(self, structure: ModelStructure, x: Floats) -> Selection:
@@ -84,12 +84,12 @@ class Search:
 
     def _with_curve(self, model: FittedModel) -> FittedModel | None:
         """`model` with a curve in addition, or in place of the effects that it contains, if the judge accepts it."""
-        accepted = []
-        for before, curved in chain(
-            ((model, each) for each in self.candidates.curves(model)), self._exchanged(model)
-        ):
-            if score(curved) < score(model) and judge(before, curved, added_term(model, curved)).accepted:
-                accepted.append(curved)
+        tried = chain(((model, each) for each in self.candidates.curves(model)), self._exchanged(model))
+        accepted = [
+            curved
+            for before, curved in tried
+            if score(curved) < score(model) and judge(before, curved, added_term(model, curved)).accepted
+        ]
         return min(accepted, key=score, default=None)
 
     def _exchanged(self, model: FittedModel) -> Iterator[tuple[FittedModel, FittedModel]]:
@@ -104,7 +104,13 @@ class Search:
                 bare = self._without(model, replaced)
                 if (candidate := self.candidates.named(bare, name)) is not None:
                     alone = (self._without(model, replaced - {each}) for each in replaced)
-                    yield min(alone, key=score), self.candidates.add(bare, candidate)
+                    yield min(alone, key=score), self._in_place(model, bare, self.candidates.add(bare, candidate))
+
+    def _in_place(self, model: FittedModel, bare: FittedModel, curved: FittedModel) -> FittedModel:
+        """`curved` with its curve on all joints of the effects of `model` that it contains."""
+        curve = curved.terms[index := added_term(bare, curved)]
+        joints = {joint for term in model.terms if term.name in curve.effect.contains for joint in term.joints}
+        return self.fits.on_joints(curved, index, sorted(joints.union(curve.joints)))
 
     def _without(self, model: FittedModel, names: Collection[str]) -> FittedModel:
         while (index := next((i for i, term in enumerate(model.terms) if term.name in names), None)) is not None:
@@ -115,12 +121,11 @@ class Search:
         """Steps from `start` to `answer`: the effect that the rest misses least came last."""
         models = [answer]
         while extra := [i for i, term in enumerate(models[-1].terms) if term.name not in start.names]:
-            smaller = [self.fits.without_effect(models[-1], index) for index in extra]
-            models.append(min(smaller, key=score))
-        steps = []
-        for after, before in zip(reversed(models[:-1]), reversed(models[1:]), strict=True):
-            steps.append(_step(after.terms[added_term(before, after)].name, after, before))
-        return steps
+            models.append(min((self.fits.without_effect(models[-1], index) for index in extra), key=score))
+        return [
+            _step(after.terms[added_term(before, after)].name, after, before)
+            for before, after in pairwise(reversed(models))
+        ]
 
 
 def _step(added: str, model: FittedModel, before: FittedModel) -> SelectionStep:

@@ -5,13 +5,16 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
-from ident.diagnosis.judge.evidence import Rejection
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import Improvement
-from ident.diagnosis.judge.judge import Judgement
+from ident.diagnosis.judge.judge import Judgement, Rejection
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.structure import Term
 
+WIDTH = 3
+"""Number of models that stay open, of candidates that are fitted in any case, of lines of one effect among them, of
+peaks of a spectrum that are tried in turn, and of alternatives that are named: one that imitates another, the other,
+and a third that contains it."""
 Exclusion = Literal["collinear", "sign"]
 """collinear: other parameters reproduce its torque; sign: its coefficient would need an impossible sign."""
 
@@ -64,7 +67,7 @@ class Selection:
 
     def on(self, split: SplitData) -> "Selection":
         """The same models, judged on the rows of `split`."""
-        steps = [replace(step, model=FittedModel(split, step.model.solution)) for step in self.steps]
+        steps = (replace(step, model=FittedModel(split, step.model.solution)) for step in self.steps)
         return replace(self, steps=tuple(steps))
 
     @property

@@ -82,37 +82,30 @@ class NoiseFloor:
 
         Quantization counts in full: it repeats, and what smooths, as an elastic joint does, takes some of it.
         """
-        together: Floats = np.hypot((1 - _NOISE_UNCERTAINTY[self.source]) * self.noise, self.quantization)
-        return together
+        return np.hypot((1 - _NOISE_UNCERTAINTY[self.source]) * self.noise, self.quantization)
 
     @property
     def limit(self) -> Floats:
         """(dof,) error that a correct model may leave at most [N m]."""
-        together: Floats = np.hypot(self.ci95[:, 1], self.least)
-        return together
+        return np.hypot(self.ci95[:, 1], self.least)
 
     @property
     def rms(self) -> Floats:
         """(dof,) RMS of both parts together [N m]."""
-        together: Floats = np.hypot(self.noise, self.quantization)
-        return together
+        return np.hypot(self.noise, self.quantization)
 
 
 def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequence[Floats]) -> NoiseFloor:
     """The noise floor under the `residuals` (m, dof) of a `solution`."""
     statistics = cycle_statistics.of_residuals(split.recordings, residuals)
-    dof = residuals[0].shape[1]
-    trends: tuple[Trend | None, ...] = (None,) * dof
     vibrations = strongest_lines(split.recordings, residuals)
     if statistics:
         level = np.array([statistic.noise_rms for statistic in statistics])
-        vibration = np.array([line.mean_square if line else 0.0 for line in vibrations])
-        level = np.sqrt(np.maximum(level**2 - vibration, (_MIN_NOISE_SHARE * level) ** 2))
-        trends = tuple(
-            statistic.trend if statistic.trend and statistic.trend.significant else None for statistic in statistics
-        )
+        vibrating = [line.mean_square if line else 0.0 for line in vibrations]
+        level = np.sqrt(np.maximum(level**2 - vibrating, (_MIN_NOISE_SHARE * level) ** 2))
     else:
         level = _level_above_the_signal(split, residuals)
+    trends = [each.trend if each.trend and each.trend.significant else None for each in statistics or ()]
     fixed, refitted = _perturbation_torque(split, solution)
     mean_squares = in_threads(
         partial(_encoder_mean_square, solution),
@@ -124,9 +117,14 @@ def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequen
         refitted,
     )
     drives = in_threads(partial(_drive_mean_square, solution), split.predictors)
-    quantization = np.sqrt(np.mean(mean_squares, axis=0) + np.mean(drives, axis=0))
-    source: NoiseSource = "repetition" if statistics else "spectrum"
-    return NoiseFloor(level, quantization, source, vibrations, trends, MIN_TORQUE_SHARE * split.torque_rms)
+    return NoiseFloor(
+        level,
+        np.sqrt(np.mean(mean_squares, axis=0) + np.mean(drives, axis=0)),
+        "repetition" if statistics else "spectrum",
+        vibrations,
+        tuple(trends or [None] * len(level)),
+        MIN_TORQUE_SHARE * split.torque_rms,
+    )
 
 
 def _level_above_the_signal(split: SplitData, residuals: Sequence[Floats]) -> Floats:
@@ -147,10 +145,9 @@ def _perturbation_torque(split: SplitData, solution: Solution) -> tuple[list[Flo
 
     Returned twice: with the parameters of the `solution`, and with those of a fit to the perturbed readings.
     """
-    structure = solution.structure
-    mandatory = tuple(term for term in structure.terms if term.effect.mandatory)
-    parameters = structure.rigid_parameters(solution.x)
-    regressors, bias = split.perturbed_regressors(replace(structure, terms=mandatory))
+    mandatory = tuple(term for term in solution.structure.terms if term.effect.mandatory)
+    parameters = solution.structure.rigid_parameters(solution.x)
+    regressors, bias = split.perturbed_regressors(replace(solution.structure, terms=mandatory))
     fixed = [(perturbed - measured) @ parameters for measured, perturbed in regressors]
     return fixed, [
         same + perturbed @ (bias @ parameters) for same, (_, perturbed) in zip(fixed, regressors, strict=True)
@@ -185,15 +182,14 @@ def _encoder_mean_square(
     expected: Floats = np.nanmean(np.where(prepared.usable, refitted, np.nan) ** 2, axis=0) * amplification
     if len(difference) != len(prepared.samples.position):  # a mean cycle: the repeating share is unknown
         return expected
-    repeated: Floats = expected * repeating * _loop_amplification(predictor, solution, difference, repeating)
-    return repeated
+    return expected * repeating * _loop_amplification(predictor, solution, difference, repeating)
 
 
 def _drive_mean_square(solution: Solution, predictor: TorquePredictor) -> Floats:
     """(dof,) mean square [(N m)^2] of the repeating torque error due to the steps of the drives' signal."""
     prepared = predictor.prepared
-    torque = predictor.unfiltered(solution.structure, solution.x)
-    products = [first * second for first, second in drive_errors(prepared, torque)]
+    errors = drive_errors(prepared, predictor.unfiltered(solution.structure, solution.x))
+    products = [first * second for first, second in errors]
     if not products:
         return np.zeros(prepared.torque.shape[1])
     together: Floats = np.nanmean(np.where(prepared.usable, products, np.nan), axis=(0, 1))
@@ -221,8 +217,7 @@ def _loop_amplification(
         )
         for x in (residual, expected)
     )
-    cycles = np.isfinite(measured).sum(axis=0)
-    complete = (cycles > 1).all(axis=1)
+    complete = (np.isfinite(measured).sum(axis=0) > 1).all(axis=1)
     if len(measured) < 2 or not complete.any():
         return np.ones(residual.shape[1])
     mean = np.nanmean(measured[:, complete], axis=0)
@@ -233,11 +228,9 @@ def _loop_amplification(
 
 def _clipped_mean_square(x: Floats) -> Floats:
     """(dof,) mean square of `x` (m, dof) with values clipped at a multiple of the typical value."""
-    limit = _CLIPPING * np.sqrt(_robust_mean_square(x))
-    square: Floats = np.nanmean(np.minimum(np.abs(x), limit) ** 2, axis=0)
-    return square
+    return np.nanmean(np.minimum(np.abs(x), _CLIPPING * np.sqrt(_robust_mean_square(x))) ** 2, axis=0)
 
 
 def _robust_mean_square(x: Floats) -> Floats:
     """(dof,) mean square of `x` (..., dof), estimated from the median of its absolute value."""
-    return (np.nanmedian(np.abs(x.reshape(-1, x.shape[-1])), axis=0) / 0.6745) ** 2
+    return (np.nanmedian(np.abs(x.reshape(-1, x.shape[-1])), axis=0) / noise.MEDIAN_OF_NORMAL) ** 2

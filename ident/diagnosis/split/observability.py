@@ -35,13 +35,14 @@ def observability(split: SplitData, library: Mapping[str, Effect], without: Sequ
     """
     recording = split.recordings[0].recording
     rig, torque_measured = recording.rig, holds_torque(recording)
-    warming = _temperature_change(split)
+    # Range of the temperature of each joint over all training recordings [K]; NaN where it is unknown.
+    temperature = np.concatenate([split.recordings[i].temperature for i in split.train_indices])
+    warming = np.fmax.reduce(temperature) - np.fmin.reduce(temperature)
     observable: dict[str, Effect] = {}
     unobservable: dict[str, str] = {}
     untested: dict[str, str] = {}
-    for name, effect in library.items():
-        if rig.mechanism not in effect.mechanisms:
-            continue
+    of_mechanism = {name: effect for name, effect in library.items() if rig.mechanism in effect.mechanisms}
+    for name, effect in of_mechanism.items():
         if name in without:
             untested[name] = "Left out by the user."
         elif reason := effect.why_unobservable(rig, torque_measured, bool(np.isfinite(warming).any())):
@@ -69,15 +70,11 @@ def _lacking(split: SplitData, effect: Effect, joint: int, warming: Floats) -> I
 
 def rarer_direction_share(split: SplitData) -> Floats:
     """(dof,) share of the moving training rows that move in the rarer direction."""
-    pairs = zip(split.recordings, split.train, strict=True)
-    directions = np.concatenate([np.sign(np.where(train, data.motion.velocity, 0.0)) for data, train in pairs])
+    directions = np.concatenate(
+        [
+            np.sign(np.where(train, data.motion.velocity, 0.0))
+            for data, train in zip(split.recordings, split.train, strict=True)
+        ]
+    )
     forwards, backwards = (directions > 0).sum(axis=0), (directions < 0).sum(axis=0)
-    share: Floats = np.minimum(forwards, backwards) / np.maximum(forwards + backwards, 1)
-    return share
-
-
-def _temperature_change(split: SplitData) -> Floats:
-    """(dof,) range of the temperature of each joint over all training recordings [K]; NaN where it is unknown."""
-    known = np.concatenate([split.recordings[i].temperature for i in split.train_indices])
-    change: Floats = np.fmax.reduce(known) - np.fmin.reduce(known)
-    return change
+    return np.minimum(forwards, backwards) / np.maximum(forwards + backwards, 1)

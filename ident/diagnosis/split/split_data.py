@@ -6,12 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
+from ident.basics.statistics import nonzero
 from ident.basics.threads import in_threads
 from ident.data.cycle_statistics import repeating_share
 from ident.data.prepared_recording import PreparedRecording
 from ident.data.quantization import with_encoder_errors
 from ident.data.row_weights import MAX_STANDSTILL
-from ident.diagnosis.split.training_range import outside_of_range, training_range
 from ident.dynamics.structure import ModelStructure
 from ident.estimation.nonlinear_fit import (
     Solution,
@@ -105,13 +105,11 @@ class SplitData:
         names = tuple(term.name for term in bare.terms)
         if names not in self._perturbed_cache:
             x = np.zeros(len(bare.parameters))
-
-            def derivatives(predictor: TorquePredictor) -> Floats:
-                return predictor.linearized(bare, x)[1]
-
-            pairs = list(
-                zip(in_threads(derivatives, self.predictors), in_threads(derivatives, self.perturbed), strict=True)
+            measured, perturbed = (
+                in_threads(lambda predictor: predictor.linearized(bare, x)[1], predictors)
+                for predictors in (self.predictors, self.perturbed)
             )
+            pairs = list(zip(measured, perturbed, strict=True))
             self._perturbed_cache[names] = pairs, self._attenuation_bias(pairs)
         return self._perturbed_cache[names]
 
@@ -122,11 +120,9 @@ class SplitData:
             known = (weight > 0) & np.isfinite(measured).all(axis=2) & np.isfinite(perturbed).all(axis=2)
             rows.append((perturbed * weight[:, :, None])[known])
             errors.append(((measured - perturbed) * weight[:, :, None])[known])
-        size = np.sqrt((np.concatenate(rows) ** 2).sum(axis=0))
-        size[size == 0] = 1.0
+        size = nonzero(np.sqrt((np.concatenate(rows) ** 2).sum(axis=0)))
         coefficients = np.linalg.lstsq(np.concatenate(rows) / size, np.concatenate(errors), rcond=1e-10)[0]
-        bias: Floats = coefficients / size[:, None]
-        return bias
+        return coefficients / size[:, None]
 
     @cached_property
     def train_indices(self) -> tuple[int, ...]:
@@ -140,14 +136,13 @@ class SplitData:
 
     def independent(self, rows: Sequence[Bools]) -> Floats:
         """(dof,) equivalent number of independent ones among the `rows` (m, dof) of all recordings."""
-        counts: Floats = np.sum(
+        return np.sum(
             [
                 selected.sum(axis=0) * min(1.0, 2 * data.bandwidth / data.rate)
                 for selected, data in zip(rows, self.recordings, strict=True)
             ],
             axis=0,
         )
-        return counts
 
     @cached_property
     def torque_rms(self) -> Floats:
@@ -160,22 +155,23 @@ class SplitData:
 
     def fit_linear(self, structure: ModelStructure, x: Floats) -> Solution:
         """Fit the linear parameters of `structure` to the training rows, with the others as in `x` (K,)."""
-        return initial_solution(self._train_predictors, structure, x, self._train_weights)
+        return initial_solution(self.train_predictors, structure, x, self._train_weights)
 
     def at(self, structure: ModelStructure, x: Floats) -> Solution:
         """The model `structure` with the parameters `x` (K,), as if they had been fitted."""
-        return linearized_solution(self._train_predictors, structure, x, self._train_weights)
+        return linearized_solution(self.train_predictors, structure, x, self._train_weights)
 
     def fit_nonlinear(self, solution: Solution) -> Solution:
         """Fit all parameters, starting from those of a `solution`."""
-        return levenberg_marquardt(self._train_predictors, solution, self._train_weights)
+        return levenberg_marquardt(self.train_predictors, solution, self._train_weights)
 
     def escape_local_minima(self, solution: Solution) -> Solution:
         """Improve a `solution` that may be a local minimum, if its structure has discontinuous effects."""
-        return escape_local_minima(self._train_predictors, solution, self._train_weights)
+        return escape_local_minima(self.train_predictors, solution, self._train_weights)
 
     @property
-    def _train_predictors(self) -> list[TorquePredictor]:
+    def train_predictors(self) -> list[TorquePredictor]:
+        """The predictors of the recordings with training rows."""
         return [self.predictors[i] for i in self.train_indices]
 
     @property
@@ -197,8 +193,7 @@ class SplitData:
             for saturated, outside in zip(self._saturated(solution, error), self.outside_of_travel, strict=True)
         ]
         kept = row_count([test & ~rows for test, rows in zip(self.test, unknown, strict=True)])
-        enough = kept >= self.recordings[0].regressor.shape[2]
-        return tuple(rows & enough for rows in unknown)
+        return tuple(rows & (kept >= self.recordings[0].regressor.shape[2]) for rows in unknown)
 
     def _saturated(self, solution: Solution, error: Floats) -> tuple[Bools, ...]:
         """(m, dof) rows of each recording in which the reported signal hardly depends on the torque."""
@@ -234,8 +229,7 @@ class SplitData:
 
 def row_count(rows: Sequence[Bools]) -> Ints:
     """(dof,) number of `rows` (m, dof) of all recordings."""
-    counts: Ints = np.sum([selected.sum(axis=0) for selected in rows], axis=0)
-    return counts
+    return np.sum([selected.sum(axis=0) for selected in rows], axis=0)
 
 
 def rms(residuals: Sequence[Floats], selected: Sequence[Bools]) -> Floats:
@@ -244,6 +238,18 @@ def rms(residuals: Sequence[Floats], selected: Sequence[Bools]) -> Floats:
     squares = sum(
         np.where(rows, residual**2, 0.0).sum(axis=0) for residual, rows in zip(residuals, known, strict=True)
     )
-    count = sum(rows.sum(axis=0) for rows in known)
-    result: Floats = np.sqrt(squares / np.maximum(count, 1))
-    return result
+    return np.sqrt(squares / np.maximum(row_count(known), 1))
+
+
+def training_range(signals: Sequence[Floats], train: Sequence[Bools]) -> tuple[Floats, Floats]:
+    """Smallest and largest value (dof,) of the `signals` (m, dof) of all recordings in the `train` rows (m, dof).
+
+    NaN where a joint has no training rows.
+    """
+    trained = np.concatenate([np.where(rows, signal, np.nan) for rows, signal in zip(train, signals, strict=True)])
+    return np.fmin.reduce(trained), np.fmax.reduce(trained)
+
+
+def outside_of_range(signals: Sequence[Floats], low: Floats, high: Floats) -> tuple[Bools, ...]:
+    """(m, dof) rows of each recording at which the `signals` (m, dof) are below `low` or above `high` (dof,)."""
+    return tuple((signal < low) | (signal > high) for signal in signals)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ident.basics import filters
 from ident.basics.threads import in_threads
 from ident.data.prepared_recording import PreparedRecording
 from ident.data.row_weights import moving_rows, row_weights, standstill_share
@@ -23,22 +24,19 @@ def split_recordings(train: Sequence[PreparedRecording], validate: Sequence[Prep
     recordings = [*train, *validate]
     standstill = in_threads(standstill_share, recordings)
     moving = list(map(moving_rows, recordings, standstill))
-    subsets = _subsets_with_validation if validate else _subsets_by_phase
-    train_rows, test_rows = subsets(recordings, moving, len(train))
-    train_all, test_all = subsets(recordings, [recording.usable for recording in recordings], len(train))
+    count = len(train) if validate else None
+    train_rows, test_rows = _subsets(recordings, moving, count)
+    train_all, test_all = _subsets(recordings, [recording.usable for recording in recordings], count)
     _check_rows(recordings, train_rows, test_rows)
     weights = row_weights(recordings, train_rows, standstill)
-    size = cache_size(recordings)
-    predictors = tuple(TorquePredictor(recording, size) for recording in recordings)
-    usable = sum(int(recording.usable.sum()) for recording in recordings)
-    excluded_share = 1 - sum(int(rows.sum()) for rows in moving) / max(usable, 1)
+    size, usable = cache_size(recordings), sum(int(recording.usable.sum()) for recording in recordings)
     return SplitData(
-        predictors,
+        tuple(TorquePredictor(recording, size) for recording in recordings),
         train_rows,
         test_rows,
         tuple(np.where(rows, weight, 0.0) for rows, weight in zip(train_rows, weights, strict=True)),
         bool(validate),
-        excluded_share,
+        1 - sum(int(rows.sum()) for rows in moving) / max(usable, 1),
         train_all=train_all,
         test_all=test_all,
         row_weights=tuple(weights),
@@ -70,18 +68,13 @@ def _check_rows(recordings: Sequence[PreparedRecording], train: Sequence[Bools],
         )
 
 
-def _subsets_with_validation(
-    recordings: Sequence[PreparedRecording], usable: Sequence[Bools], count: int
+def _subsets(
+    recordings: Sequence[PreparedRecording], usable: Sequence[Bools], count: int | None
 ) -> tuple[tuple[Bools, ...], tuple[Bools, ...]]:
-    """Training and test rows (m, dof) of recordings, of which the first `count` are for training."""
+    """Training and test rows (m, dof) of recordings: the first `count` are for training; None: parts of each are."""
     unused = [np.zeros_like(rows) for rows in usable]
-    return (*usable[:count], *unused[count:]), (*unused[:count], *usable[count:])
-
-
-def _subsets_by_phase(
-    recordings: Sequence[PreparedRecording], usable: Sequence[Bools], count: int
-) -> tuple[tuple[Bools, ...], tuple[Bools, ...]]:
-    """Training and test rows (m, dof) of recordings that are all for training."""
+    if count is not None:
+        return (*usable[:count], *unused[count:]), (*unused[:count], *usable[count:])
     train, test = zip(*map(_split_by_phase, recordings, usable), strict=True)
     return train, test
 
@@ -92,12 +85,9 @@ def _split_by_phase(recording: PreparedRecording, usable: Bools) -> tuple[Bools,
     Whole cycles would leak: any function of phase that fits one cycle of a repeated motion fits the next.
     """
     phase = recording.phase if np.isfinite(recording.phase).any() else recording.time
-    longest, reach = max(float(np.nanmax(phase)), 1 / recording.rate), 1.5 / recording.bandwidth
+    longest, reach = max(float(np.nanmax(phase)), 1 / recording.rate), filters.REACH / recording.bandwidth
     segments = 3 * max(1, min(SEGMENTS // 3, int(longest / (3 * _MIN_SEGMENT * reach))))
-    segment = phase * segments / longest
-    test = np.floor(segment) % 3 == 2  # rows without a phase are in neither set
-    guard = reach * segments / longest
-    offset = segment % 3
-    near = (np.abs(offset - 2) < guard) | (offset > 3 - guard) | (offset < guard)
-    known = np.isfinite(segment)
-    return usable & (known & ~test & ~near)[:, None], usable & (test & ~near)[:, None]
+    guard, offset = reach * segments / longest, phase * segments / longest % 3
+    # Rows without a phase are in neither set.
+    train, test = (guard <= offset) & (offset <= 2 - guard), (2 + guard <= offset) & (offset <= 3 - guard)
+    return usable & train[:, None], usable & test[:, None]

@@ -5,13 +5,15 @@ they leave shows what the unknown one depends on. Beside curves over that, a tru
 does; an imitation explains nothing more. What the judge refuses beside the rest goes first.
 """
 
+from collections.abc import Sequence
+
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_SHARE
 from ident.diagnosis.search.search import Search
 from ident.diagnosis.search.selection import Finding, Selection
 from ident.diagnosis.split.split_data import TINY
-from ident.diagnosis.unknown.nonparametric_fit import NonparametricFit, fit_curves
-from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual, estimate_unexplained
+from ident.diagnosis.unknown.residual_dependence import NonparametricFit, fit_curves
+from ident.diagnosis.unknown.residual_test import UnexplainedResidual, estimate_unexplained
 
 
 def analyse_unexplained(
@@ -23,37 +25,39 @@ def analyse_unexplained(
     """
     given = selection.steps[0].model.names
     while True:
-        if not forced and (refused := _refused(selection, given)):
-            selection = search.without(selection, refused, "held-out rows do not confirm it beside the others")
+        in_question = [
+            each for each in selection.findings if not (each.term.effect.mandatory or each.term.name in given)
+        ]
+        # What the judge does not accept beside the others: an effect that it needed is gone.
+        refused = [each.term.name for each in in_question if not each.judgement.accepted]
+        if refused and not forced:
+            selection = search.without(selection, refused[0], "held-out rows do not confirm it beside the others")
             continue
         unexplained = estimate_unexplained(model := selection.model.on_judged_rows)
         if not (unexplained.significant and unexplained.dependences):
             return selection, unexplained, None
         learned = fit_curves(model, unexplained.dependences)
-        imitation = None if forced else _imitation(selection, learned.model, given)
+        variables = list(dict.fromkeys(name for each in learned.dependences for name in each.variables))
+        doubtful = [each for each in in_question if not (forced or _is_over(each, variables))]
+        imitation = _imitation(doubtful, learned.model)
         if imitation is None:
             return selection, unexplained, learned
-        variables = ", ".join(dict.fromkeys(name for each in learned.dependences for name in each.variables))
-        selection = search.without(selection, imitation, f"curves over {variables} leave nothing of it to explain")
+        selection = search.without(
+            selection, imitation, f"curves over {', '.join(variables)} leave nothing of it to explain"
+        )
 
 
-def _refused(selection: Selection, given: set[str]) -> str | None:
-    """An effect that the judge does not accept beside the others: one that it needed is gone."""
-    names = [each.term.name for each in _in_question(selection, given) if not each.judgement.accepted]
-    return names[0] if names else None
+def _is_over(finding: Finding, variables: Sequence[str]) -> bool:
+    """Whether the effect is itself a curve over the `variables`: what repeats it does not refute it."""
+    return finding.term.effect.curve and {*variables} <= {finding.term.effect.axis, "direction"}
 
 
-def _in_question(selection: Selection, given: set[str]) -> list[Finding]:
-    """Findings that are neither part of every robot nor of a given model."""
-    return [each for each in selection.findings if not (each.term.effect.mandatory or each.term.name in given)]
-
-
-def _imitation(selection: Selection, curves: FittedModel, given: set[str]) -> str | None:
+def _imitation(findings: Sequence[Finding], curves: FittedModel) -> str | None:
     """The effect of which most is gone beside `curves`, if they explain all but a trifle of what it does without."""
     left = {
         finding.term.name: curves.improvement_over(_without(curves, finding.term.name)).reduction
         / max(finding.improvement.reduction, TINY)
-        for finding in _in_question(selection, given)
+        for finding in findings
     }
     name = min(left, key=lambda each: left[each], default=None)
     return name if name and left[name] < MIN_SHARE else None

@@ -13,6 +13,7 @@ from itertools import product
 
 import numpy as np
 
+from ident.diagnosis.search.selection import WIDTH
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity
 from ident.dynamics.effects.periodogram import MAX_PHASE, highest_in_band, highest_peaks
@@ -28,8 +29,6 @@ _ORDERS = (1.0, 2.0, 3.0, 4.0, 6.0)
 """Periods per turn of the waves that are tried."""
 _SHARES = (0.03, 0.08, 0.2, 0.5, 1.0)
 """Of the largest speed and of the duration: characteristic speeds and times that are tried."""
-_PEAKS = 3
-"""Waves that a spectrum suggests."""
 
 Unit = tuple[int, int, int]
 """Powers of torque, position and time."""
@@ -107,16 +106,9 @@ def laws(inputs: Sequence[EffectInputs], joints: Sequence[int], others: Sequence
     others = [joint for joint in others if list(joints) != [joint]]
     drives, foreign = _drives(inputs, joints), list(_foreign(inputs, others))
     modulators = [*_modulators(inputs, joints), *foreign]
-    single = [*drives, *modulators, *_between(joints, others)]
     pairs = [*product(drives, modulators), *product(_of_position("q", inputs, joints), foreign)]
-    products = [first.times(second) for first, second in pairs if not _shared(first, second)]
-    return {" + ".join(law.texts): law for law in (*single, *products)}
-
-
-def _shared(first: Law, second: Law) -> bool:
-    """Whether both would have a shape of the same name, or more than one wave."""
-    names = {shape.name for shape in first.shapes} & {shape.name for shape in second.shapes}
-    return bool(names) or len(first.texts) * len(second.texts) > 2
+    products = [first.times(second) for first, second in pairs if not (first.wave_over and second.wave_over)]
+    return {" + ".join(law.texts): law for law in (*drives, *modulators, *_between(joints, others), *products)}
 
 
 def _drives(inputs: Sequence[EffectInputs], joints: Sequence[int]) -> list[Law]:
@@ -138,8 +130,7 @@ def _drives(inputs: Sequence[EffectInputs], joints: Sequence[int]) -> list[Law]:
 def _modulators(inputs: Sequence[EffectInputs], joints: Sequence[int]) -> Iterator[Law]:
     yield from _of_position("q", inputs, joints)
     yield from (Law(("abs(qdd)",), (0, 1, -2)), Law(("abs(load)",), (1, 0, 0)), Law(("abs(qd)",), (0, 1, -1)))
-    duration = max(float(each.time.max()) for each in inputs)
-    time = _shape("T", "s", "time constant", duration, 2.0)
+    time = _shape("T", "s", "time constant", max(float(each.time.max()) for each in inputs), 2.0)
     yield from (
         Law(("t",), (0, 0, 1)),
         Law(("exp(-t / T)",), shapes=(time,)),
@@ -160,8 +151,8 @@ def _between(joints: Sequence[int], others: Sequence[int]) -> Iterator[Law]:
     """Springs and dampers between one of the `joints` and one of the `others`."""
     for first, second in product(joints, others):
         if first < second or (second not in joints and first != second):
-            distance = Law((f"(q{first + 1} - q{second + 1})",), (0, 1, 0))
-            yield from (distance, Law((f"(qd{first + 1} - qd{second + 1})",), (0, 1, -1)))
+            i, k = first + 1, second + 1
+            yield from (Law((f"(q{i} - q{k})",), (0, 1, 0)), Law((f"(qd{i} - qd{k})",), (0, 1, -1)))
 
 
 def _of_position(x: str, inputs: Sequence[EffectInputs], joints: Sequence[int]) -> Iterator[Law]:
@@ -194,14 +185,18 @@ def _of_position(x: str, inputs: Sequence[EffectInputs], joints: Sequence[int]) 
 
 def _shape(name: str, unit: str, meaning: str, largest: float, factor: float) -> Quantity:
     """A characteristic value of what reaches up to `largest`: at most `factor` times as much."""
-    guesses = tuple(share * largest for share in _SHARES)
-    lower, upper = _SHARES[0] * largest / 3, factor * largest
-    return Quantity(name=name, unit=unit, meaning=meaning, lower=lower, upper=upper, initial_guesses=guesses)
+    return Quantity(
+        name=name,
+        unit=unit,
+        meaning=meaning,
+        lower=_SHARES[0] * largest / 3,
+        upper=factor * largest,
+        initial_guesses=tuple(share * largest for share in _SHARES),
+    )
 
 
 def _values(x: str, inputs: EffectInputs) -> Floats:
-    values: Floats = np.broadcast_to(quantity(x, inputs), inputs.motion.position.shape)
-    return values
+    return np.broadcast_to(quantity(x, inputs), inputs.motion.position.shape)
 
 
 def _suggest(wave: Law, inputs: EffectInputs, residual: Floats) -> list[dict[str, float]]:
@@ -211,4 +206,4 @@ def _suggest(wave: Law, inputs: EffectInputs, residual: Floats) -> list[dict[str
     travel = float(np.nanmax(np.nanmax(x, axis=0) - np.nanmin(x, axis=0)))
     highest = min(MAX_PHASE / travel, highest_in_band(np.abs(inputs.motion.velocity), inputs.bandwidth))
     orders = np.arange(2 * np.pi / travel, highest, 1.0 / travel)
-    return [{name: order} for order in highest_peaks(x, signal, orders, _PEAKS)]
+    return [{name: order} for order in highest_peaks(x, signal, orders, WIDTH)]

@@ -10,17 +10,15 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.diagnosis.judge.equivalence import is_preferred, slack
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import Improvement
 from ident.diagnosis.judge.judge import judge
-from ident.diagnosis.judge.price import score
-from ident.diagnosis.search.best_first import leaves_much
-from ident.diagnosis.search.candidates import Candidates
-from ident.diagnosis.search.fits import Fits, added_term
+from ident.diagnosis.judge.price import is_preferred, score, slack
+from ident.diagnosis.search.best_first import joints_that_leave_much
+from ident.diagnosis.search.candidates import Candidates, Fits, added_term
 from ident.diagnosis.unknown.laws import Law, effect_of, laws
 from ident.diagnosis.unknown.residual_dependence import MIN_RELATIVE_SHARE
-from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual
+from ident.diagnosis.unknown.residual_test import UnexplainedResidual
 from ident.dynamics.effects.base import Additive
 from ident.dynamics.effects.formula import arguments
 from ident.dynamics.structure import Term
@@ -28,8 +26,6 @@ from ident.dynamics.structure import Term
 NAME = "proposed"
 """Of the effect in its model."""
 _TERMS = 2
-_WHOLE = 0.1
-"""Difference from a whole number up to which an order is tried as one."""
 _FITTED = 10
 """Laws that are fitted in each step: screening tries their shapes at a few values only."""
 
@@ -74,12 +70,6 @@ class Proposal:
         shapes = self.after.solution.structure.shapes_by_name(len(self.after.terms) - 1, self.after.solution.x)
         return {name: float(value) for name, value in shapes.items()}
 
-    @property
-    def orders(self) -> dict[str, float]:
-        """The nearest whole number of each order of a wave that is hardly another one."""
-        waves = {name: value for name, value in self.shapes.items() if name.startswith("n")}
-        return {name: round(n) for name, n in waves.items() if n > 0.5 and abs(n - round(n)) < _WHOLE}
-
     @cached_property
     def improvement(self) -> Improvement:
         """On the held-out rows, by the formula."""
@@ -97,8 +87,8 @@ def propose(model: FittedModel, unexplained: UnexplainedResidual) -> Proposal | 
         proposals.append(_Pursuit(fits, model, joints, others).proposal())
     for index, term in enumerate(model.terms):
         if term.effect.curve:
-            bare = fits.without_effect(model, index)
-            proposals.append(_Pursuit(fits, bare, sorted({*joints, *term.joints}), others).proposal())
+            bare, both = fits.without_effect(model, index), sorted({*joints, *term.joints})
+            proposals.append(_Pursuit(fits, bare, both, others).proposal())
     better = [each for each in proposals if each and score(each.after) < score(model)]
     return min(better, key=lambda each: score(each.after), default=None)
 
@@ -118,32 +108,23 @@ class _Pursuit:
     def __init__(self, fits: Fits, model: FittedModel, joints: Sequence[int], others: Sequence[int]) -> None:
         self._fits, self._model = fits, model
         split, solution = model.split, model.solution
-        trained = (split.predictors[index] for index in split.train_indices)
-        inputs = [each.recorded_inputs(solution.structure, solution.x) for each in trained]
+        inputs = [each.recorded_inputs(solution.structure, solution.x) for each in split.train_predictors]
         self._laws = laws(inputs, joints, others)
-        effects = {text: effect_of([law], joints) for text, law in self._laws.items()}
-        self._candidates = Candidates(fits, effects)
+        self._candidates = Candidates(fits, {text: effect_of([law], joints) for text, law in self._laws.items()})
 
     def proposal(self) -> Proposal | None:
         """The formula; None if no law is confirmed."""
         best, chosen, alternatives = self._model, list[str](), list[str]()
-        while len(chosen) < _TERMS and leaves_much(best):
-            accepted = self._accepted(best)
-            if not accepted:
-                break
+        while len(chosen) < _TERMS and joints_that_leave_much(best) and (accepted := self._accepted(best)):
             text, model = min(accepted.items(), key=lambda each: score(each[1]))
-            alternatives = self._alternatives(best, model, accepted)
-            best = model
+            best, alternatives = model, self._alternatives(best, model, accepted)
             chosen.append(text)
-        if not chosen:
-            return None
-        return self._merged(chosen, best, alternatives)
+        return self._merged(chosen, best, alternatives) if chosen else None
 
     def _accepted(self, model: FittedModel) -> dict[str, FittedModel]:
         """`model` with each of the laws that promise most and that the judge accepts, by their text."""
-        screening = self._candidates.screen(model)
-        best = sorted(screening.best.values(), key=lambda candidate: candidate.loss)[:_FITTED]
-        extended = {candidate.term.name: self._candidates.add(model, candidate) for candidate in best}
+        promising = sorted(self._candidates.screen(model).best.values(), key=lambda candidate: candidate.loss)
+        extended = {candidate.term.name: self._candidates.add(model, candidate) for candidate in promising[:_FITTED]}
         return {
             text: other
             for text, other in extended.items()
@@ -169,19 +150,22 @@ class _Pursuit:
         values = [structure.shapes_by_name(index, x) for index in indices]
         parts = _distinct([self._laws[text].with_values(own) for text, own in zip(chosen, values, strict=True)])
         proposal = self._fitted(parts, joints, alternatives)
-        for name, order in proposal.orders.items():
-            simpler = self._fitted([law.renamed(name, f"{order:.0f}") for law in proposal.laws], joints, alternatives)
-            proposal = min(proposal, simpler, key=lambda each: score(each.after))
+        for name, value in proposal.shapes.items():
+            if name.startswith("n") and round(value):  # the order of a wave may be a whole number
+                whole = [law.renamed(name, f"{value:.0f}") for law in proposal.laws]
+                proposal = min(
+                    proposal, self._fitted(whole, joints, alternatives), key=lambda each: score(each.after)
+                )
         return proposal if judge(self._model, proposal.after, len(self._model.terms)).accepted else None
 
     def _fitted(self, parts: Sequence[Law], joints: Sequence[int], alternatives: Sequence[str]) -> Proposal:
         """The model with the sum of the laws `parts` on `joints`, all parameters refitted."""
-        solution = self._model.solution
+        split, solution = self._model.split, self._model.solution
         structure = solution.structure.with_term(Term(NAME, effect_of(parts, joints), tuple(joints)))
         shapes = [shape.first_guess for law in parts for shape in law.shapes]
-        zeros = np.zeros(len(structure.parameters) - len(solution.x) - len(shapes))
-        fitted = self._model.split.fit(structure, np.concatenate([solution.x, zeros, shapes]))
-        return Proposal(self._model, FittedModel(self._model.split, fitted), tuple(parts), tuple(alternatives))
+        start = solution.x, np.zeros(len(structure.parameters) - len(solution.x) - len(shapes)), shapes
+        fitted = FittedModel(split, split.fit(structure, np.concatenate(start)))
+        return Proposal(self._model, fitted, tuple(parts), tuple(alternatives))
 
 
 def _distinct(laws: Sequence[Law]) -> list[Law]:

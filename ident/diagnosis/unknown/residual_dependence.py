@@ -3,20 +3,25 @@
 For each joint, sums of curves over one variable (also in each direction of motion, and of the other joints' motion)
 are fitted to its residual on the training rows, together with all parameters of the model. They are scored by the
 share that they explain of what the model alone leaves on the test rows if it adapts to this joint. The simplest sum
-close to the best is chosen.
+close to the best is chosen. Its curves are then fitted together with the model: their values at the knots are
+coefficients.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import chain
 from typing import get_args
 
 import numpy as np
 
-from ident.diagnosis.judge.improvement import MIN_SHARE
+from ident.basics.statistics import nonzero
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.improvement import MIN_SHARE, Improvement
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.learned_curve import LearnedCurve, Variable
+from ident.dynamics.effects.learned_curve import LearnedCurve, Variable, unknown_curve
+from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Floats
 
@@ -50,6 +55,26 @@ class ResidualDependence:
         return self.curves[0].variable, *directed, *others
 
 
+@dataclass(frozen=True, eq=False)
+class NonparametricFit:
+    """Learned curves and the improvement by them."""
+
+    dependences: tuple[ResidualDependence, ...]
+    """What the curves are over."""
+    model: FittedModel
+    """The model with the curves in addition: its last terms."""
+    improvement: Improvement
+    """On test rows."""
+
+    @cached_property
+    def curves(self) -> tuple[LearnedCurve, ...]:
+        """The curves with their values."""
+        curves = [curve for dependence in self.dependences for curve in dependence.curves]
+        count = sum(len(curve.knots) for curve in curves)
+        values = np.split(self.model.solution.x[-count:], np.cumsum([len(curve.knots) for curve in curves])[:-1])
+        return tuple(replace(curve, values=tuple(each.tolist())) for curve, each in zip(curves, values, strict=True))
+
+
 def find_dependences(
     split: SplitData, solution: Solution, residuals: Sequence[Floats], joints: Sequence[int]
 ) -> list[ResidualDependence]:
@@ -81,8 +106,7 @@ def _dependence(
     train, test = (rows[known & np.concatenate(part)[:, joint]] for part in (split.train, split.test))
     if not len(train) or not len(test):
         return None
-    size = np.sqrt(np.mean(train**2, axis=0))
-    size[size == 0] = 1.0
+    size = nonzero(np.sqrt(np.mean(train**2, axis=0)))
     fitted, held_out = ((part / size).T @ (part / size) / len(part) for part in (train, test))
     of_model, *blocks = np.split(np.arange(len(size) - 1), derivatives[0].shape[1] + KNOTS * np.arange(len(curves)))
     of_curve = dict(zip(curves, blocks, strict=True))
@@ -126,3 +150,14 @@ def _with_knots(curve: LearnedCurve, inputs: Sequence[EffectInputs]) -> LearnedC
     visited = np.concatenate([curve.variable_values(each) for each in inputs])
     knots: Floats = np.nanquantile(visited, np.linspace(0.0, 1.0, KNOTS))
     return replace(curve, knots=tuple(knots.tolist()))
+
+
+def fit_curves(final: FittedModel, dependences: Sequence[ResidualDependence]) -> NonparametricFit:
+    """Fit the curves of the `dependences` together with all parameters of the model `final`."""
+    structure, x = final.solution.structure, final.solution.x
+    for dependence in dependences:
+        for curve in dependence.curves:
+            structure = structure.with_term(Term("learned_curve", unknown_curve(curve), (dependence.joint,)))
+    zeros = np.zeros(len(structure.parameters) - len(x))
+    model = FittedModel(final.split, final.split.fit(structure, np.concatenate([x, zeros])))
+    return NonparametricFit(tuple(dependences), model, model.improvement_over(final))

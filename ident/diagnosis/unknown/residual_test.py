@@ -1,20 +1,26 @@
 """Test a model's residual against the noise floor: the one verdict of fit, compare, diagnose, report and workbench.
 
-The noise floor is that of `ident.diagnosis.split.noise_floor`, the rows are those in which a joint moves, and the
-test is that of `ident.diagnosis.unknown.unexplained_residual`, for every model alike.
+The noise floor is that of `ident.diagnosis.split.noise_floor`, the rows are those in which a joint moves: for every
+model alike. What is above the floor is structured, and may depend on the motion.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ident.data import cycle_statistics
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import prepare
 from ident.data.row_weights import moving_or_all, standstill_share
+from ident.data.trends import SIGNIFICANT
 from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.improvement import MIN_SHARE
+from ident.diagnosis.ripple.waves import Vibration, least_squares, wave
+from ident.diagnosis.split.noise_floor import MIN_TORQUE_SHARE
+from ident.diagnosis.split.split_data import rms as rms_of
 from ident.diagnosis.split.train_test_split import split_recordings
-from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual, estimate_unexplained
+from ident.diagnosis.unknown.residual_dependence import ResidualDependence, find_dependences
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure
 from ident.estimation import chunks
@@ -27,6 +33,116 @@ from ident.identification.prediction import Prediction, structure_of
 from recordings.errors import BadInput, expect
 from recordings.reader import Source
 from recordings.recording import Bools, Floats, Recording
+
+
+@dataclass(frozen=True, eq=False)
+class UnexplainedResidual:
+    """The structured residual of one model."""
+
+    rms: Floats
+    """(dof,) RMS of the structured part [N m]."""
+    share: float
+    """Structured share of the mean square of the residual, over all joints."""
+    significant: bool
+    """Whether the structured part is relevant."""
+    variables: tuple[str, ...]
+    """Variables on which it depends."""
+    sentence: str
+    joints: tuple[int, ...]
+    """Joints (from 0) in which it is searched: those where it is large and no vibration."""
+    dependences: tuple[ResidualDependence, ...]
+    """Curves that explain a part of it."""
+
+
+def estimate_unexplained(
+    model: FittedModel, known: Sequence[ResidualDependence] | None = None
+) -> UnexplainedResidual:
+    """The residual of `model` above its noise floor.
+
+    known: its dependences, if known; None: they are searched, joint by joint.
+    """
+    split, residuals, floor = model.split, model.residuals, model.noise_floor
+    total = rms_of(residuals, split.scored)
+    structured = np.sqrt(np.maximum(total**2 - floor.rms**2, 0.0))
+    repeats = total > floor.limit
+    # Where the motion repeats, a structured residual does so, too; otherwise, more than noise is structure.
+    if statistics := cycle_statistics.of_residuals(split.recordings, residuals):
+        repeats &= np.array([each.repeating_p for each in statistics]) < SIGNIFICANT
+    vibrates = np.array([_is_vibration(model, joint) for joint in range(len(total))])
+    drifts = np.sqrt([max(trend.mean_square, 0.0) if trend else 0.0 for trend in floor.trends]) > floor.least
+    relative = structured / split.torque_rms
+    # A missing effect of one joint spreads to the others through shared parameters.
+    large = relative**2 >= MIN_SHARE * (relative**2).max()
+    searched = (repeats & large & ~vibrates) | drifts
+    if known is None:
+        known = find_dependences(split, model.solution, residuals, np.flatnonzero(searched).tolist())
+    variables = {variable for dependence in known for variable in dependence.variables}
+    variables |= ({"time"} if drifts.any() else set()) | ({"frequency"} if vibrates.any() else set())
+    clauses = [
+        f"joint {each.joint + 1}: {each.explained:.0%} of it depends on {' and '.join(each.variables)}"
+        for each in known
+    ]
+    for joint, (line, trend) in enumerate(zip(floor.lines, floor.trends, strict=True)):
+        if line and vibrates[joint]:
+            clauses.append(_vibration(joint, line.frequency))
+        if trend and drifts[joint]:
+            kind = "from cycle to cycle" if trend.pattern == "linear" else f"at one instant ({trend.pattern})"
+            clauses.append(f"joint {joint + 1}: it changes {kind}")
+    what = "it repeats with the motion" if floor.source == "repetition" else "it exceeds the noise"
+    significant = bool((repeats | vibrates | drifts).any())
+    sentence = "; ".join(clauses or [f"{what}, but depends on no single variable"]) + "."
+    return UnexplainedResidual(
+        structured,
+        float((structured**2).sum() / (total**2).sum()) if total.any() else 0.0,
+        significant,
+        tuple(sorted(variables)),
+        sentence if significant else "only noise and encoder quantization.",
+        tuple(np.flatnonzero(searched).tolist()),
+        tuple(known),
+    )
+
+
+def with_vibrations(
+    unexplained: UnexplainedResidual, vibrations: Sequence[Vibration], torque_rms: Floats
+) -> UnexplainedResidual:
+    """Add relevant `vibrations` above the low-pass, which are as unexplained as those below it.
+
+    Its RMS and its share are still those of the residual below the low-pass. torque_rms: (dof,) [N m].
+    """
+    clauses = [
+        _vibration(each.joint, each.frequency)
+        for each in vibrations
+        if each.amplitude / np.sqrt(2) > MIN_TORQUE_SHARE * torque_rms[each.joint]
+    ]
+    if not clauses:
+        return unexplained
+    known = [unexplained.sentence.removesuffix(".")] if unexplained.significant else []
+    return replace(
+        unexplained,
+        significant=True,
+        variables=tuple(sorted({*unexplained.variables, "frequency"})),
+        sentence="; ".join([*known, *clauses]) + ".",
+    )
+
+
+def _vibration(joint: int, frequency: float) -> str:
+    return f"joint {joint + 1}: a vibration of {frequency:.2f} Hz"
+
+
+def _is_vibration(model: FittedModel, joint: int) -> bool:
+    """Whether the line in the residual of a `joint` is relevant, and no frequency of the motion itself."""
+    line = model.noise_floor.lines[joint]
+    if line is None or line.mean_square < model.noise_floor.least[joint] ** 2:
+        return False
+    if model.noise_floor.source == "repetition":  # it differs between repetitions: it is none of the motion
+        return True
+    for recording, computed in zip(model.split.recordings, model.computed, strict=True):
+        known = np.isfinite(computed[:, joint])
+        signal = computed[known, joint] - computed[known, joint].mean()
+        of_line = least_squares(wave(recording.time[known], 2 * np.pi * line.frequency), signal)
+        if of_line @ of_line / 2 > line.mean_square:
+            return False
+    return True
 
 
 def residual_test(model: FittedModel, unexplained: UnexplainedResidual, diagnosed: bool = False) -> ResidualTest:
@@ -42,7 +158,7 @@ def residual_test(model: FittedModel, unexplained: UnexplainedResidual, diagnose
         quantization_rms=tuple(floor.quantization.tolist()),
         structured_rms=tuple(unexplained.rms.tolist()),
         structured_share=unexplained.share,
-        recordings=_sources([data.recording for data in split.recordings]),
+        recordings=recording_sources([data.recording for data in split.recordings]),
     )
 
 
@@ -57,8 +173,8 @@ def scored_predictions(
     if model.form:
         return tuple(predictions), None
     structure, x = structure_of(model, predictions[0].prepared.recording.rig, library)
-    held, sources = model.residual_test, _sources([prediction.prepared.recording for prediction in predictions])
-    known = held is not None and set(sources) <= set(held.recordings)
+    held, recordings = model.residual_test, [each.prepared.recording for each in predictions]
+    known = held is not None and set(recording_sources(recordings)) <= set(held.recordings)
     test = held if known else check_residual(predictions, structure, x)
     return score(predictions, structure, x, test), test
 
@@ -76,7 +192,8 @@ def fit_and_test(
     expect(Callable, "a function", progress=progress)  # type: ignore[arg-type]
     result = identify(files, validate[0] if validate else None, options, progress)
     test = None if result.model.form else check_residual(result.predictions, result.structure, result.parameters)
-    return Model(result.model.model_copy(update={"residual_test": test}), options.library, result)
+    model = result.model.model_copy(update={"residual_test": test})
+    return Model(model, options.library, result, result.train[0].prepared.recording)
 
 
 def score(
@@ -87,8 +204,7 @@ def score(
     long = any(len(excerpts(prediction.prepared.recording)) > 1 for prediction in predictions)
     if test and not long and (model := _as_fitted(predictions, structure, x)):
         floor = np.array([value or 0.0 for value in test.noise_rms])
-        held_out = replace(model.split, test=model.split.train)  # nothing is fitted
-        rows = held_out.judged(model.solution, floor).test
+        rows = replace(model.split, test=model.split.train).judged(model.solution, floor).test  # nothing is fitted
     return tuple(replace(each, scored=moving) for each, moving in zip(predictions, rows, strict=True))
 
 
@@ -129,5 +245,6 @@ def _moving(prediction: Prediction) -> Bools:
     return moving_or_all(prediction.prepared, standstill_share(prediction.prepared))
 
 
-def _sources(recordings: Sequence[Recording]) -> tuple[RecordingSource, ...]:
+def recording_sources(recordings: Sequence[Recording]) -> tuple[RecordingSource, ...]:
+    """The files of `recordings`, each once: a long one is analysed in excerpts."""
     return tuple(map(recording_source, {recording.path: recording for recording in recordings}.values()))

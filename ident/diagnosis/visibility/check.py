@@ -1,6 +1,7 @@
 """Check what recordings can show: each effect with its size, or the reason why they do not show it and what would."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Literal
 
 import numpy as np
 
@@ -8,15 +9,13 @@ from ident.data.recording_facts import JointFacts, RecordingFacts, recording_fac
 from ident.data.samples import holds_torque
 from ident.diagnosis.diagnosis import DiagnosisOptions, prepare_inputs
 from ident.diagnosis.search.search import Search
-from ident.diagnosis.visibility.visibility import EffectVisibility, JointVisibility, VisibilityCheck
-from ident.diagnosis.visibility.visibility_document import (
-    CheckDocument,
-    CheckedEffect,
-    CheckedJoint,
-)
+from ident.diagnosis.visibility.visibility import EffectVisibility, JointVisibility, SmallestSize, VisibilityCheck
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.library import names as built_in
+from recordings.config import ConfigSection, JsonDocument
+from recordings.data_problems import DataProblem
 from recordings.next_command import design
+from recordings.notebook import html_table
 from recordings.reader import Source
 from recordings.recording import Recording
 from trajectories import names as trajectory_names
@@ -29,8 +28,59 @@ SMALL_TRAVEL = 0.2
 """A joint with less travel shows little of what depends on its angle [rad]."""
 MOSTLY_REPRODUCED = 0.3
 """The rest of the model reproduces most of a torque if a smaller part of it is left (RMS)."""
-_MORE_CYCLES = 10
-"""Factor by which a longer recording exceeds the present one."""
+
+
+class CheckedJoint(JointFacts):
+    """Motion, torque and resolution of one joint, in all recordings together."""
+
+    noise_rms: float
+    """Noise floor."""
+
+
+class CheckedEffect(ConfigSection):
+    """What the recordings can show of one effect."""
+
+    effect: str
+    status: Literal["visible", "confusable", "not-visible"] = "not-visible"
+    joints: tuple[int, ...] = ()
+    """Joints that show it, from 1; of the whole robot: all."""
+    confusable_with: tuple[str, ...] = ()
+    smallest: SmallestSize | None = None
+    """On the joint that shows it best; None if this motion shows none."""
+    why: str
+    record: str | None = None
+    command: str | None = None
+
+
+class CheckDocument(JsonDocument):
+    """The result of a check."""
+
+    data_problems: tuple[DataProblem, ...] = ()
+    share: float
+    """Size for which the effects are judged: RMS of their torque, relative to that of the joint."""
+    bandwidth_hz: float
+    recordings: tuple[RecordingFacts, ...]
+    """Files; a long one is analysed in excerpts."""
+    joints: tuple[CheckedJoint, ...]
+    effects: tuple[CheckedEffect, ...]
+    """Those that show first."""
+
+    def __repr__(self) -> str:
+        """One line: how many effects show."""
+        return (
+            f"<CheckDocument: {sum(each.status == 'visible' for each in self.effects)} of {len(self.effects)} "
+            f"effects visible where they take {_percent(self.share)} of the torque>"
+        )
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        """The effects as a table: whether each shows, and why, for a notebook."""
+        rows = [
+            (each.effect, each.status, f"{each.smallest.share:.2%}" if each.smallest else "", each.why)
+            for each in self.effects
+        ]
+        return html_table(repr(self), ("effect", "status", "shows from", "why"), rows)
 
 
 def check(
@@ -53,10 +103,9 @@ def check(
     progress("fitting the base model")
     model, _ = Search(inputs.split, effects.observable, progress).start(*inputs.initial_model(library))
     progress("looking at every effect")
-    facts, noise = recording_facts(prepared), model.noise_floor.rms.tolist()
+    facts = recording_facts(prepared)
     adviser = Adviser(facts, [data.recording for data in prepared], library, share)
-    judged = [adviser.judged(each) for each in VisibilityCheck(model, effects.observable).effects(share)]
-    ranks = ("visible", "confusable", "not-visible")
+    judged = map(adviser.judged, VisibilityCheck(model, effects.observable).effects(share))
     return CheckDocument(
         schema=2,
         data_problems=inputs.problems,
@@ -67,10 +116,11 @@ def check(
             for path in dict.fromkeys(data.recording.path for data in prepared)
         ),
         joints=tuple(
-            CheckedJoint(**vars(joint), noise_rms=rms) for joint, rms in zip(facts.joints, noise, strict=True)
+            CheckedJoint(**vars(joint), noise_rms=rms)
+            for joint, rms in zip(facts.joints, model.noise_floor.rms.tolist(), strict=True)
         ),
         effects=(
-            *sorted(judged, key=lambda entry: ranks.index(entry.status)),
+            *sorted(judged, key=lambda entry: ("visible", "confusable", "not-visible").index(entry.status)),
             *(adviser.unjudged(name, why, untested=True) for name, why in effects.untested.items()),
             *(adviser.unjudged(name, why, untested=False) for name, why in effects.unobservable.items()),
         ),
@@ -90,12 +140,14 @@ class Adviser:
         """The entry of an effect that was judged."""
         visible, best = visibility.visible_joints(self._share), visibility.best
         why, record, command = self._shown(visibility) if visible else self._hidden(visibility)
-        every = range(len(self._facts.joints))
-        joints = [every if joint.joint is None else (joint.joint,) for joint in visible]
         return CheckedEffect(
             effect=visibility.name,
             status="not-visible" if not visible else "confusable" if visibility.imitations else "visible",
-            joints=tuple(number + 1 for numbers in joints for number in numbers),
+            joints=tuple(
+                number
+                for each in visible
+                for number in (range(1, 1 + len(self._facts.joints)) if each.joint is None else (each.joint + 1,))
+            ),
             confusable_with=visibility.imitations,
             smallest=best.smallest if np.isfinite(best.smallest.share) else None,
             why=why,
@@ -128,8 +180,7 @@ class Adviser:
             (best.outside < MOSTLY_REPRODUCED, f"To be seen, it would have to {seen}: {reproduced}."),
             (True, f"To be seen, it would have to {seen}: less is hidden in the noise."),
         )
-        why = next(reason for applies, reason in reasons if applies)
-        return f"{cause}{why}", record, self._command(visibility.name)
+        return cause + next(reason for applies, reason in reasons if applies), record, self._command(visibility.name)
 
     def unjudged(self, name: str, reason: str, untested: bool) -> CheckedEffect:
         """The entry of an effect that recordings of this rig cannot show, for a `reason`.
@@ -137,7 +188,6 @@ class Adviser:
         untested: they could show it, but these lack something.
         """
         effect = self._library[name]
-        reported = effect.distorts_report
         directions = untested and "both directions" in effect.needs
         records = (
             (directions, "Record a motion with both directions."),
@@ -146,10 +196,10 @@ class Adviser:
                 "Record the temperatures of the drives (temperature_1 ...) while the machine warms up.",
             ),
             (
-                reported and holds_torque(self._recording),
+                effect.distorts_report and holds_torque(self._recording),
                 "Record the voltage that the amplifiers are given (voltage_1 ...), not the torque.",
             ),
-            (reported, "Record the command to the amplifiers, and say so in the rig file."),
+            (effect.distorts_report, "Record the command to the amplifiers, and say so in the rig file."),
         )
         return CheckedEffect(
             effect=name,
@@ -197,7 +247,7 @@ class Adviser:
         if effect.axis != "time":
             additive = effect.linear and self._can_design(name)
             return design(self._files, *(("--with", name) if additive else ()))
-        longer = f"daq record --traj {run.trajectory} --cycles {_MORE_CYCLES * max(run.cycles, 1)}"
+        longer = f"daq record --traj {run.trajectory} --cycles {10 * max(run.cycles, 1)}"
         return longer if run.trajectory in trajectory_names() else None
 
     def _can_design(self, name: str) -> bool:

@@ -11,12 +11,12 @@ from itertools import product
 
 import numpy as np
 
-from ident.diagnosis.judge.equivalence import MIN_DECISIVE_REDUCTION, slack
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_T
-from ident.diagnosis.judge.price import PRICE
+from ident.diagnosis.judge.price import MIN_DECISIVE_REDUCTION, PRICE, slack
 from ident.diagnosis.judge.rules.limits import plausible_instances
 from ident.diagnosis.search.screening import MIN_EXCITATION, Screener
+from ident.diagnosis.search.selection import WIDTH
 from ident.diagnosis.split.noise_floor import MIN_TORQUE_SHARE
 from ident.dynamics.effects.base import Effect, Quantity
 from ident.dynamics.structure import Term
@@ -24,8 +24,6 @@ from recordings.recording import Bools, Floats
 
 MIN_FLOOR_RATIO = 0.3
 """The visible part of a torque must exceed this share of the noise floor, which is known to some ten percent."""
-MAX_IMITATIONS = 4
-"""Number of imitations that are named."""
 
 
 @dataclass(frozen=True)
@@ -104,8 +102,8 @@ class VisibilityCheck:
         effect = term.effect
         if effect.local_shapes:
             return term.shape_guesses(self._screener.suggestions(effect))
-        choices = map(self._typical, effect.shapes, effect.typical_shapes)
-        return [np.array(shapes, float) for shapes in product(*choices)]
+        choices = product(*map(self._typical, effect.shapes, effect.typical_shapes))
+        return [np.array(shapes, float) for shapes in choices]
 
     def _typical(self, shape: Quantity, value: float) -> tuple[float, ...]:
         """Values of a shape parameter at which its effect is judged; `value`: the typical one."""
@@ -189,16 +187,16 @@ class VisibilityCheck:
         # What an effect may leave of the planted torque, without being ruled out by it.
         equivalent = slack(screener.loss + noise, noise, self._split.independent_rows)
         indecisive = noise * max(MIN_DECISIVE_REDUCTION, (2 * MIN_T) ** 2 / self._independent(self._split.test))
-        candidates, _ = screener.screen(
+        screening = screener.screen(
             {other: each for other, each in self._library.items() if other != name and name not in each.contains}
         )
         names = [
             candidate.term.name
-            for candidate in candidates
+            for candidate in screening.candidates
             if candidate.loss <= min(equivalent, indecisive)
             and all(plausible_instances(candidate.term, candidate.local_values))
         ]
-        return tuple(dict.fromkeys(names))[:MAX_IMITATIONS]
+        return tuple(dict.fromkeys(names))[:WIDTH]
 
 
 def _rms(values: Floats) -> float:

@@ -21,8 +21,9 @@ from recordings.rig import Rig
 SignatureAxis = Literal["position", "velocity", "acceleration", "motor angle", "load", "time"]
 Friction = Literal["c_v", "c_c"]
 """Viscous or Coulomb friction of the mechanism: the name of its parameters, followed by the number of the joint."""
-Need = Literal["temperature", "both directions"]
-"""What recordings must hold beyond motion and torque: the drives' temperature, or motion in both directions."""
+Need = Literal["temperature", "no temperature", "both directions"]
+"""What recordings must hold beyond motion and torque: the drives' temperature, or motion in both directions; or that
+they must not hold the temperature, which would say more."""
 Shapes = Mapping[str, Any]
 """Shape parameters by name: numbers, or (dof,) where each joint has its own."""
 Suggestion = Mapping[str, Any]
@@ -58,7 +59,7 @@ class Quantity:
     implausible_bound: Literal["lower", "upper"] | None = None
     """End of the range that is no plausible result: a search that ends there is evidence against the effect."""
     usual: float = np.inf
-    """Largest size that hardware usually has; a larger one is possible, but is cautioned."""
+    """Largest size that hardware usually has; a larger one is possible, but a warning names it."""
     searched: bool = True
     """False where only the `initial_guesses` are possible values, as for an index."""
     reduces_to: str | None = None
@@ -113,6 +114,8 @@ class Effect:
     """Usual causes."""
     remedy: str
     """Recommended action."""
+    record: str = ""
+    """The motion that shows it."""
     equation: str = ""
     """As text; where it is not given, it follows from the formula and the limits of the parameters."""
     axis: SignatureAxis
@@ -223,6 +226,8 @@ class Effect:
         """Return why recordings of this rig cannot show the effect on any joint, or None."""
         if "temperature" in self.needs and not temperature_measured:
             return "No temperature was recorded (columns temperature_1 ...)."
+        if "no temperature" in self.needs and temperature_measured:
+            return "Temperatures were recorded: with them it is temperature_friction."
         if not self.possible_joints(rig):
             return self.impossible(rig, 0)
         return self.unobservable(rig, torque_measured)

@@ -16,10 +16,16 @@ Constants = Callable[[Mapping[str, float], Floats], Mapping[str, Floats]]
 
 @dataclass(frozen=True, kw_only=True)
 class CCode:
-    """An effect in C99; `sin`, `exp` and the like are those of <tgmath.h>, `real` is double or float."""
+    """An effect in C99 for numbers of type `real`.
+
+    Functions of <math.h> and numbers are written as for double; an export in single precision makes `sinf` of `sin`
+    and `0.5f` of `0.5`.
+    """
 
     expression: str = ""
     """Torque of an additive effect on joint `i` [N m or N]."""
+    of_links: str = ""
+    """The expression on a tree of links, where the formula is one of another mechanism."""
     statements: str = ""
     """What precedes the expression; of a signal effect: what corrects q, qd and qdd."""
     state: tuple[str, ...] = ()

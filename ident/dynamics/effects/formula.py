@@ -12,7 +12,8 @@ and as LaTeX. A formula names what it needs as its arguments: its effect's param
     m_p, T_g, m_d, L1         parameters and length of a delta robot; cos_phi, sin_phi: direction of its limb
     J                         (J[0], J[1], J[2]): velocity of the platform per velocity of the joint, Eq. (16)
     platform_velocity         (3 entries) of the platform along x, y, z
-    torque_per_mass, rods     the joint's torque for 1 kg at the platform, and for rods of 1 kg
+    torque_per_mass, rods     the joint's torque for 1 kg at the platform or tool, and for rods of 1 kg
+    balls_dry, balls_viscous  the same for friction of 1 N m, and of 1 N m s/rad, in each ball of a delta's rods
     q1, qd2, qdd3, ...        q, qd, qdd, direction and rigid of the joint with this number, whichever has the effect
 """
 
@@ -22,6 +23,7 @@ import operator
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -32,6 +34,9 @@ Formula = Callable[..., Any]
 Printed = tuple[str, int]
 """A text, and how strongly its parts hold together: 1 sums, 2 quotients and signs, 3 products, 4 powers and
 functions, 5 names."""
+Rule = tuple[str, tuple[int, ...], int]
+"""How to print a function: a text with a place for each operand, how strongly what stands there has to hold together,
+and how strongly the whole does."""
 
 VECTORS = ("J", "platform_velocity")
 """Quantities with three entries."""
@@ -129,16 +134,16 @@ def _is(x: Any, number: int) -> bool:
     return not isinstance(x, Symbol) and x == number
 
 
+@dataclass(frozen=True)
 class Notation:
     """What prints expressions; see `C`, `TEXT` and `LATEX`."""
 
-    def __init__(
-        self,
-        function: Callable[..., Printed],
-        name: Callable[[str], Printed],
-        number: Callable[[float], str],
-    ) -> None:
-        self._function, self._name, self._number = function, name, number
+    rules: Mapping[str, Rule]
+    """How to print a function, by its name in NumPy; "square" is a power of 2."""
+    call: Callable[[str, bool], Printed]
+    """What prints a function without a rule: the text around its operands, given whether these are one name alone."""
+    name: Callable[[str], Printed]
+    number: Callable[[float], str]
 
     def __call__(self, expression: Any) -> str:
         """Print the `expression`."""
@@ -146,10 +151,17 @@ class Notation:
 
     def _print(self, expression: Any) -> Printed:
         if not isinstance(expression, Symbol):
-            return self._number(expression), 5 if expression >= 0 else 3
-        if expression.function == "name":
-            return self._name(expression.operands[0])
-        return self._function(expression.function, expression.operands, self._within)
+            return self.number(expression), 5 if expression >= 0 else 3
+        function, operands = expression.function, expression.operands
+        if function == "name":
+            return self.name(operands[0])
+        squared = function == "power" and _is(operands[1], 2)
+        if rule := (squared and self.rules.get("square")) or self.rules.get(function):
+            text, strengths, holds = rule
+            return text.format(*map(self._within, operands, strengths)), holds
+        alone = len(operands) == 1 and isinstance(operands[0], Symbol) and operands[0].function == "name"
+        text, holds = self.call(function, alone)
+        return text.format(", ".join(map(self, operands))), holds
 
     def _within(self, expression: Any, strength: int) -> str:
         """Print a part of an expression, in brackets where it holds together less than `strength`."""
@@ -157,22 +169,14 @@ class Notation:
         return text if holds >= strength else f"({text})"
 
 
-_SIGNS = {"add": "+", "subtract": "-"}
+SUMS: dict[str, Rule] = {"add": ("{} + {}", (1, 2), 1), "subtract": ("{} - {}", (1, 2), 1)}
+ARITHMETIC: dict[str, Rule] = SUMS | {
+    "multiply": ("{} * {}", (2, 3), 2),
+    "divide": ("{} / {}", (2, 3), 2),
+    "negative": ("-{}", (3,), 3),
+}
+"""As programming languages write it."""
 _C_NAMES = {"absolute": "fabs", "minimum": "fmin", "maximum": "fmax", "power": "pow"}
-
-
-def _in_c(function: str, operands: tuple[Any, ...], within: Callable[[Any, int], str]) -> Printed:
-    if function in _SIGNS:
-        return f"{within(operands[0], 1)} {_SIGNS[function]} {within(operands[1], 2)}", 1
-    if function in ("multiply", "divide"):
-        return f"{within(operands[0], 2)} {'*' if function == 'multiply' else '/'} {within(operands[1], 3)}", 2
-    if function == "negative":
-        return f"-{within(operands[0], 3)}", 3
-    if function == "power" and _is(operands[1], 2):
-        return " * ".join([within(operands[0], 4)] * 2), 2
-    return f"{_C_NAMES.get(function, function)}({', '.join(within(operand, 0) for operand in operands)})", 5
-
-
 _C_QUANTITIES = {"J": "J[i]", "platform_velocity": "velocity"}
 
 
@@ -181,7 +185,12 @@ def _c_name(name: str) -> Printed:
     return _C_QUANTITIES.get(head, head) + bracket + index, 5
 
 
-C = Notation(_in_c, _c_name, lambda x: str(x) if isinstance(x, int) else f"R({float(x)!r})")
+C = Notation(
+    ARITHMETIC | {"square": ("{0} * {0}", (4,), 2)},
+    lambda function, alone: (f"{_C_NAMES.get(function, function)}({{}})", 5),
+    _c_name,
+    lambda x: repr(x if isinstance(x, int) else float(x)),
+)
 
 
 def c_statements(results: Mapping[str, Any]) -> list[str]:
@@ -210,58 +219,34 @@ def c_statements(results: Mapping[str, Any]) -> list[str]:
     for expression in results.values():
         count(expression)
     for place, expression in results.items():
-        text = C(shortened(expression))
-        lines.append(f"{place} = {text};")
+        lines.append(f"{place} = {C(shortened(expression))};")
     return lines
 
 
-def _in_text(function: str, operands: tuple[Any, ...], within: Callable[[Any, int], str]) -> Printed:
-    if function in _SIGNS:
-        return f"{within(operands[0], 1)} {_SIGNS[function]} {within(operands[1], 2)}", 1
-    if function == "multiply":
-        return f"{within(operands[0], 3)} {within(operands[1], 3)}", 3
-    if function == "divide":
-        return f"{within(operands[0], 2)} / {within(operands[1], 4)}", 2
-    if function == "negative":
-        return f"-{within(operands[0], 2)}", 2
-    if function == "power":
-        return f"{within(operands[0], 5)}^{within(operands[1], 5)}", 4
-    if function == "absolute":
-        return f"|{within(operands[0], 0)}|", 5
-    return f"{function}{_argument(operands, within, ' ', '({})')}", 4
-
-
-def _argument(operands: tuple[Any, ...], within: Callable[[Any, int], str], space: str, brackets: str) -> str:
-    """The operands of a function in `brackets`, or after a `space` where there is one name only."""
-    if len(operands) == 1 and isinstance(operands[0], Symbol) and operands[0].function == "name":
-        return space + within(operands[0], 0)
-    return brackets.format(", ".join(within(operand, 0) for operand in operands))
-
-
+_TEXT_RULES: dict[str, Rule] = SUMS | {
+    "multiply": ("{} {}", (3, 3), 3),
+    "divide": ("{} / {}", (2, 4), 2),
+    "negative": ("-{}", (2,), 2),
+    "power": ("{}^{}", (5, 5), 4),
+    "absolute": ("|{}|", (0,), 5),
+}
 _WORDS = {"qd": ("v", 5), "qdd": ("v'", 5), "direction": ("sgn v", 4), "load": ("torque of the rigid model", 1)}
-TEXT = Notation(_in_text, lambda name: _WORDS.get(name, (name, 5)), lambda x: f"{x:g}")
+TEXT = Notation(
+    _TEXT_RULES,
+    lambda function, alone: (function + (" {}" if alone else "({})"), 4),
+    lambda name: _WORDS.get(name, (name, 5)),
+    lambda x: f"{x:g}",
+)
 
-
-def _in_latex(function: str, operands: tuple[Any, ...], within: Callable[[Any, int], str]) -> Printed:
-    if function == "multiply":
-        return rf"{within(operands[0], 3)} \, {within(operands[1], 3)}", 3
-    if function == "divide":
-        return rf"\frac{{{within(operands[0], 0)}}}{{{within(operands[1], 0)}}}", 4
-    if function == "power":
-        return f"{within(operands[0], 5)}^{{{within(operands[1], 0)}}}", 4
-    if function == "absolute":
-        return rf"\left|{within(operands[0], 0)}\right|", 5
-    if function == "sqrt":
-        return rf"\sqrt{{{within(operands[0], 0)}}}", 5
-    if function == "hypot":
-        return rf"\sqrt{{{within(operands[0], 5)}^2 + {within(operands[1], 5)}^2}}", 5
-    if function in (*_SIGNS, "negative"):
-        return _in_text(function, operands, within)
-    word = {"minimum": "min", "maximum": "max"}.get(function, function)
-    brackets = r"\left({}\right)"
-    return rf"\{word}{_argument(operands, within, ' ', brackets)}", 4
-
-
+_LATEX_RULES: dict[str, Rule] = _TEXT_RULES | {
+    "multiply": (r"{} \, {}", (3, 3), 3),
+    "divide": (r"\frac{{{}}}{{{}}}", (0, 0), 4),
+    "power": ("{}^{{{}}}", (5, 0), 4),
+    "absolute": (r"\left|{}\right|", (0,), 5),
+    "sqrt": (r"\sqrt{{{}}}", (0,), 5),
+    "hypot": (r"\sqrt{{{}^2 + {}^2}}", (5, 5), 5),
+}
+_LATEX_FUNCTIONS = {"minimum": "min", "maximum": "max"}
 _LATEX_NAMES = {
     "qd": (r"\dot q", 5),
     "qdd": (r"\ddot q", 5),
@@ -272,6 +257,9 @@ _LATEX_NAMES = {
     "alpha": (r"\alpha", 5),
     "torque_per_mass": (r"\tau_{1\,\mathrm{kg}}", 5),
     "rods": (r"\tau_\mathrm{rods}", 5),
+    "balls_dry": (r"\tau_\mathrm{dry}", 5),
+    "balls_viscous": (r"\tau_\mathrm{viscous}", 5),
+    "mu": (r"\mu", 5),
     "cos_phi": (r"\cos\varphi", 4),
     "sin_phi": (r"\sin\varphi", 4),
     "dm": (r"\Delta m", 4),
@@ -293,4 +281,12 @@ def _latex_name(name: str) -> Printed:
     return {**_LATEX_NAMES, **_AXES}.get(name, (f"{head}_{{{index}}}" if index else head, 5))
 
 
-LATEX = Notation(_in_latex, _latex_name, lambda x: f"{x:g}")
+LATEX = Notation(
+    _LATEX_RULES,
+    lambda function, alone: (
+        "\\" + _LATEX_FUNCTIONS.get(function, function) + (" {}" if alone else r"\left({}\right)"),
+        4,
+    ),
+    _latex_name,
+    lambda x: f"{x:g}",
+)

@@ -7,6 +7,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.formula import OF_JOINT, Formula, arguments
+from ident.dynamics.mechanisms import known_masses
 from recordings.errors import BadInput
 from recordings.recording import Floats
 
@@ -37,7 +38,7 @@ QUANTITIES: dict[str, Callable[[EffectInputs], Any]] = {
     "load": lambda inputs: inputs.load,
     "c_v": _per_joint("c_v"),
     "c_c": _per_joint("c_c"),
-    "m_p": lambda inputs: inputs.parameters["m_p"],
+    "m_p": lambda inputs: inputs.parameters["m_p"] + sum(mass for mass, _ in known_masses(inputs.beyond)),
     "T_g": lambda inputs: inputs.parameters["T_g"],
     "m_d": lambda inputs: inputs.parameters["m_d"],
     "L1": lambda inputs: inputs.rig.geometry.L1,
@@ -45,7 +46,9 @@ QUANTITIES: dict[str, Callable[[EffectInputs], Any]] = {
     "sin_phi": lambda inputs: np.sin(inputs.rig.geometry.phi),
     "J": lambda inputs: inputs.platform.jacobian.swapaxes(0, 1),
     "platform_velocity": lambda inputs: inputs.platform.velocity.T[:, :, None],
-    "torque_per_mass": lambda inputs: inputs.platform.torque_per_mass,
+    "torque_per_mass": lambda inputs: inputs.torque_per_mass,
+    "balls_dry": lambda inputs: inputs.balls[0],
+    "balls_viscous": lambda inputs: inputs.balls[1],
     "rods": lambda inputs: inputs.platform.torque_of_rods,
 }
 """What a quantity is: a number, (dof,), (n, 1) or (n, dof); three of them for a vector. Their meanings: `formula`."""

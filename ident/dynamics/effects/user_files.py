@@ -15,7 +15,7 @@ from ident.dynamics.effects.validation import validation_error
 from recordings.errors import BadInput
 from recordings.recording import Floats
 
-_Check = Callable[[tuple[Any, ...], Any], str | None]
+_Check = Callable[[tuple[Any, ...], Any], str | None] | None
 """Returns what is wrong with the result, given arguments and result; None if nothing is."""
 
 
@@ -46,8 +46,7 @@ def _from_source(path: Path, source: bytes) -> Effect:
             f"effect file {path}: a variable 'effect' that is an Additive or a Signal expected, "
             f"{type(effect).__name__} found; see docs/how-to/your-own-effect.md"
         )
-    problem = validation_error(effect)
-    if problem:
+    if problem := validation_error(effect):
         raise BadInput(f"effect file {path}: {problem}; mend the file")
     return guarded(effect, path).made_by(partial(_from_source, path, source))
 
@@ -55,17 +54,15 @@ def _from_source(path: Path, source: bytes) -> Effect:
 def guarded(effect: Effect, path: Path) -> Effect:
     """Return the `effect` of the file `path` with functions that raise BadInput for any error in them."""
 
-    def guard(name: str, check: _Check) -> dict[str, Any]:
+    def guard(name: str, check: _Check = None) -> dict[str, Any]:
         function = getattr(effect, name)
         return {name: _guard(path, function, check)} if function else {}
 
-    functions = guard("suggest", _accept)
+    functions = guard("suggest")
     if isinstance(effect, Additive):
-        functions |= guard(
-            "columns", lambda arguments, result: _check_columns(arguments[0], result, len(effect.parameters))
-        )
+        functions |= guard("columns", lambda given, result: _columns_error(given[0], result, len(effect.parameters)))
     elif isinstance(effect, Signal):
-        functions |= guard("report", _check_shape) | guard("rig", _accept)
+        functions |= guard("report", lambda given, result: _array_error(result, given[0].shape)) | guard("rig")
     return replace(effect, **functions)
 
 
@@ -84,8 +81,7 @@ def _guard(path: Path, function: Callable[..., Any], check: _Check) -> Callable[
             raise
         except (Exception, SystemExit) as error:  # whatever the user's code does
             raise BadInput(f"effect file {path}: {name}: {one_line(error)}; mend the file") from None
-        problem = check(arguments, result)
-        if problem:
+        if check and (problem := check(arguments, result)):
             raise BadInput(f"effect file {path}: {name}: {problem}; mend the file")
         return result
 
@@ -108,25 +104,14 @@ def _signals(inputs: EffectInputs) -> list[Floats]:
     return [value for value in vars(inputs.motion).values() if isinstance(value, np.ndarray)]
 
 
-def _accept(arguments: tuple[Any, ...], result: Any) -> str | None:
-    return None
-
-
-def _check_columns(inputs: EffectInputs, result: Any, coefficients: int) -> str | None:
+def _columns_error(inputs: EffectInputs, result: Any, coefficients: int) -> str | None:
     expected = (*inputs.motion.position.shape, coefficients)
-    problem = _array_error(result, expected)
-    if problem:
+    if problem := _array_error(result, expected):
         return problem
     known = np.all([np.isfinite(x) for x in _signals(inputs)], axis=(0, 2))
     if not np.isfinite(result[known]).all():
         return "finite numbers where the motion is known expected, others found"
     return None
-
-
-def _check_shape(arguments: tuple[Any, ...], result: Any) -> str | None:
-    """The result has the shape of the first argument."""
-    first: Floats = arguments[0]
-    return _array_error(result, first.shape)
 
 
 def _array_error(result: Any, shape: tuple[int, ...]) -> str | None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ident.dynamics.effects.formula import Notation, Printed, Symbol, evaluate, symbol
+from ident.dynamics.effects.formula import ARITHMETIC, Notation, Symbol, evaluate, symbol
 from recordings.errors import BadInput
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {
@@ -31,23 +31,13 @@ _OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Div: lambda x, y: x / y,
     ast.Pow: lambda x, y: x**y,
 }
-
-
-_SIGNS = {"add": ("+", 1), "subtract": ("-", 1), "multiply": ("*", 2), "divide": ("/", 2), "power": ("**", 4)}
 _NUMPY_NAMES = {function.__name__: name for name, function in FUNCTIONS.items()}
-
-
-def _printed(function: str, operands: tuple[Any, ...], within: Callable[[Any, int], str]) -> Printed:
-    if function in _SIGNS:
-        sign, holds = _SIGNS[function]
-        left, right = (within(each, holds + (side ^ (function == "power"))) for side, each in enumerate(operands))
-        return f"{left} {sign} {right}", holds
-    if function == "negative":
-        return f"-{within(operands[0], 3)}", 3
-    return f"{_NUMPY_NAMES[function]}({', '.join(within(each, 0) for each in operands)})", 5
-
-
-_TEXT = Notation(_printed, lambda name: (name, 5), repr)
+_TEXT = Notation(
+    ARITHMETIC | {"power": ("{} ** {}", (5, 4), 4)},
+    lambda function, alone: (f"{_NUMPY_NAMES[function]}({{}})", 5),
+    lambda name: (name, 5),
+    repr,
+)
 
 
 def as_text(expression: Any) -> str | None:

@@ -18,6 +18,7 @@ from ident.dynamics.mechanisms import Parameter, RigidMechanism, delta
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats
 from recordings.rig import Rig
+from recordings.urdf import Vector
 from trajectories import kinematics
 
 MECHANISM = "delta"
@@ -78,6 +79,10 @@ class Lagrange14:
     def gravity(self, motion: Motion, parameters: Floats) -> Floats:
         """Compute the torque (n, 3) [N m] of all columns but that of the acceleration."""
         return self.regressor(motion)[:, :, 1:] @ parameters[1:]
+
+    def torque_per_mass(self, motion: Motion, place: Vector) -> Floats:
+        """Compute the torque (n, 3) [N m/kg] of 1 kg on the platform."""
+        return self.delta.torque_per_mass(motion, place)
 
     def nominal_torque(self, motion: Motion) -> Floats:
         """Compute the torque (n, 3) [N m] of Eqs. (1)-(2) with the values of Table 1, without friction."""

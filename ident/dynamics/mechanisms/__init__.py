@@ -3,14 +3,18 @@
 A mechanism's module holds `create(rig) -> Mechanism`. The number of joints is not fixed.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, cast
+
+import numpy as np
 
 from ident.basics import plugins
 from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Rig
+from recordings.urdf import Vector
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,26 @@ class Parameter:
         return self.nonnegative or self.friction
 
 
+def units(kind: str) -> tuple[str, str, str]:
+    """Units of position, effort and inertia of a kind of joint."""
+    return ("rad", "N m", "kg m^2") if kind == "revolute" else ("m", "N", "kg")
+
+
+def friction_parameters(kinds: Sequence[str], paper_sign: int = 1) -> tuple[Parameter, ...]:
+    """Viscous friction of joints of these `kinds`, then their Coulomb friction."""
+    return tuple(
+        Parameter(
+            f"{name}{i}",
+            unit.format(*units(kind)),
+            f"{meaning} friction of joint {i}",
+            paper_sign=paper_sign,
+            friction=True,
+        )
+        for name, unit, meaning in (("c_v", "{1} s/{0}", "viscous"), ("c_c", "{1}", "Coulomb"))
+        for i, kind in enumerate(kinds, start=1)
+    )
+
+
 class Mechanism(Protocol):
     """A model that is linear in its parameters: torque = regressor . parameters."""
 
@@ -48,13 +72,13 @@ class Mechanism(Protocol):
         """
         ...
 
-    def nominal_torque(self, motion: Motion) -> Floats | None:
-        """Compute the torque (n, dof) [N m] of the manufacturer's model, the reference; None if there is none."""
-        ...
-
 
 class RigidMechanism(Mechanism, Protocol):
     """A mechanism whose torque can be told apart by its causes."""
+
+    def nominal_torque(self, motion: Motion) -> Floats | None:
+        """Compute the torque (n, dof) [N m] of the manufacturer's model, the reference; None if there is none."""
+        ...
 
     def inertia(self, motion: Motion, parameters: Floats) -> Floats:
         """Compute the inertia matrix (n, dof, dof) [kg m^2 or kg] for the `parameters` (k,)."""
@@ -63,6 +87,21 @@ class RigidMechanism(Mechanism, Protocol):
     def gravity(self, motion: Motion, parameters: Floats) -> Floats:
         """Compute the torque (n, dof) [N m or N] that holds the mechanism at rest, for the `parameters` (k,)."""
         ...
+
+    def torque_per_mass(self, motion: Motion, place: Vector) -> Floats:
+        """Compute the torque (n, dof) [N m/kg or N/kg] of 1 kg at a `place` (3,) [m] of what the last joint moves."""
+        ...
+
+
+def known_masses(masses: Sequence[tuple[float, Vector]]) -> list[tuple[float, Vector]]:
+    """Return those of `masses` [kg] that are not NaN, with their places [m]."""
+    return [(mass, place) for mass, place in masses if not np.isnan(mass)]
+
+
+def torque_of_masses(mechanism: RigidMechanism, masses: Sequence[tuple[float, Vector]], motion: Motion) -> Floats:
+    """Compute the torque (n, dof) [N m or N] of the known `masses` [kg] at their places [m] of the last link."""
+    torques = (mass * mechanism.torque_per_mass(motion, place) for mass, place in known_masses(masses))
+    return sum(torques, start=np.zeros_like(motion.position))
 
 
 def create(rig: Rig, form: str | None = None) -> RigidMechanism:

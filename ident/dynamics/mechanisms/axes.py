@@ -10,10 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.dynamics.mechanisms import Parameter
+from ident.dynamics.mechanisms import Parameter, friction_parameters
 from ident.dynamics.motion import Motion
+from ident.dynamics.platform import GRAVITY
 from recordings.recording import Floats
 from recordings.rig import Axis, Rig
+from recordings.urdf import Vector
 
 
 def create(rig: Rig) -> "Axes":
@@ -31,19 +33,9 @@ class Axes:
     def parameters(self) -> tuple[Parameter, ...]:
         """Inertias, viscous and Coulomb friction of all joints, then the weights of joints under gravity."""
         numbered = list(enumerate(self.axes, start=1))
-        friction = [
-            Parameter(
-                f"{name}{i}",
-                f"{_effort(axis)}{unit}".format(_position(axis)),
-                f"{kind} friction of joint {i}",
-                friction=True,
-            )
-            for name, unit, kind in (("c_v", " s/{}", "viscous"), ("c_c", "", "Coulomb"))
-            for i, axis in numbered
-        ]
         return (
             *(_inertia(i, axis) for i, axis in numbered),
-            *friction,
+            *friction_parameters([axis.type for axis in self.axes]),
             *(weight for i, axis in numbered if axis.gravity for weight in _weights(i, axis)),
         )
 
@@ -72,16 +64,22 @@ class Axes:
         first = 3 * len(self.axes)
         return self.regressor(motion)[:, :, first:] @ parameters[first:]
 
+    def torque_per_mass(self, motion: Motion, place: Vector) -> Floats:
+        """Compute the torque (n, dof) [N m/kg or N/kg] of 1 kg on the last joint.
+
+        A revolute joint turns it about y, from x towards z, and gravity is along -z; a prismatic one lifts it.
+        """
+        torque, (x, _, z), axis = np.zeros_like(motion.position), place, self.axes[-1]
+        weight = GRAVITY if axis.gravity else 0.0
+        q, acceleration = motion.position[:, -1], motion.acceleration[:, -1]
+        if axis.type == "prismatic":
+            torque[:, -1] = acceleration + weight
+        else:
+            torque[:, -1] = (x**2 + z**2) * acceleration + weight * (x * np.cos(q) - z * np.sin(q))
+        return torque
+
     def nominal_torque(self, motion: Motion) -> None:
         """Return None: there is no published model of such axes."""
-
-
-def _position(axis: Axis) -> str:
-    return "rad" if axis.type == "revolute" else "m"
-
-
-def _effort(axis: Axis) -> str:
-    return "N m" if axis.type == "revolute" else "N"
 
 
 def _inertia(i: int, axis: Axis) -> Parameter:

@@ -14,21 +14,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.dynamics.mechanisms import Parameter
+from ident.dynamics.mechanisms import Parameter, friction_parameters
 from ident.dynamics.motion import Motion
 from ident.dynamics.platform import GRAVITY, platform
 from recordings.recording import Floats
 from recordings.rig import Geometry, Nominal, Rig
+from recordings.urdf import Vector
 
 PARAMETERS = (
     Parameter("m_p", "kg", "mass moved with the platform: platform and forearms", nonnegative=True),
     Parameter("T_g", "N m", "torque that holds one actuated arm level against gravity"),
     *(Parameter(f"I_{i}", "kg m^2", f"inertia of arm {i} and its motor", nonnegative=True) for i in (1, 2, 3)),
-    *(
-        Parameter(f"{name}{i}", unit, f"{kind} friction of joint {i}", paper_sign=-1, friction=True)
-        for name, unit, kind in (("c_v", "N m s/rad", "viscous"), ("c_c", "N m", "Coulomb"))
-        for i in (1, 2, 3)
-    ),
+    *friction_parameters(("revolute",) * 3, paper_sign=-1),
 )
 """In the order of Eq. (30)."""
 
@@ -72,6 +69,10 @@ class Delta:
         """Compute the torque (n, 3) [N m] that holds platform and arms at rest, Eq. (29) without friction."""
         lift = GRAVITY * platform(self.geometry, motion).jacobian[:, 2]
         return parameters[0] * lift + parameters[1] * np.cos(motion.position)
+
+    def torque_per_mass(self, motion: Motion, place: Vector) -> Floats:
+        """Compute the torque (n, 3) [N m/kg] of 1 kg on the platform, which does not turn: the same at any place."""
+        return platform(self.geometry, motion).torque_per_mass
 
     def nominal_torque(self, motion: Motion) -> Floats:
         """Compute the torque (n, 3) [N m] of Eqs. (1)-(2) with the values of Table 1, without friction.

@@ -1,4 +1,4 @@
-"""Any tree of links: base parameters of its URDF, friction and offset of each joint.
+"""Any tree of links, loops closed or not: base parameters of its URDF, friction and offset of each joint.
 
     effort = W(q, q', q'') p + C' (c_v w + c_c sgn w) + c_o,    w = C q'
 
@@ -6,19 +6,24 @@ W are the columns of the base parameters p, among them those of the motors, whos
 unit matrix, but for motors that turn with another joint (`couplings`). Friction is positive where it opposes motion.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 
 from ident.dynamics.base_parameters import BaseParameters, base_parameters
-from ident.dynamics.mechanisms import Parameter
-from ident.dynamics.motion import Motion
+from ident.dynamics.mechanisms import Parameter, friction_parameters, units
+from ident.dynamics.motion import Motion, inertia_matrix
 from ident.dynamics.rigid_chain import LINK_PARAMETERS, RigidChain, rigid_chain
-from recordings.recording import Floats
+from recordings.recording import Bools, Floats
 from recordings.rig import Rig
-from recordings.urdf import Chain
+from recordings.urdf import Chain, Vector
 
+_ZERO_ERROR = 0.01
+"""Of an encoder, to see whether it changes more than parameters [rad or m]."""
+_VISIBLE = 1e-6
+"""Share of the columns that an error of the zero changes beyond any parameters; rounding leaves 1e-12."""
 _STATES = 100
 """Random states that tell on which parameters the torque depends: many times more rows than parameters."""
 
@@ -36,9 +41,7 @@ def create(rig: Rig) -> "Urdf":
 def _created(described: str) -> "Urdf":
     chain = Chain.model_validate_json(described)
     links = rigid_chain(chain)
-    generator = np.random.default_rng(0)  # any states do; the same ones give the same names
-    states = Motion(*generator.uniform(-np.pi, np.pi, (4, _STATES, len(chain.joints))))
-    columns = _physical_columns(chain, links, states)
+    columns = _physical_columns(chain, links, links.random_motion(_STATES))
     return Urdf(chain, links, base_parameters(columns.reshape(-1, columns.shape[2])))
 
 
@@ -66,12 +69,16 @@ class Urdf:
                     parameter, name=f"{parameter.name}+", meaning=self.base.sum_of(index, names), nonnegative=False
                 )
             )
-        return (*base, *_joint_parameters(self.chain))
+        kinds = self.chain.types
+        offsets = [
+            Parameter(f"c_o{i}", units(kind)[1], f"constant torque of joint {i}") for i, kind in enumerate(kinds, 1)
+        ]
+        return (*base, *friction_parameters(kinds), *offsets)
 
     def regressor(self, motion: Motion) -> Floats:
         """Compute the columns (n, dof, k), in the order of `parameters`."""
         rigid = _physical_columns(self.chain, self.links, motion)[:, :, self.base.columns]
-        C = _motor_matrix(self.chain)
+        C = motor_matrix(self.chain)
         speed = motion.velocity @ C.T
         friction = (_of_motors(C, speed), _of_motors(C, _direction(motion, C, speed)))
         offset = np.broadcast_to(np.eye(len(C)), friction[0].shape)
@@ -79,76 +86,103 @@ class Urdf:
 
     def inertia(self, motion: Motion, parameters: Floats) -> Floats:
         """Compute the inertia matrix (n, dof, dof) [kg m^2, kg m or kg]."""
-        still = np.zeros_like(motion.position)
-        at_rest = self._rigid(motion, still, parameters)
-        columns = [self._rigid(motion, still + unit, parameters) - at_rest for unit in np.eye(still.shape[1])]
-        return np.stack(columns, axis=2)
+        return inertia_matrix(partial(self._torque, parameters), motion.position)
 
     def gravity(self, motion: Motion, parameters: Floats) -> Floats:
         """Compute the torque (n, dof) [N m or N] that holds the links at rest, with the offset."""
-        return self._rigid(motion, np.zeros_like(motion.position), parameters)
+        still = np.zeros_like(motion.position)
+        return self._torque(parameters, Motion(motion.position, still, still, still))
 
     def nominal_torque(self, motion: Motion) -> Floats | None:
         """Compute the torque (n, dof) by the inertial values of the URDF; None if it has none."""
         return self.links.nominal_torque(motion) if self.links.has_inertia else None
 
-    def _rigid(self, motion: Motion, acceleration: Floats, parameters: Floats) -> Floats:
-        """Torque (n, dof) of links and motors that start to move with the `acceleration` (n, dof)."""
+    def torque_per_mass(self, motion: Motion, place: Vector) -> Floats:
+        """Compute the torque (n, dof) [N m/kg or N/kg] of 1 kg at a `place` of the tool's link."""
+        torque: Floats = self.links.regressor(motion) @ self.links.mass_at(place)
+        return torque
+
+    def physical_parameters(self, parameters: Floats) -> Floats:
+        """(k,) parameters of links and motors that have the base `parameters`: those nearest to the URDF's."""
+        known = np.zeros(self.base.combination.shape[1])
+        known[: self.links.nominal_parameters.size] = self.links.nominal_parameters
+        excess = parameters[: len(self.base.columns)] - self.base.combination @ known
+        return known + np.linalg.pinv(self.base.combination) @ excess
+
+    def sideways(self, motion: Motion, parameters: Floats, beyond: Sequence[tuple[float, Vector]] = ()) -> Floats:
+        """Compute the torque (n, dof, 2) per unit of gravity in the two directions across the stated one.
+
+        Of a tree under gravity along -z they are x and y. A tilt shows more of the links than the base parameters
+        tell, such as the first moments of a link that turns about a vertical axis: those are the URDF's.
+
+        beyond: masses [kg] and their places [m] on the tool beyond the payload.
+        """
         still = np.zeros_like(motion.position)
-        start = Motion(motion.position, still, acceleration, still)
-        torque: Floats = np.einsum("njk,k->nj", self.regressor(start), parameters)
+        start = replace(motion, velocity=still, acceleration=still)
+        links = self.physical_parameters(parameters)[: self.links.nominal_parameters.size]
+        for mass, place in beyond:
+            links += mass * self.links.mass_at(place)
+        return np.stack([self.links.with_gravity(e).regressor(start) @ links for e in self.across], axis=2)
+
+    @property
+    def across(self) -> Floats:
+        """Two unit vectors (2, 3) across gravity: x and y where it is along -z; any two where there is none."""
+        gravity = np.array(self.chain.gravity)
+        up = -gravity / np.linalg.norm(gravity) if gravity.any() else np.array([0.0, 0.0, 1.0])
+        axis = np.eye(3)[np.argmin(np.abs(up))]
+        first = axis - axis @ up * up
+        first /= np.linalg.norm(first)
+        return np.array([first, np.cross(up, first)])
+
+    @cached_property
+    def visible_zeros(self) -> Bools:
+        """(dof,) whether other base parameters do not replace another zero of the joint's encoder."""
+        states = self.links.random_motion(_STATES)
+        shown = []
+        for unit in np.eye(len(self.chain.joints)):
+            moved = replace(states, position=states.position + _ZERO_ERROR * unit)
+            here, there = (
+                self.regressor(at)[:, :, : len(self.base.columns)].reshape(-1, len(self.base.columns))
+                for at in (states, moved)
+            )
+            rest = there - here @ np.linalg.lstsq(here, there, rcond=None)[0]
+            shown.append(np.linalg.norm(rest) > _VISIBLE * np.linalg.norm(there))
+        return np.array(shown)
+
+    def _torque(self, parameters: Floats, motion: Motion) -> Floats:
+        torque: Floats = np.einsum("njk,k->nj", self.regressor(motion), parameters)
         return torque
 
 
 def _physical_parameters(chain: Chain) -> list[Parameter]:
     """Ten parameters of each link, then the inertia of each motor."""
+    joints = [*map(str, range(1, len(chain.joints) + 1)), *chain.following]
     links = [
         Parameter(
             f"{name}_{link}",
             "kg" if name == "m" else "kg m" if name.startswith("m") else "kg m^2",
-            f"{name} of the link that joint {link} moves",
+            f"{name} of the link that joint {joint} moves",
         )
-        for link in range(1, len(chain.joints) + 1)
+        for link, joint in enumerate(joints, start=1)
         for name in LINK_PARAMETERS
     ]
     motors = [
-        Parameter(f"Im_{i}", _units(kind)[2], f"inertia of the motor of joint {i}, at the joint", nonnegative=True)
+        Parameter(f"Im_{i}", units(kind)[2], f"inertia of the motor of joint {i}, at the joint", nonnegative=True)
         for i, kind in enumerate(chain.types, start=1)
     ]
     return [*links, *(motors if chain.motor_inertia else ())]
-
-
-def _joint_parameters(chain: Chain) -> list[Parameter]:
-    """Viscous and Coulomb friction and offset of each joint."""
-    joints = [(i, *_units(kind)) for i, kind in enumerate(chain.types, start=1)]
-    return [
-        *(
-            Parameter(f"c_v{i}", f"{effort} s/{position}", f"viscous friction of joint {i}", friction=True)
-            for i, position, effort, _ in joints
-        ),
-        *(
-            Parameter(f"c_c{i}", effort, f"Coulomb friction of joint {i}", friction=True)
-            for i, _, effort, _ in joints
-        ),
-        *(Parameter(f"c_o{i}", effort, f"constant torque of joint {i}") for i, _, effort, _ in joints),
-    ]
-
-
-def _units(kind: str) -> tuple[str, str, str]:
-    """Units of position, effort and inertia of a kind of joint."""
-    return ("rad", "N m", "kg m^2") if kind == "revolute" else ("m", "N", "kg")
 
 
 def _physical_columns(chain: Chain, links: RigidChain, motion: Motion) -> Floats:
     """Torque (n, dof, k) per unit of each of `_physical_parameters`."""
     columns = [links.regressor(motion)]
     if chain.motor_inertia:
-        C = _motor_matrix(chain)
+        C = motor_matrix(chain)
         columns.append(_of_motors(C, motion.acceleration @ C.T))
     return np.concatenate(columns, axis=2)
 
 
-def _motor_matrix(chain: Chain) -> Floats:
+def motor_matrix(chain: Chain) -> Floats:
     """C (dof, dof): motions of the motors, counted at their joints, of those of the joints."""
     C = np.eye(len(chain.joints))
     for coupling in chain.couplings:

@@ -67,4 +67,6 @@ def settings(name: str, given: Mapping[str, Any]) -> Any:
     Raises:
         BadInput: the estimator has no such setting, or the value is invalid.
     """
-    return method_settings.create(load(name).Settings, given, name)
+    return method_settings.create(
+        load(name).Settings, given, f"method {name}", f"`ident methods {name}` explains them"
+    )

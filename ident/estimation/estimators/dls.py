@@ -12,7 +12,6 @@ from numpy.random import Generator
 
 from ident.estimation.problem import Estimate, Problem, Progress
 from ident.estimation.settings import Meaning
-from recordings.errors import BadInput
 
 FORM = "lagrange14"
 
@@ -21,11 +20,9 @@ FORM = "lagrange14"
 class Settings:
     """Settings of damped least squares."""
 
-    damping: Annotated[float, Meaning("damping relative to the largest singular value of the regressor")] = 1e-3
-
-    def __post_init__(self) -> None:
-        if not self.damping >= 0:
-            raise BadInput(f"a damping of 0 or more expected, {self.damping:g} found; change it")
+    damping: Annotated[float, Meaning("damping relative to the largest singular value of the regressor", least=0)] = (
+        1e-3
+    )
 
 
 def estimate(problem: Problem, generator: Generator, progress: Progress, settings: Settings) -> Estimate:

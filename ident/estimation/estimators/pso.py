@@ -25,20 +25,22 @@ from ident.estimation.settings import Meaning
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
 
+Neighbours = Annotated[int, Meaning("neighbours of a particle on the ring, even and below N_p", "N_s", least=0)]
+Neighbourhood = Annotated[
+    Literal["current", "personal"],
+    Meaning("whether the best neighbour has the best current position, as printed, or the best personal best"),
+]
+
 
 @dataclass(frozen=True)
 class Settings(particle_swarm.Settings):
     """Settings of the cyclic swarm. Defaults are those of the paper."""
 
-    neighbours: Annotated[int, Meaning("neighbours of a particle on the ring, even and below N_p", "N_s")] = 60
-    neighbourhood: Annotated[
-        Literal["current", "personal"],
-        Meaning("whether the best neighbour has the best current position, as printed, or the best personal best"),
-    ] = "current"
+    neighbours: Neighbours = 60
+    neighbourhood: Neighbourhood = "current"
 
     def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.neighbours % 2 or not 0 <= self.neighbours < self.particles:
+        if self.neighbours % 2 or self.neighbours >= self.particles:
             raise BadInput(
                 f"neighbours: an even number below that of the particles, {self.particles}, expected, "
                 f"{self.neighbours} found; change it"

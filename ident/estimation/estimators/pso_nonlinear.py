@@ -8,10 +8,11 @@ the evaluations. Initial guesses of the effects are not used. It stops when all 
 """
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated
 
 from numpy.random import Generator
 
+from ident.estimation import particle_swarm
 from ident.estimation.estimators import lad, pso
 from ident.estimation.problem import Estimate, Problem, Progress
 from ident.estimation.settings import Meaning
@@ -28,19 +29,18 @@ class Settings(pso.Settings):
     steps, with the paper's choices at 168.91 N m.
     """
 
-    particles: Annotated[int, Meaning("size of the swarm", "N_p")] = 20
-    iterations: Annotated[int, Meaning("largest number of steps")] = 60
-    neighbours: Annotated[int, Meaning("neighbours of a particle on the ring, even and below N_p", "N_s")] = 6
-    neighbourhood: Annotated[
-        Literal["current", "personal"],
-        Meaning("whether the best neighbour has the best current position, as printed, or the best personal best"),
-    ] = "personal"
-    draws: Annotated[
-        Literal["particle", "dimension"],
-        Meaning("whether r1 and r2 are drawn once for a particle, as printed, or for each of its dimensions"),
-    ] = "dimension"
+    particles: particle_swarm.Particles = 20
+    iterations: particle_swarm.Iterations = 60
+    neighbours: pso.Neighbours = 6
+    neighbourhood: pso.Neighbourhood = "personal"
+    draws: particle_swarm.Draws = "dimension"
     tolerance: Annotated[
-        float, Meaning("relative difference of (33) between the particles' best positions at which the search stops")
+        float,
+        Meaning(
+            "relative difference of (33) between the particles' best positions at which the search stops",
+            least=0,
+            below=1,
+        ),
     ] = 1e-5
 
 

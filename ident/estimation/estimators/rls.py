@@ -32,14 +32,10 @@ RECURSIVE = True
 class Settings:
     """Settings of recursive least squares."""
 
-    covariance: Annotated[float, Meaning("initial variance of each parameter")] = 1e6
-    forgetting: Annotated[float, Meaning("weight of an instant relative to the next one; 1: none is forgotten")] = 1.0
-
-    def __post_init__(self) -> None:
-        if not 0.5 <= self.forgetting <= 1:
-            raise BadInput(f"a forgetting factor from 0.5 to 1 expected, {self.forgetting:g} found; change it")
-        if not self.covariance > 0:
-            raise BadInput(f"a covariance above 0 expected, {self.covariance:g} found; change it")
+    covariance: Annotated[float, Meaning("initial variance of each parameter", above=0)] = 1e6
+    forgetting: Annotated[
+        float, Meaning("weight of an instant relative to the next one; 1: none is forgotten", least=0.5, most=1)
+    ] = 1.0
 
 
 def estimate(problem: Problem, generator: Generator, progress: Progress, settings: Settings) -> Estimate:

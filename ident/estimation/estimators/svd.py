@@ -13,7 +13,6 @@ from numpy.random import Generator
 
 from ident.estimation.problem import Estimate, Problem, Progress
 from ident.estimation.settings import Meaning
-from recordings.errors import BadInput
 
 FORM = "lagrange14"
 
@@ -23,12 +22,13 @@ class Settings:
     """Settings of the truncated decomposition."""
 
     threshold: Annotated[
-        float, Meaning("smallest singular value that is kept, relative to the largest, for columns of unit norm")
+        float,
+        Meaning(
+            "smallest singular value that is kept, relative to the largest, for columns of unit norm",
+            least=0,
+            below=1,
+        ),
     ] = 0.05
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.threshold < 1:
-            raise BadInput(f"a threshold from 0 to below 1 expected, {self.threshold:g} found; change it")
 
 
 def estimate(problem: Problem, generator: Generator, progress: Progress, settings: Settings) -> Estimate:

@@ -1,13 +1,16 @@
 """Exports of a model. One target is one module of this folder, named as the user types it.
 
-It holds `write(request) -> Carried`, and `carried_file(out) -> Path`, the name of the document about the losses.
+It holds `write(request) -> Carried`, `carried_file(out) -> Path`, the name of the document about the losses, and, if
+it has any, its `Settings`.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Protocol, cast
+from typing import Any, Literal, Protocol, cast
 
 from ident.basics import plugins
+from ident.estimation.settings import create
 from ident.export.losses import Carried
 from ident.export.paths import TorquePath
 from ident.identification.model import Model
@@ -21,7 +24,16 @@ class ExportRequest:
     path: TorquePath
     """Motion of test vectors, of feed-forward tables, and of the losses."""
     out: Path
+    settings: Any
+    """`Settings` of the target."""
+    digest: str
+    """SHA-256 of the model file."""
     precision: Literal["double", "float"] = "double"
+
+
+@dataclass(frozen=True)
+class NoSettings:
+    """Of a target that has none."""
 
 
 class Target(Protocol):
@@ -49,6 +61,15 @@ def load(name: str) -> Target:
     return cast(Target, plugins.load(__name__, name))
 
 
+def settings(name: str, given: Mapping[str, Any]) -> Any:
+    """Create the settings of the target `name` from `given` values.
+
+    Raises:
+        BadInput: there is no such target or setting, or a value is out of range.
+    """
+    return create(getattr(load(name), "Settings", NoSettings), given, f"export to {name}", "change --set")
+
+
 def beside(out: Path) -> Path:
-    """Name of the document beside the file `out`: robot.xml, robot.carried.json."""
-    return out.with_suffix(".carried.json")
+    """Name of the document beside the file `out`: robot.xml, robot.xml.carried.json."""
+    return out.with_name(f"{out.name}.carried.json")

@@ -8,12 +8,15 @@ import numpy as np
 from ident.basics import slicing
 from ident.basics.filters import contiguous_slices
 from ident.export import c_source, tables, torque_table
+from ident.export.c_source import CSettings as Settings
 from ident.export.losses import Carried, sorted_by
 from ident.export.paths import GivenPath, TorquePath
 from ident.export.targets import ExportRequest
 from ident.identification.model import Model
 from recordings.errors import BadInput
 from recordings.recording import Bools, Floats
+
+__all__ = ["Settings", "carried_file", "write"]
 
 TEST_ROWS = 1000
 """Number of test vectors."""
@@ -22,10 +25,13 @@ TEST_ROWS = 1000
 def write(request: ExportRequest) -> Carried:
     """See `Target`; the output is a folder."""
     carried, folder = carried_by(request.model), request.out
+    settings = request.settings
+    texts = c_source.files(request.model, carried.carried, request.precision, settings, request.digest)
     folder.mkdir(exist_ok=True)
-    for name, text in c_source.files(request.model, indices(request.model, carried), request.precision).items():
+    for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
-    tables.load("csv")([vectors(request.model, request.path, carried)], folder / "test_vectors.csv")
+    rows = vectors(request.model, request.path, carried, settings)
+    tables.load("csv")([rows], folder / "test_vectors.csv")
     return carried
 
 
@@ -38,13 +44,8 @@ def carried_by(model: Model) -> Carried:
     """Effects of `model` that C carries.
 
     Raises:
-        BadInput: the model is one of Eqs. (37)-(40), which serve only for comparison, or one of a URDF.
+        BadInput: the model is one of Eqs. (37)-(40), which serve only for comparison.
     """
-    if model.file.robot is not None:
-        raise BadInput(
-            "a model of the mechanism 'delta' or 'axes' expected for C, 'urdf' found, for which no C is written yet; "
-            "export --to csv, or compute the torque by ident torque"
-        )
     if model.file.form:
         raise BadInput(
             f"a model of the mechanism expected, the form '{model.file.form}' found; fit with --method lad"
@@ -54,13 +55,7 @@ def carried_by(model: Model) -> Carried:
     return sorted_by(model, {name: why for name, why in reasons.items() if why})
 
 
-def indices(model: Model, carried: Carried) -> frozenset[int]:
-    """Indices of the terms that are carried."""
-    names = model.dynamics.structure.term_names
-    return frozenset(index for index, name in enumerate(names) if name in carried.carried)
-
-
-def vectors(model: Model, path: TorquePath, carried: Carried) -> dict[str, Floats]:
+def vectors(model: Model, path: TorquePath, carried: Carried, settings: Settings) -> dict[str, Floats]:
     """Columns of the table of torques for the first known rows of `path`: what a controller gets, step by step."""
     chunk = next(path.chunks())
     known: Bools = np.asarray(np.isfinite(chunk.motion.acceleration).all(axis=1))
@@ -72,7 +67,7 @@ def vectors(model: Model, path: TorquePath, carried: Carried) -> dict[str, Float
         path.name,
         path.rate,
         np.arange(len(motion.position)) / path.rate,
-        replace(motion, direction=np.sign(motion.velocity)),
+        replace(motion, direction=settings.direction(motion.velocity)),
         temperature if c_source.needs_temperature(model) else None,
     )
     (table,) = torque_table.tables(model, stepped, torque_table.TorqueSummary())

@@ -2,10 +2,14 @@
 #include "delta_model.h"
 
 #include <math.h>
-#include <tgmath.h>
+
+#if defined __FAST_MATH__
+#error "compile without -ffast-math, with which NaN is not told from numbers"
+#endif
 
 #define DOF DELTA_MODEL_DOF
-#define R(x) {{ "x##f" if real == "float" else "x" }}
+#define NEWTON_STEPS 60                                            /* two are enough but for friction that depends on the load */
+#define CONVERGED {{ "1e-3" if real == "float" else "1e-10" }} /* relative change of the acceleration in the last of them */
 
 typedef {{ real }} real;
 
@@ -16,6 +20,11 @@ typedef struct {
 {%- if delta %}
     real J[DOF][3], velocity[3];          /* of the platform */
     real torque_per_mass[DOF], rods[DOF]; /* for 1 kg at the platform; for rods of 1 kg in each limb */
+    real balls_dry[DOF], balls_viscous[DOF]; /* for unit friction in the balls of the rods, if an effect needs it */
+{%- endif %}
+{%- if links %}
+    real friction[DOF];                        /* viscous and dry */
+    real torque_per_mass[DOF], sideways[2][DOF]; /* for 1 kg at the tool; per gravity across the stated one */
 {%- endif %}
     real t, dt;
     int first;
@@ -25,6 +34,9 @@ typedef struct {
 static const real {{ name }}[] = { {{- values -}} };
 {% endfor %}
 static real sign(real x) { return (real)((x > 0) - (x < 0)); }
+
+/* Whether x is finite; the macro of <math.h> warns in some libraries. */
+static int known(real x) { return x - x == 0; }
 {% if delta %}
 /* Platform and rods: Appendix A, Eqs. (15)-(16), (23) of the paper. Returns 0 where the mechanism does not close. */
 static int move_platform(motion *m)
@@ -32,8 +44,11 @@ static int move_platform(motion *m)
 {%- for line in platform %}
     {{ line }}
 {%- endfor %}
-    return isfinite(m->torque_per_mass[0]);
+    return known(m->torque_per_mass[0]);
 }
+{% endif %}
+{%- if links %}
+{% include "arm_links.c" %}
 {% endif %}
 {%- for effect in effects %}
 static {{ "real" if effect.additive else "void" }} {{ effect.name }}(
@@ -55,55 +70,72 @@ void delta_model_init(delta_model_state *state)
 {
     const delta_model_state settled = {0};
     *state = settled;
-    for (int i = 0; i < DOF; i++) state->temperature[i] = R(25.0);
+    for (int i = 0; i < DOF; i++) state->temperature[i] = 25;
 }
 
 void delta_model_temperature(delta_model_state *state, const real celsius[DOF])
 {
-    for (int i = 0; i < DOF; i++) state->temperature[i] = celsius[i];
+    for (int i = 0; i < DOF; i++) state->temperature[i] = known(celsius[i]) ? celsius[i] : state->temperature[i];
 }
 
-/* Sum of Kahan, so that time stays exact for hours. */
-static void advance(delta_model_state *state, real dt)
+static int all_known(const real x[DOF])
+{
+    for (int i = 0; i < DOF; i++) if (!known(x[i])) return 0;
+    return 1;
+}
+
+static void nothing(real x[DOF])
+{
+    for (int i = 0; i < DOF; i++) x[i] = (real)NAN;
+}
+
+/* Sense of the friction at the velocity qd. */
+static real sense(real qd) { return {{ "tanh(qd / " ~ smooth_velocity ~ ")" if smooth_velocity else "sign(qd)" }}; }
+
+/* Sum of Kahan, so that time stays exact for hours. Returns 0 where dt is no time step. */
+static int advance(delta_model_state *state, real dt)
 {
     const real step = dt - state->time_rest, time = state->time + step;
-    state->time_rest = (time - state->time) - step;
-    state->time = time;
+    if (!known(dt) || dt < 0) return 0;
+    if (state->time_runs) {
+        state->time_rest = (time - state->time) - step;
+        state->time = time;
+    }
+    state->time_runs = 1;
+    return 1;
 }
 
-void delta_model_torque(delta_model_state *state, const real q[DOF], const real qd[DOF], const real qdd[DOF], real dt,
-                        real tau[DOF])
+/* Torque, for a sense of the friction that may lie between -1 and 1 at standstill. */
+static void evaluate(delta_model_state *state, const real q[DOF], const real qd[DOF], const real qdd[DOF],
+                     const real direction[DOF], real dt, real tau[DOF])
 {
     motion m;
-    int known = 1;
-    for (int i = 0; i < DOF; i++) known = known && isfinite(q[i]) && isfinite(qd[i]) && isfinite(qdd[i]);
-    if (state->time_runs) advance(state, dt);
-    state->time_runs = 1;
-    if (!known) {
-        for (int i = 0; i < DOF; i++) tau[i] = NAN;
-        return; /* what effects remember stays as it is */
-    }
     m.first = !state->started;
-    state->started = 1;
     m.t = state->time;
     m.dt = dt;
     for (int i = 0; i < DOF; i++) {
         m.q[i] = q[i];
         m.qd[i] = qd[i];
         m.qdd[i] = qdd[i];
-        m.direction[i] = sign(qd[i]);
+        m.direction[i] = direction[i];
 {%- for effect in effects if not effect.additive %}
         {{ effect.name }}(&m, i);
 {%- endfor %}
     }
 {%- if delta %}
     if (!move_platform(&m)) {
-        for (int i = 0; i < DOF; i++) tau[i] = NAN;
-        return;
+        nothing(tau);
+        return; /* what effects remember stays as it is */
     }
 {%- endif %}
+{%- if links %}
+    move_links(&m);
+{%- endif %}
+    state->started = 1;
     for (int i = 0; i < DOF; i++) {
-{%- if delta %}
+{%- if links %}
+        tau[i] = m.rigid[i] + m.friction[i];
+{%- elif delta %}
         m.rigid[i] = masses[0] * m.torque_per_mass[i] + masses[1] * cos(m.q[i]) + masses[2] * m.rods[i]
             + inertia[i] * m.qdd[i];
         tau[i] = m.rigid[i] - masses[2] * m.rods[i] + viscous[i] * m.qd[i] + coulomb[i] * m.direction[i];
@@ -120,6 +152,134 @@ void delta_model_torque(delta_model_state *state, const real q[DOF], const real 
         tau[i] += {{ effect.name }}({{ "state, " if effect.state }}&m, i);
 {%- endfor %}
     }
+}
+
+void delta_model_torque(delta_model_state *state, const real q[DOF], const real qd[DOF], const real qdd[DOF], real dt,
+                        real tau[DOF])
+{
+    real direction[DOF];
+    if (!advance(state, dt) || !all_known(q) || !all_known(qd) || !all_known(qdd)) {
+        nothing(tau);
+        return;
+    }
+    for (int i = 0; i < DOF; i++) direction[i] = sense(qd[i]);
+    evaluate(state, q, qd, qdd, direction, dt, tau);
+}
+
+void delta_model_residual(delta_model_state *state, const real q[DOF], const real qd[DOF], const real qdd[DOF], real dt,
+                          const real measured[DOF], real residual[DOF])
+{
+    real tau[DOF];
+    delta_model_torque(state, q, qd, qdd, dt, tau);
+    for (int i = 0; i < DOF; i++) residual[i] = measured[i] - tau[i];
+}
+
+/* What the motion takes beyond tau; the state stays as it is. */
+static void excess(const delta_model_state *state, const real q[DOF], const real qd[DOF], const real qdd[DOF],
+                   const real direction[DOF], real dt, const real tau[DOF], real beyond[DOF])
+{
+    delta_model_state copy = *state;
+    evaluate(&copy, q, qd, qdd, direction, dt, beyond);
+    for (int i = 0; i < DOF; i++) beyond[i] -= tau[i];
+}
+
+/* Solves A x = b, with x in place of b: Gauss, with the largest pivot of each column. */
+static void solve(real A[DOF][DOF], real b[DOF])
+{
+    for (int k = 0; k < DOF; k++) {
+        int best = k;
+        for (int i = k + 1; i < DOF; i++) if (fabs(A[i][k]) > fabs(A[best][k])) best = i;
+        for (int j = 0; j < DOF; j++) {
+            const real entry = A[k][j];
+            A[k][j] = A[best][j];
+            A[best][j] = entry;
+        }
+        const real entry = b[k];
+        b[k] = b[best];
+        b[best] = entry;
+        for (int i = 0; i < DOF; i++) {
+            const real factor = i == k ? 0 : A[i][k] / A[k][k];
+            for (int j = k; j < DOF; j++) A[i][j] -= factor * A[k][j];
+            b[i] -= factor * b[k];
+        }
+    }
+    for (int k = 0; k < DOF; k++) b[k] /= A[k][k];
+}
+
+/* Newton's method for the acceleration of joints that move and the sense of the friction of those that it holds.
+   Returns 0 where nothing gives the torque. */
+static int balance(const delta_model_state *state, const real q[DOF], const real qd[DOF], real qdd[DOF],
+                   real direction[DOF], const int held[DOF], real dt, const real tau[DOF])
+{
+    for (int step = 0; step < NEWTON_STEPS; step++) {
+        real A[DOF][DOF], error[DOF], column[DOF], largest = 1, change = 0;
+        excess(state, q, qd, qdd, direction, dt, tau, error);
+        for (int j = 0; j < DOF; j++) {
+            real *unknown = held[j] ? &direction[j] : &qdd[j];
+            const real before = *unknown;
+            *unknown = before + 1;
+            excess(state, q, qd, qdd, direction, dt, tau, column);
+            *unknown = before;
+            for (int i = 0; i < DOF; i++) A[i][j] = column[i] - error[i];
+        }
+        solve(A, error);
+        for (int i = 0; i < DOF; i++) {
+            real *unknown = held[i] ? &direction[i] : &qdd[i];
+            *unknown -= step % 3 == 2 ? error[i] / 2 : error[i]; /* else it may swing about the kink of friction by load */
+            change = fmax(change, fabs(error[i]));
+            largest = fmax(largest, fabs(*unknown));
+        }
+        if (!all_known(error)) return 0;
+        if (change <= CONVERGED * largest) return 1;
+    }
+    return 0;
+}
+
+/* The joint that is held by more than its friction gives, or -1. */
+static int overloaded(const int held[DOF], const real direction[DOF])
+{
+    int worst = -1;
+    for (int i = 0; i < DOF; i++)
+        if (held[i] && fabs(direction[i]) > (worst < 0 ? 1 : fabs(direction[worst]))) worst = i;
+    return worst;
+}
+
+void delta_model_acceleration(delta_model_state *state, const real q[DOF], const real qd[DOF], const real tau[DOF],
+                              real dt, real qdd[DOF])
+{
+    real at[DOF] = {0}, direction[DOF], still[DOF], slipping[DOF], friction[DOF];
+    int held[DOF], found = advance(state, dt) && all_known(q) && all_known(qd) && all_known(tau), loose = 0;
+    for (int i = 0; i < DOF; i++) direction[i] = sense(qd[i]);
+    if (found) excess(state, q, qd, at, direction, dt, tau, still);
+    for (int i = 0; found && i < DOF; i++) {
+        for (int j = 0; j < DOF; j++) slipping[j] = direction[j] + (i == j);
+        excess(state, q, qd, at, slipping, dt, tau, friction);
+        held[i] = {{ "0" if smooth_velocity else "!(qd[i] < 0) && !(qd[i] > 0) && friction[i] > still[i]" }};
+    }
+    while (found && loose >= 0) {
+        found = balance(state, q, qd, at, direction, held, dt, tau);
+        loose = overloaded(held, direction);
+        if (loose >= 0) {
+            held[loose] = 0;
+            direction[loose] = sign(direction[loose]);
+        }
+    }
+    if (!found) {
+        nothing(qdd);
+        return;
+    }
+    evaluate(state, q, qd, at, direction, dt, still); /* for what effects remember */
+    for (int i = 0; i < DOF; i++) qdd[i] = at[i];
+}
+
+int delta_model_in_range(const real q[DOF], const real qd[DOF], const real qdd[DOF])
+{
+    const real *signals[] = {q, qd, qdd};
+    for (int k = 0; k < 3 * DOF; k++) {
+        const real x = signals[k / DOF][k % DOF];
+        if (!(x >= least[k] && x <= most[k])) return 0;
+    }
+    return 1;
 }
 
 void delta_model_voltage(const real tau[DOF], real volts[DOF])

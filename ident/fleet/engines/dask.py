@@ -124,6 +124,8 @@ def _client(options: EngineOptions) -> Iterator[Any]:
             client = distributed.Client(
                 options.scheduler, scheduler_file=options.scheduler_file, timeout=_PATIENCE, set_as_default=False
             )
+        except BadInput:
+            raise
         except (OSError, ValueError, TimeoutError) as error:
             raise BadInput(f"a Dask scheduler at {where} expected, none reached: {error}; start it first") from None
         with client:
@@ -147,7 +149,16 @@ def _check_encryption(options: EngineOptions) -> None:
     from distributed.security import Security
 
     told = options.scheduler_file.read_text(encoding="utf-8") if options.scheduler_file else options.scheduler
-    if "tls://" in str(told) and Security().get_connection_args("client")["ssl_context"] is None:
+    if "tls://" not in str(told):
+        return
+    try:
+        context = Security().get_connection_args("client")["ssl_context"]
+    except OSError as error:
+        raise BadInput(
+            f"certificates and a key for Dask's TLS expected, {error} found; check its settings comm.tls.ca-file, "
+            "comm.tls.client.cert and comm.tls.client.key"
+        ) from None
+    if context is None:
         raise BadInput(
             "Dask's TLS settings expected for a tls:// address, none found; set DASK_DISTRIBUTED__COMM__TLS__CA_FILE "
             "and likewise CLIENT__CERT and CLIENT__KEY, or a file of Dask's configuration"

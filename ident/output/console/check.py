@@ -2,9 +2,8 @@
 
 from rich.console import Console
 
-from ident.diagnosis.visibility.visibility_document import CheckDocument, CheckedEffect, CheckedJoint
-from ident.output.console.printing import print_command, print_plain, print_simulated, print_table
-from ident.output.console.problems import show_problems
+from ident.diagnosis.visibility.check import CheckDocument, CheckedEffect, CheckedJoint
+from ident.output.console.printing import print_command, print_plain, print_simulated, print_table, show_problems
 from ident.output.tables import ResultTable
 
 _EVEN = 1e-4

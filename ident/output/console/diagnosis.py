@@ -4,8 +4,7 @@ from rich.console import Console
 
 from ident.diagnosis.document.document import Document, FindingEntry, FormulaEntry, LearnedCurveEntry, joint_numbers
 from ident.output.assessment import scale_line
-from ident.output.console.printing import print_command, print_plain, print_simulated, print_table
-from ident.output.console.problems import show_problems
+from ident.output.console.printing import print_command, print_plain, print_simulated, print_table, show_problems
 from ident.output.tables import diagnosis
 
 _COLOURS = {

@@ -11,8 +11,7 @@ from ident.dynamics.structure import ModelStructure
 from ident.identification.identify import Identification
 from ident.identification.model_file import ModelFile
 from ident.output import assessment
-from ident.output.console.printing import print_plain, print_table
-from ident.output.console.problems import show_problems
+from ident.output.console.printing import print_plain, print_table, show_problems
 from ident.output.tables import ResultTable, parameters
 from ident.residuals.phases import JointResidual, joint_residuals
 from recordings.recording import Floats

@@ -2,8 +2,7 @@
 
 from rich.console import Console
 
-from ident.output.console.printing import print_plain, print_simulated, print_table
-from ident.output.console.problems import show_problems
+from ident.output.console.printing import print_plain, print_simulated, print_table, show_problems
 from ident.output.tables import residuals
 from ident.residuals.analysis import ResidualAnalysis
 

@@ -1,16 +1,15 @@
 """Draw the torque by its causes: stacked over one repetition, and the RMS of each."""
 
 from collections.abc import Mapping, Sequence
+from itertools import product
 
 import numpy as np
 import plotly.graph_objects as go
 
+from delta_web.palette import CAUSES
 from ident.output.figures import theme
 from recordings.recording import Floats
-from web.palette import CATEGORIES, JOINTS, NOISE
 
-COLOURS = (*JOINTS, NOISE, *CATEGORIES)
-"""Of the causes, in their order; used again where there are more."""
 _HEIGHT = 190
 """Of the plots of one joint [px]."""
 
@@ -32,11 +31,21 @@ def stacked(
         vertical_spacing=0.24 / dof,
     )
     names = list(terms)
-    colours = {name: COLOURS[k % len(COLOURS)] for k, name in enumerate(names)}
+    colours = {name: CAUSES[k % len(CAUSES)] for k, name in enumerate(names)}
     for joint in range(dof):
         place = {"row": joint + 1, "col": 1}
-        for name in names:
-            _stack(figure, time, terms[name][:, joint], name, colours[name], joint)
+        for name, (side, part) in product(names, (("up", np.maximum), ("down", np.minimum))):
+            figure.add_scatter(
+                x=time,
+                y=part(terms[name][:, joint], 0.0),
+                name=theme.escaped(name),
+                legendgroup=name,
+                showlegend=joint == 0 and side == "up",
+                stackgroup=f"{side} {joint}",
+                line={"width": 0, "color": colours[name]},
+                hoverinfo="skip",
+                **place,
+            )
         line = {"color": theme.MEASURED, "width": 2}
         figure.add_scatter(x=time, y=torque[:, joint], name="torque", line=line, showlegend=joint == 0, **place)
         figure.add_bar(
@@ -53,19 +62,3 @@ def stacked(
     figure.update_xaxes(title_text="time [s]", row=dof, col=1)
     figure.update_xaxes(title_text=f"RMS [{units[-1]}]", row=dof, col=2)
     return figure
-
-
-def _stack(figure: go.Figure, time: Floats, torque: Floats, name: str, colour: str, joint: int) -> None:
-    for side, part in (("up", np.maximum(torque, 0.0)), ("down", np.minimum(torque, 0.0))):
-        figure.add_scatter(
-            x=time,
-            y=part,
-            name=theme.escaped(name),
-            legendgroup=name,
-            showlegend=joint == 0 and side == "up",
-            stackgroup=f"{side} {joint}",
-            line={"width": 0, "color": colour},
-            hoverinfo="skip",
-            row=joint + 1,
-            col=1,
-        )

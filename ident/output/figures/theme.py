@@ -10,11 +10,11 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
+from delta_web.palette import CATEGORIES as CATEGORIES
+from delta_web.palette import JOINTS
+from delta_web.palette import MEASURED as MEASURED
+from delta_web.palette import NOISE as NOISE
 from recordings.recording import Floats, Ints
-from web.palette import CATEGORIES as CATEGORIES
-from web.palette import JOINTS
-from web.palette import MEASURED as MEASURED
-from web.palette import NOISE as NOISE
 
 DASHES = ("solid", "dash", "dot", "dashdot")
 """Line styles of the first model, the second, and so on."""
@@ -27,6 +27,8 @@ FAINT_OPACITY = 0.45
 
 WHOLE = "whole"
 """Key of `layout.meta` of a figure that shows a part at first, and the whole after a double click."""
+FIRST = "first"
+"""Key of `layout.meta`: which plot, from 0 in the order of reading, is shown where there is room for one."""
 MAX_POINTS = 4000
 """Number of points of a trace at most: about two for each pixel of a wide screen."""
 LEGEND, TITLES = 34, 26

@@ -9,7 +9,7 @@ from ident.data.prepared_recording import PreparedRecording
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.output.figures import theme
 from ident.residuals.analysis import ResidualAnalysis
-from ident.residuals.windows import Window
+from ident.residuals.phases import Window
 from recordings.recording import Floats
 
 WINDOW_MARGIN = 0.5

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import plotly.graph_objects as go
+from markupsafe import Markup
 
 from ident.output.tables import ResultTable
 
@@ -39,6 +40,14 @@ class Plot:
 
 
 @dataclass(frozen=True, eq=False)
+class Drawings:
+    """Small drawings side by side, which need no script, with their caption."""
+
+    svg: tuple[Markup, ...]
+    caption: str
+
+
+@dataclass(frozen=True, eq=False)
 class Fold:
     """Blocks that can be folded away."""
 
@@ -56,7 +65,7 @@ class Card:
     blocks: tuple["ReportBlock", ...]
 
 
-ReportBlock = Text | Notes | Code | ResultTable | Plot | Fold | Card
+ReportBlock = Text | Notes | Code | ResultTable | Plot | Drawings | Fold | Card
 
 
 @dataclass(frozen=True, eq=False)

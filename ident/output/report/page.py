@@ -17,15 +17,7 @@ from ident.output.report import blocks
 from ident.output.report.blocks import ReportSection
 from ident.output.report.contents import ReportContents
 from ident.output.report.headline import Headline, headline
-from ident.output.report.sections import (
-    causes,
-    comparison,
-    diagnosis,
-    parameters,
-    recordings,
-    reproduce,
-    response,
-)
+from ident.output.report.sections import causes, comparison, diagnosis, reproduce, response
 from recordings.errors import BadInput
 from recordings.files import replacement
 
@@ -63,8 +55,13 @@ def assembled(
 ) -> str:
     """Return a page with this headline and these sections; `data` is embedded as JSON."""
     folder = importlib.resources.files("ident.output.report") / "assets"
+    figures = [
+        (plot.id, _script_json(plot.figure.to_json()))
+        for section in sections
+        for plot in blocks.plots(section.blocks)
+    ]
     scripts = [
-        plotly.offline.get_plotlyjs(),
+        *([plotly.offline.get_plotlyjs()] if figures else []),
         theme.narrow_javascript(),
         (folder / "page.js").read_text(encoding="utf-8"),
     ]
@@ -77,11 +74,7 @@ def assembled(
         files=files,
         headline=top,
         sections=sections,
-        figures=[
-            (plot.id, _script_json(plot.figure.to_json()))
-            for section in sections
-            for plot in blocks.plots(section.blocks)
-        ],
+        figures=figures,
         templates=_script_json(json.dumps(templates)),
         data=_script_json(json.dumps(data, allow_nan=False)),
         style=Markup((folder / "page.css").read_text(encoding="utf-8")),
@@ -107,10 +100,10 @@ def _sections(contents: ReportContents) -> Iterator[ReportSection]:
     if contents.diagnosis:
         yield diagnosis.candidates(contents.diagnosis)
     if contents.models:
-        yield parameters.section(contents)
-        yield recordings.data_quality(contents)
+        yield comparison.fitted_parameters(contents)
+        yield comparison.data_quality(contents)
         yield causes.section(contents)
-        yield recordings.rig_and_runs(contents)
+        yield comparison.rig_and_runs(contents)
     yield reproduce.section(contents)
 
 

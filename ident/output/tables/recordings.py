@@ -14,14 +14,16 @@ _WARNING_LEVELS = ("warning", "error", "fatal")
 def facts(recording: Recording) -> dict[str, str]:
     """Return what is known of a recording before any fit, by label; what it does not hold is left out."""
     run, time, gaps, rig = recording.run, recording.time, recording.gaps, recording.rig
-    lateness = 1e3 * recording.lateness[np.isfinite(recording.lateness)]
+    length, lateness = rig.geometry, 1e3 * recording.lateness[np.isfinite(recording.lateness)]
     error = 1e3 * np.abs(recording.following_error)
     worst_error = np.nanmax(error, initial=0.0, where=np.isfinite(error))
     median, late, latest = np.percentile(lateness, (50, 99, 100)) if len(lateness) else (0.0, 0.0, 0.0)
     stated = {
         "Rig": f"{rig.name}: {rig.mechanism}, {rig.dof} joint{'s' if rig.dof > 1 else ''}",
         "Drives": run.drives_in_words,
-        "Geometry": _geometry(recording) if rig.mechanism == "delta" else "",
+        "Geometry": f"L1 {length.L1:g} m, L2 {length.L2:g} m ({length.L2_source}), R {length.R:g} m, r {length.r:g} m"
+        if rig.mechanism == "delta"
+        else "",
         "Torque gain": _gain(recording),
         "Motion": f"{run.trajectory}, {run.cycles} × {run.period:g} s" if run.period else run.trajectory,
         "Length": f"{time[-1] - time[0]:.2f} s, {len(time)} samples at {run.rate:g} Hz, "
@@ -34,11 +36,6 @@ def facts(recording: Recording) -> dict[str, str]:
         "Ended": "INTERRUPTED" if run.exit_status is None else f"{run.reason} (exit status {run.exit_status})",
     }
     return {label: value for label, value in stated.items() if value}
-
-
-def _geometry(recording: Recording) -> str:
-    length = recording.rig.geometry
-    return f"L1 {length.L1:g} m, L2 {length.L2:g} m ({length.L2_source}), R {length.R:g} m, r {length.r:g} m"
 
 
 def _gain(recording: Recording) -> str:

@@ -1,6 +1,7 @@
 """Cards of the candidate effects, with the estimated improvement and a preview of each."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import partial
 
 from nicegui import ui
 
@@ -12,50 +13,14 @@ MIN_NOTABLE = 0.05
 _COLUMNS = "grid-template-columns: repeat(auto-fill, minmax(min(290px, 100%), 1fr))"
 
 
-class PreviewPanel:
-    """Preview of one candidate in a panel that stays visible; all figures exist already.
-
-    It is drawn separately from the cards, because a click on a card that is being redrawn is lost.
-    """
-
-    def __init__(self) -> None:
-        self.show: Callable[[str], None] = lambda effect: None
-        """Show the preview of another candidate."""
-
-    def draw(self, page: Page) -> None:
-        """Draw the preview of the best candidate."""
-        analysis = page.session.selection.analysis
-        candidates, previews = analysis.candidates, analysis.previews
-        self.show = lambda effect: None
-        if candidates is None or not candidates.cards or page.session.selection.within_noise:
-            return
-        title = set_test_id(ui.label("Drawing the previews …").classes("font-medium"), "preview")
-        if previews is None:
-            return
-        best, figures = candidates.cards[0].name, previews.figures
-        plot = page.draw_figure(figures[best], "residual, and the part that the effect would explain")
-        shown: str | None = None
-
-        def show(effect: str) -> None:
-            nonlocal shown
-            if effect == shown:
-                return
-            shown = effect
-            title.text = f"{effect}: part of the residual that it would explain"
-            page.update_figure(plot, figures[effect])
-
-        self.show = show
-        show(best)
-
-
 def draw(page: Page) -> None:
     """Draw the heading, the preview panel and the cards in descending order of improvement."""
-    panel = PreviewPanel()
-    cards = Cards(panel)
+    candidates = _Candidates(page)
     page.draw_on_change(_head, "candidates")
-    page.draw_on_change(panel.draw, "candidates", "previews", "residuals").classes("preview")
-    page.draw_on_change(cards.draw, "candidates")
-    page.watch(cards.fold, "residuals", now=False)
+    with ui.element("div").classes("beside candidates"):  # Add is in sight together with what it would explain
+        page.draw_on_change(candidates.draw_preview, "candidates", "previews", "residuals").classes("preview")
+        page.draw_on_change(candidates.draw_cards, "candidates")
+    page.watch(candidates.fold, "residuals", now=False)
 
 
 def _head(page: Page) -> None:
@@ -68,15 +33,45 @@ def _head(page: Page) -> None:
     )
 
 
-class Cards:
-    """The cards: those that may matter, and folded away those that do not."""
+class _Candidates:
+    """Cards, and the preview of one of them in a panel that stays visible; all figures exist already.
 
-    def __init__(self, panel: PreviewPanel) -> None:
-        self._panel = panel
+    They are drawn apart, because a click on a card that is being redrawn is lost.
+    """
+
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        self._title: ui.label | None = None
+        self._plot: ui.plotly | None = None
+        self._shown = ""
         self._notable: ui.expansion | None = None
 
-    def draw(self, page: Page) -> None:
-        """Draw all cards, and the names of the effects that have none."""
+    def draw_preview(self, page: Page) -> None:
+        """Draw the preview that was shown before the last change of this model, or that of the best candidate."""
+        analysis = page.session.selection.analysis
+        candidates, previews = analysis.candidates, analysis.previews
+        chosen, self._plot, self._shown = self._shown, None, ""
+        if candidates is None or not candidates.cards or page.session.selection.within_noise:
+            return
+        self._title = set_test_id(ui.label("Drawing the previews …").classes("font-medium"), "preview")
+        if previews is None:
+            return
+        shown = chosen if chosen in previews.figures else candidates.cards[0].name
+        label = "residual, and the part that the effect would explain"
+        self._plot = page.draw_figure(previews.figures[shown], label)
+        self._show(shown)
+
+    def _show(self, effect: str) -> None:
+        """Show the preview of another candidate."""
+        previews = self._page.session.selection.analysis.previews
+        if not (self._plot and self._title and previews) or effect == self._shown:
+            return
+        self._shown = effect
+        self._title.text = f"{effect}: part of the residual that it would explain"
+        self._page.update_figure(self._plot, previews.figures[effect])
+
+    def draw_cards(self, page: Page) -> None:
+        """Draw the cards that may matter, folded away those that do not, and the names of effects without one."""
         self._notable = None
         candidates = page.session.selection.analysis.candidates
         if candidates is None:
@@ -84,12 +79,12 @@ class Cards:
         count = sum(card.improvement >= MIN_NOTABLE for card in candidates.cards)  # they come in descending order
         notable, minor = candidates.cards[:count], candidates.cards[count:]
         if notable:
-            title = f"{len(notable)} effects that explain {MIN_NOTABLE:.0%} or more"
-            self._notable = self._draw_grid(page, notable, title, "notable-cards")
+            title = f"{_effects(len(notable))} {MIN_NOTABLE:.0%} or more"
+            self._notable = self._draw_grid(notable, title, "notable-cards")
             self.fold(page)
         if minor:
-            title = f"{len(minor)} effects that explain less than {MIN_NOTABLE:.0%}"
-            self._draw_grid(page, minor, title, "minor-cards").value = False
+            title = f"{_effects(len(minor))} less than {MIN_NOTABLE:.0%}"
+            self._draw_grid(minor, title, "minor-cards").value = False
         if candidates.not_excited:
             names = ", ".join(candidates.not_excited)
             quiet(f"Not excited by this motion, or only with an inadmissible sign: {names}.")
@@ -101,21 +96,26 @@ class Cards:
         if self._notable is not None:
             self._notable.value = not page.session.selection.within_noise
 
-    def _draw_grid(self, page: Page, cards: Sequence[CandidateCard], title: str, test_id: str) -> ui.expansion:
+    def _draw_grid(self, cards: Sequence[CandidateCard], title: str, test_id: str) -> ui.expansion:
         expansion = set_test_id(ui.expansion(title, value=True).classes("w-full"), test_id)
         with expansion, ui.element("div").classes("w-full grid gap-2").style(_COLUMNS):
             for candidate in cards:
-                _card(page, candidate, self._panel)
+                card = _card(self._page, candidate)
+                show = partial(self._show, candidate.name)
+                # A card that a scroll moves below a resting pointer gets `mouseenter`, and would take the preview
+                # from the focus.
+                card.on("mousemove", show, args=[], throttle=0.2).on("focusin", show, args=[])
         return expansion
 
 
-def _card(page: Page, candidate: CandidateCard, panel: PreviewPanel) -> None:
+def _effects(count: int) -> str:
+    return "1 effect that explains" if count == 1 else f"{count} effects that explain"
+
+
+def _card(page: Page, candidate: CandidateCard) -> ui.card:
     effect, name = page.session.library[candidate.name], candidate.name
     joints = f"joint {', '.join(map(str, candidate.joints))}" if candidate.joints else "whole robot"
     card = set_test_id(ui.card().classes("q-pa-sm gap-1").props("flat bordered tabindex=0"), f"card-{name}")
-    # A card that a scroll moves below a resting pointer gets `mouseenter`, and would take the preview from the focus.
-    card.on("mousemove", lambda: panel.show(name), args=[], throttle=0.2)
-    card.on("focusin", lambda: panel.show(name), args=[])
     with card:
         with ui.row().classes("w-full items-center no-wrap"):
             ui.label(name).classes("font-medium ellipsis")
@@ -126,9 +126,9 @@ def _card(page: Page, candidate: CandidateCard, panel: PreviewPanel) -> None:
         with ui.row().classes("w-full items-center no-wrap"):
             quiet(joints)
             ui.space()
-            props = f'flat dense aria-label="About {name}"'
-            page.button("About", f"about-{name}", _show_about, page, name, props=props)
+            page.button("About", f"about-{name}", _show_about, page, name, props="flat dense", label=f"About {name}")
             add_button(page, name)
+    return card
 
 
 def _show_about(page: Page, name: str) -> None:
@@ -149,5 +149,5 @@ def _show_about(page: Page, name: str) -> None:
 
 def add_button(page: Page, effect: str) -> None:
     """Draw a button that adds `effect` to the model."""
-    props = f'dense unelevated aria-label="Add {effect}"'
-    page.button("Add", f"add-{effect}", page.session.selection.extend, "add", effect, props=props)
+    add = (page.session.selection.extend, "add", effect)
+    page.button("Add", f"add-{effect}", *add, props="dense unelevated", label=f"Add {effect}")

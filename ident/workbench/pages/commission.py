@@ -4,8 +4,9 @@ from collections.abc import Callable, Mapping
 
 from nicegui import ui
 
+from ident.workbench.pages.forms import name_fields
 from ident.workbench.pages.live import run_summary
-from ident.workbench.pages.page import Page, name_fields, set_test_id
+from ident.workbench.pages.page import Page, set_test_id
 from ident.workbench.programs.recording_process import RunStatus
 
 _OPTIONS = ("--rig", "--sim", "--pace")

@@ -11,8 +11,8 @@ from ident.workbench.pages.page import (
     draw_result,
     heading,
     in_background,
-    notify,
     quiet,
+    say_what_comes,
     set_test_id,
 )
 from ident.workbench.state.cli_equivalent import shell_script
@@ -22,13 +22,10 @@ from ident.workbench.worker.views import StepsView
 def draw(page: Page) -> None:
     """Draw the export of the current model."""
     step_list, residuals = page.session.selection.step_list, page.session.selection.analysis.residuals
-    if step_list is None:
-        quiet("Fit a model first; it can then be saved here.")
+    if step_list is None or residuals is None:
+        say_what_comes(page, "It can be saved")
         return
-    if residuals is None:
-        quiet("The model can be saved here when it has been analysed.")
-        return
-    file_name = page.session.export.proposed_name(residuals.model, step_list)
+    file_name = page.session.export.proposed_name(residuals.model)
     heading("Model")
     with ui.row().classes("items-center gap-3"):
         page.save_form(residuals.model, file_name, "save")
@@ -44,26 +41,20 @@ def draw(page: Page) -> None:
 def _draw_report(page: Page, model: ModelFile, step_list: StepsView) -> None:
     """Draw a button that creates the report on `model`, the last of `step_list`, or a link to the report."""
     export = page.session.export
-
-    async def create() -> None:
-        error = await in_background(export.create_report, model, step_list)
-        if error:
-            notify(error, "warning")
-
-    report = export.report_name(model)
-    if report:
+    if report := export.report_name(model):
         set_test_id(ui.link("Open the report", f"/reports/{report}", new_tab=True), "open-report")
     elif export.creating_report:
         ui.label("Creating the report …")
     else:
-        button = ui.button("Create the report", icon="description", on_click=create).props("outline")
-        set_test_id(button, "report").tooltip("Saves the model too; one HTML file to send to a colleague")
+        create = (in_background, export.create_report, model, step_list)
+        button = page.button("Create the report", "report", *create, icon="description", props="outline")
+        button.tooltip("Saves the model too; one HTML file to send to a colleague")
 
 
 def draw_verdict(page: Page) -> None:
     """Draw what is known of the current model, and the ways on: analyse, save, open the report."""
-    page.draw_on_change(_draw_pending, "job", "step_list", "residuals")
-    page.draw_on_change(_draw_floor, "step_list", "residuals", "saved")
+    page.draw_on_change(_draw_pending, "job", "residuals")
+    page.draw_on_change(_draw_floor, "residuals", "saved")
 
 
 def _draw_pending(page: Page) -> None:
@@ -94,6 +85,5 @@ def _draw_floor(page: Page) -> None:
             ui.label(f"Saved as {saved}.")
         else:
             props = "unelevated color=white text-color=positive"
-            save = (export.ensure_saved, residuals.model, step_list)
-            page.button("Save", "banner-save", *save, icon="save", props=props)
+            page.button("Save", "banner-save", export.ensure_saved, residuals.model, icon="save", props=props)
         _draw_report(page, residuals.model, step_list)

@@ -32,5 +32,10 @@ def draw(page: Page) -> None:
 
 def _draw_acknowledgement(page: Page, fleet: "WatchedFleet", identity: str) -> None:
     note = set_test_id(ui.input("note").props("dense outlined"), f"note-{identity}")
-    button = page.button("Acknowledge", f"ack-{identity}", lambda: fleet.acknowledge(identity, note.value or ""))
-    note.props["aria-label"], button.props["aria-label"] = f"Note on {identity}", f"Acknowledge {identity}"
+    note.props["aria-label"] = f"Note on {identity}"
+    page.button(
+        "Acknowledge",
+        f"ack-{identity}",
+        lambda: fleet.acknowledge(identity, note.value or ""),
+        label=f"Acknowledge {identity}",
+    )

@@ -7,25 +7,15 @@ from pathlib import Path
 from nicegui import ui
 
 from ident.workbench.folder import SUFFIX
-from ident.workbench.pages.page import (
-    Cell,
-    Page,
-    draw_table,
-    heading,
-    in_background,
-    name_fields,
-    quiet,
-    set_test_id,
-)
+from ident.workbench.pages.forms import name_fields
+from ident.workbench.pages.page import Cell, Page, draw_table, heading, in_background, quiet, set_test_id
 from ident.workbench.programs import file_import
 from ident.workbench.programs.file_import import DELTA, EXTRA, MACHINES, FileColumn, FileGuess
 
 
 async def open_dialog(page: Page, file: str) -> None:
     """Ask what the columns of `file`, in the folder of the recordings, hold, and convert it."""
-    waiting = ui.notification(f"Looking at {file} …", spinner=True, timeout=None, position="top")
     made = await in_background(file_import.guess, page.session.folder.root, file)
-    waiting.dismiss()
     if made is None:
         return
     with page.dialog(f"Import {file}") as dialog, ui.card().classes("import-card"):
@@ -59,8 +49,7 @@ class _Form:
         self._ask_what_is_needed()
         with ui.row().classes("w-full justify-end gap-2 dialog-actions"):
             ui.button("Not now", on_click=dialog.close).props("outline")
-            button = ui.button("Import", on_click=self._convert)
-            set_test_id(button, "import").props("unelevated")
+            page.button("Import", "import", self._convert, props="unelevated")
 
     def _cells(self, number: int, column: FileColumn) -> list[Cell]:
         def quantity() -> None:

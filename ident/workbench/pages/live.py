@@ -7,6 +7,9 @@ from ident.workbench.pages import plots
 from ident.workbench.pages.page import Page, quiet, set_test_id
 from ident.workbench.programs.recording_process import RunStatus
 
+_MAX_CYCLES = 600
+"""Cycles in a live plot, at most."""
+
 
 def draw(page: Page) -> None:
     """Draw the live view; updates of a run change it in place, so that the layout stays still."""
@@ -100,6 +103,13 @@ def _counts(run: RunStatus) -> str:
 
 def live_figures(run: RunStatus) -> dict[str, Figure]:
     """Return the live plots by quantity."""
-    rows, lateness, angle = list(run.rows), list(run.lateness), run.position_unit
-    units = {"position": angle, "following error": f"m{angle}", "voltage": "V", "lateness": "ms"}
-    return {kind: plots.live(rows, lateness, kind, unit) for kind, unit in units.items()}
+    rows, lateness, unit = list(run.rows), list(run.lateness), run.position_unit
+    rows = rows[:: len(rows) // _MAX_CYCLES + 1]
+    time = [row["time"] for row in rows]
+    figures = {}
+    for kind, label, scale in (("position", unit, 1.0), ("following error", f"m{unit}", 1e3), ("voltage", "V", 1.0)):
+        joints = zip(*(row[kind.replace(" ", "_")] for row in rows), strict=True)
+        curves = [[value if value is None else scale * value for value in joint] for joint in joints]
+        figures[kind] = plots.live(time, curves, kind, label)
+    late = [1e3 * seconds for _, seconds in lateness]
+    return {**figures, "lateness": plots.live([time for time, _ in lateness], [late], "lateness", "ms")}

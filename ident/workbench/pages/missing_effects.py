@@ -5,19 +5,20 @@ from typing import Any
 
 from nicegui import ui
 
+from ident.diagnosis.judge.improvement import Improvement
 from ident.workbench.pages import candidates, plots
-from ident.workbench.pages.page import Cell, Page, draw_table, heading, notify, quiet, set_test_id
+from ident.workbench.pages.page import Cell, Page, draw_table, heading, notify, quiet, say_what_to_do, set_test_id
 from ident.workbench.state.branches import Branches
 from ident.workbench.worker.views import StepsView, StepView
 
 
 def draw(page: Page) -> None:
-    """Draw the buttons, the step_list, the branches, the findings and the candidates."""
+    """Draw the buttons, the step_list, the findings, the candidates, and the errors of all models."""
     _buttons(page)
     page.draw_on_change(_draw_steps, "step_list")
-    page.draw_on_change(_draw_branches, "step_list")
     page.draw_on_change(_draw_diagnosis, "diagnosis")
     candidates.draw(page)
+    page.draw_on_change(_draw_errors, "step_list")
 
 
 def _buttons(page: Page) -> None:
@@ -46,12 +47,12 @@ def _buttons(page: Page) -> None:
 def _draw_steps(page: Page) -> None:
     step_list = page.session.selection.step_list
     if step_list is None:
-        quiet(
-            "Press Fit to fit the base model to the recording. Each added effect is shown here as a step, with the "
-            "error of every joint. Choose a second recording with Validate to validate the models on another motion."
+        say_what_to_do(
+            page,
+            "Each added effect is shown here as a step, with the error of every joint. Choose a second recording "
+            "with Validate to validate the models on another motion.",
         )
         return
-    page.draw_figure(plots.step_list(step_list), "error of each model, training and held out")
     joints = [f"j{joint} [{unit}]" for joint, unit in enumerate(step_list.units, start=1)]
     errors = [f"{kind} {joint}" for kind in ("training", "held out") for joint in joints]
     rows = (_row(number, step) for number, step in enumerate(step_list.steps))
@@ -72,10 +73,15 @@ def _row(number: int, step: StepView) -> list[Cell]:
     cells = [cell(f"{number}  {step.label}", f"step-{number}")]
     for kind, values in {"train": step.entry.train_rms, "held": step.entry.held_out_rms}.items():
         cells += [cell(f"{value:.4f}", f"{kind}-{number}-{joint}") for joint, value in enumerate(values, start=1)]
-    if step.improvement is None or step.improvement_ci95 is None:
+    if step.improvement is None:
         return [*cells, ""]
-    improvement, low, high = (round(100 * share) for share in (step.improvement, *step.improvement_ci95))
-    return [*cells, f"{improvement} % ({low} to {high})"]
+    return [*cells, improvement_text(step.improvement)]
+
+
+def improvement_text(improvement: Improvement) -> str:
+    """Return the share with its interval in per cent."""
+    share, low, high = (round(100 * value) for value in (improvement.share, *improvement.interval))
+    return f"{share} % ({low} to {high})" if low < 100 else "over 99 %"
 
 
 def _draw_terms(page: Page, step_list: StepsView) -> None:
@@ -90,15 +96,18 @@ def _draw_terms(page: Page, step_list: StepsView) -> None:
             note = "" if len(joints) == len(step_list.units) else f" (joint {', '.join(map(str, joints))})"
             with ui.row().classes("items-center no-wrap gap-1 chip"):
                 ui.label(f"{effect}{note}")
-                props = f'flat dense aria-label="Remove {effect}"'
-                page.button("Remove", f"remove-{effect}", page.session.selection.extend, "remove", index, props=props)
+                remove = (page.session.selection.extend, "remove", index)
+                page.button("Remove", f"remove-{effect}", *remove, props="flat dense", label=f"Remove {effect}")
 
 
-def _draw_branches(page: Page) -> None:
-    """Draw the branches with their errors if there is more than one."""
+def _draw_errors(page: Page) -> None:
+    """Draw the errors of the steps, and the branches with theirs if there is more than one."""
     selection = page.session.selection
     branches = selection.branches
-    if branches is None or len(branches.all) == 1:
+    if branches is None:
+        return
+    page.draw_figure(plots.step_list(branches.current.step_list), "error of each model, training and held out")
+    if len(branches.all) == 1:
         return
     heading("Branches", "q-mt-sm")
     page.draw_figure(plots.branches(branches.all), "error of each branch, training and held out")
@@ -109,9 +118,9 @@ def _draw_branches(page: Page) -> None:
                 set_test_id(ui.label(branch.title + note), f"branch-{branch.name}")
                 actions = {"Switch to": "switched", "Drop": "dropped"} if not note else {}
                 for label, action in actions.items():
-                    word, change = label.split()[0], methodcaller(action, index)
-                    props = f'flat dense aria-label="{label} branch {branch.name}"'
-                    page.button(word, f"{word.lower()}-{branch.name}", selection.change, change, props=props)
+                    word, change = label.split()[0], (selection.change, methodcaller(action, index))
+                    name = f"{label} branch {branch.name}"
+                    page.button(word, f"{word.lower()}-{branch.name}", *change, props="flat dense", label=name)
 
 
 def _draw_diagnosis(page: Page) -> None:
@@ -142,7 +151,7 @@ def _draw_diagnosis(page: Page) -> None:
         structured = f"{share:.0f} % of it is structured; " if document["verdict"] == "unknown-structure" else ""
         quiet(f"Unexplained residual: {structured}{remaining['why']}")
     if remaining["formula"]:
-        _draw_formula(page, remaining["formula"])
+        _draw_formula(page, remaining["formula"], diagnosis.law or "")
     if motion:
         quiet(f"Record next: {motion['why']} {motion['command']}")
     with ui.expansion("Rejected effects").classes("w-full"):
@@ -150,12 +159,14 @@ def _draw_diagnosis(page: Page) -> None:
             ui.label(f"{candidate['effect']}: {candidate['why']}").classes("text-sm")
 
 
-def _draw_formula(page: Page, formula: dict[str, Any]) -> None:
-    """Draw a formula for what is left, and the button that writes it as an effect file."""
+def _draw_formula(page: Page, formula: dict[str, Any], law: str) -> None:
+    """Draw a formula for what is left, and the button that writes the effect file `law` with it."""
     joints = ", ".join(map(str, formula["joints"]))
     with ui.row().classes("items-center gap-3"):
         set_test_id(ui.label(f"A formula for it, on joint {joints}: {formula['text']}"), "formula")
-        page.button("write it as an effect file", "write-formula", _write_formula, page, props="flat dense no-wrap")
+        page.button(
+            "write it as an effect file", "write-formula", _write_formula, page, law, props="flat dense no-wrap"
+        )
     values = ", ".join(
         f"{name} = {parameter['value']:.4g} {parameter['unit']}" for name, parameter in formula["parameters"].items()
     )
@@ -166,13 +177,10 @@ def _draw_formula(page: Page, formula: dict[str, Any]) -> None:
     )
 
 
-def _write_formula(page: Page) -> None:
-    """Write the formula of the diagnosis to a new effect file."""
-    session, diagnosis = page.session, page.session.selection.diagnosis
-    assert diagnosis is not None
-    assert diagnosis.law is not None
-    path = session.folder.new_file(session.folder.free_name("law", ".py"), ".py")
-    path.write_text(diagnosis.law, encoding="utf-8")
+def _write_formula(page: Page, law: str) -> None:
+    folder = page.session.folder
+    path = folder.new_file(folder.free_name("law", ".py"), ".py")
+    path.write_text(law, encoding="utf-8")
     notify(
         f"{path.name} written. To use it: ident effects --adopt {path.name}, and start the workbench again",
         "positive",

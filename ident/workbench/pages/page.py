@@ -1,5 +1,6 @@
-"""Shared by all parts of the page: redrawing after changes, buttons, forms, tables, figures and notifications."""
+"""Shared by all parts of the page: redrawing after changes, buttons, tables, figures and notifications."""
 
+import asyncio
 import time
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from ident.identification.model_file import ModelFile
 from ident.output.tables import ResultTable
 from ident.workbench.figure import Figure, with_theme
 from ident.workbench.pages.plots import Span
+from ident.workbench.programs.running import Cancellable
 from ident.workbench.state.session import WorkbenchSession
 from ident.workbench.topics import Topic
 from recordings.errors import BadInput
@@ -22,6 +24,8 @@ Result = TypeVar("Result")
 Element = TypeVar("Element", bound=ui.element)
 Cell = str | Callable[[], object]
 """Cell of a table: its text, or a function that draws it."""
+_PATIENCE = 2.0
+"""Time after which what goes on in the background is said, and can be cancelled [s]."""
 
 
 @dataclass
@@ -31,6 +35,7 @@ class _Watch:
     min_interval: float
     tab: str | None
     """Tab in which it draws; None: it is always visible."""
+    clear: Callable[[], None]
     count: int | None = None
     """Number of changes that it has shown; None before the first call."""
     last_call: float = 0.0
@@ -51,25 +56,39 @@ class Page:
         self.drawn_tab: str | None = None
         """Tab whose parts are being made."""
         self._watches: list[_Watch] = []
+        self.zoomable: list[ZoomablePlot] = []
+        """Its time plots: those of one recording are zoomed together."""
 
     def draw_on_change(self, draw: Callable[["Page"], None], *topics: Topic) -> ui.element:
         """Call `draw` here, and again whenever one of `topics` changes; return the container of its elements."""
         container = ui.element("div").classes("w-full")
 
+        def clear() -> None:
+            if container.default_slot.children:
+                container.clear()
+
         def redraw(page: Page) -> None:
-            container.clear()
+            clear()
             with container:
                 draw(page)
 
-        self.watch(redraw, *topics)
+        self.watch(redraw, *topics, clear=clear)
         return container
 
     def watch(
-        self, callback: Callable[["Page"], None], *topics: Topic, now: bool = True, min_interval: float = 0.0
+        self,
+        callback: Callable[["Page"], None],
+        *topics: Topic,
+        now: bool = True,
+        min_interval: float = 0.0,
+        clear: Callable[[], None] = lambda: None,
     ) -> None:
-        """Call `callback` whenever one of `topics` changes, and `now`: as soon as its tab is visible."""
+        """Call `callback` whenever one of `topics` changes, and `now`: as soon as its tab is visible.
+
+        clear: takes away what it has drawn in a hidden tab: until it draws anew, that would be shown and lose clicks.
+        """
         count = None if now else self.session.changes.count(topics)
-        self._watches.append(_Watch(callback, topics, min_interval, self.drawn_tab, count))
+        self._watches.append(_Watch(callback, topics, min_interval, self.drawn_tab, clear, count))
         self._call_if_changed(self._watches[-1])
 
     def poll(self) -> None:
@@ -83,21 +102,25 @@ class Page:
         if due and watch.tab in (None, self.visible_tab):
             watch.count, watch.last_call = count, now  # before the call: what changes meanwhile is drawn again
             watch.callback(self)
+        elif due:
+            watch.clear()
 
     def show(self, tab: str) -> None:
         """Draw what has changed in `tab`, which becomes visible."""
         self.visible_tab = tab
         self.poll()
 
-    def handler(self, action: Callable[..., Any], *arguments: Any) -> Callable[[], None]:
-        """Return an event handler that calls `action` and shows its errors."""
+    def handler(self, action: Callable[..., Any], *arguments: Any) -> Callable[[], Any]:
+        """Return an event handler that calls `action`, also an asynchronous one, and shows its errors."""
 
-        def handle() -> None:
+        def handle() -> Any:
             try:
-                action(*arguments)
+                return action(*arguments)
             except (BadInput, OSError) as error:
                 notify(str(error), "warning")
-            self.after_action()
+                return None
+            finally:
+                self.after_action()
 
         return handle
 
@@ -109,10 +132,16 @@ class Page:
         *arguments: Any,
         icon: str | None = None,
         props: str = "",
+        label: str = "",
     ) -> ui.button:
-        """Draw a button that calls `action` with `arguments` and shows its errors."""
-        button = ui.button(text, icon=icon, on_click=self.handler(action, *arguments))
-        return set_test_id(button.props(props), test_id)
+        """Draw a button that calls `action` with `arguments` and shows its errors.
+
+        label: name for screen readers, where `text` alone does not say what is meant.
+        """
+        button = ui.button(text, icon=icon, on_click=self.handler(action, *arguments)).props(props)
+        if label:
+            button.props["aria-label"] = label
+        return set_test_id(button, test_id)
 
     def dialog(self, title: str) -> ui.dialog:
         """Return a closed dialog, which is deleted when it is closed again; `title` is for screen readers."""
@@ -162,58 +191,101 @@ class Page:
         plot.props["role"], plot.props["aria-label"] = "figure", label
         return plot
 
+    def zoom(self, recording: str, span: Span | None) -> None:
+        """Show `span` [s] of a recording in all its plots; None: all of it."""
+        self.session.display.spans[recording] = span
+        self.zoomable = [item for item in self.zoomable if not item.plot.is_deleted]
+        for item in self.zoomable:
+            if item.recording() == recording:
+                item.show()
+
     def update_figure(self, plot: ui.plotly, figure: Figure) -> None:
         """Show another figure in `plot`."""
+        plot.style(f"height: {figure['layout']['height']}px")
         plot.update_figure(with_theme(figure, self.session.display.dark))
 
 
 class ZoomablePlot:
-    """Time plot of `make_figure(span)` that loads its points again at every zoom; `full_span` returns all of it."""
+    """Time plot of `make_figure(span)` that loads its points again at every zoom; `full_span` returns all of it.
+
+    The zoom belongs to the `recording`, whose name is returned: all its plots follow, and it stays when one is drawn
+    anew.
+    """
 
     def __init__(
-        self, page: Page, make_figure: Callable[[Span], Figure], full_span: Callable[[], Span], label: str
+        self,
+        page: Page,
+        recording: Callable[[], str],
+        make_figure: Callable[[Span], Figure],
+        full_span: Callable[[], Span],
+        label: str,
     ) -> None:
-        self._page, self._make_figure, self._full_span = page, make_figure, full_span
-        self.span = full_span()
+        self._page, self.recording, self._make_figure, self._full_span = page, recording, make_figure, full_span
         self.plot = page.draw_figure(make_figure(self.span), label)
         self.plot.on("plotly_relayout", self._on_relayout)
+        page.zoomable.append(self)
 
-    def show(self, span: Span | None = None) -> None:
-        """Draw this span, or draw the current span again."""
-        self.span = span or self.span
+    @property
+    def span(self) -> Span:
+        """Time that is shown [s]."""
+        start, end = self._full_span()
+        zoomed = self._page.session.display.spans.get(self.recording())
+        # Of a long recording in parts, one may be zoomed to where another one has nothing.
+        return zoomed if zoomed and zoomed[0] < end and zoomed[1] > start else (start, end)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether all of the time is shown."""
+        return self.span == self._full_span()
+
+    def show(self) -> None:
+        """Draw it again."""
         self._page.update_figure(self.plot, self._make_figure(self.span))
 
     def _on_relayout(self, event: events.GenericEventArguments) -> None:
         changes = event.args if isinstance(event.args, dict) else {}
-        for axis in ("xaxis", "xaxis2"):
+        for axis in {name.partition(".")[0] for name in changes if name.startswith("xaxis")}:
             if changes.get(f"{axis}.autorange"):
-                self.show(self._full_span())
+                self._page.zoom(self.recording(), None)
                 return
             ends = changes.get(f"{axis}.range[0]"), changes.get(f"{axis}.range[1]")
             if isinstance(ends[0], int | float) and isinstance(ends[1], int | float) and ends[1] > ends[0]:
-                self.show((float(ends[0]), float(ends[1])))
+                self._page.zoom(self.recording(), (float(ends[0]), float(ends[1])))
                 return
 
 
 async def in_background(action: Callable[..., Result], *arguments: Any) -> Result | None:
-    """Call `action` while the page goes on; None where it fails, which is shown, or the page is being closed."""
+    """Call `action` while the page goes on; None where it fails, which is shown, or the page is being closed.
+
+    What takes longer than `_PATIENCE` says so, and can be cancelled.
+    """
+    running, client, started = Cancellable(), ui.context.client, time.monotonic()
+    result = asyncio.ensure_future(background.io_bound(running.call, action, *arguments))
+    await asyncio.wait({result}, timeout=_PATIENCE)
+    if not result.done():
+        with client, ui.row().classes("notice").props("role=status") as notice:
+            ui.spinner(color="white")
+            text = ui.label()
+            set_test_id(ui.button("Cancel", on_click=running.cancel), "cancel-program").props(
+                "flat dense color=white"
+            )
+        while not result.done():
+            text.text = f"{running.text} … {time.monotonic() - started:.0f} s"
+            await asyncio.wait({result}, timeout=1.0)
+        if not notice.is_deleted:  # as everything on a page that was closed
+            notice.delete()
     try:
-        return await background.io_bound(action, *arguments)
+        return result.result()
     except (BadInput, OSError, TimeoutExpired) as error:
-        notify(str(error), "warning")
+        with client:  # the part with the button may have been drawn again
+            notify(str(error), "warning")
         return None
 
 
-def name_fields(form: str, **fields: ui.element) -> None:
-    """Give the fields of a form their look, and identifiers for tests."""
-    for name, field in fields.items():
-        set_test_id(field, f"{form}-{name}").props("dense outlined")
-
-
-def draw_code(text: str, test_id: str) -> None:
-    """Draw commands for a terminal, with a button that copies them."""
-    code = set_test_id(ui.code(text, language="bash").classes("w-full"), test_id)
-    code.copy_button.props('aria-label="Copy the commands"')
+def draw_code(text: str, test_id: str, language: str | None = "bash") -> None:
+    """Draw commands for a terminal, or what one prints, with a button that copies it."""
+    code = set_test_id(ui.code(text, language=language).classes("w-full"), test_id)
+    code.copy_button.props('aria-label="Copy this"')
     code.markdown.props("tabindex=0")
 
 
@@ -227,6 +299,18 @@ def draw_table(
                 for column, cell in enumerate(cells):
                     with ui.element(tag).classes("words" if column in words else ""):
                         (partial(ui.label, cell) if isinstance(cell, str) else cell)()
+
+
+def say_what_comes(page: Page, what: str) -> None:
+    """Say `what` happens here with an analysed model, where there is none."""
+    say_what_to_do(page, f"{what} here when the model has been analysed.")
+
+
+def say_what_to_do(page: Page, then: str) -> None:
+    """Say what comes before `then`: a fit of the base model, which may be going on."""
+    selection = page.session.selection
+    first = "The base model is being fitted. " if selection.is_fitting else "Press Fit. "
+    quiet(f"{'' if selection.step_list else first}{then}")
 
 
 def draw_result(table: ResultTable) -> None:

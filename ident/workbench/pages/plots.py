@@ -15,12 +15,13 @@ from ident.workbench.worker.views import RecordingView, StepsView, SwarmProgress
 from recordings.recording import Floats
 
 Span = tuple[float, float]
+Signal = tuple[str, Floats, NDArray[np.floating]]
+"""Title of its axis; time (n,) [s]; values (n,)."""
 
 _MAX_POINTS = 2400
 """Points of a line over the width of the page, at most."""
-
-_MAX_LIVE_CYCLES = 600
-"""Cycles in a live plot, at most."""
+_SIGNAL_HEIGHT = 130
+"""Of a signal below the torque [px]."""
 
 
 def visible_points(time: NDArray[np.floating], y: NDArray[np.floating], span: Span) -> tuple[Floats, Floats]:
@@ -53,10 +54,19 @@ def signal(view: RecordingView, name: str, span: Span) -> Figure:
 
 
 def torque_comparison(
-    series: TorqueSeries, joint: int, unit: str, noise: float | None, span: Span, selecting: bool
+    series: TorqueSeries,
+    joint: int,
+    unit: str,
+    noise: float | None,
+    span: Span,
+    selecting: bool,
+    below: Sequence[Signal] = (),
 ) -> Figure:
-    """Plot measured and computed torque of a joint, and the residual below."""
-    figure = theme.subplots(2, 1, 480, shared_xaxes=True, row_heights=[0.55, 0.45], vertical_spacing=0.06)
+    """Plot measured and computed torque of a joint, the residual below, and other signals of it below that."""
+    heights = [220, 180, *(_SIGNAL_HEIGHT for _ in below)]
+    rows, height = len(heights), sum(heights) + 80
+    gap = 24 / (height - 80)
+    figure = theme.subplots(rows, 1, height, shared_xaxes=True, row_heights=heights, vertical_spacing=gap)
     colour, time, residual = theme.joint_colour(joint), series.time, series.residual[:, joint]
     thick, thin = {"color": theme.MEASURED, "width": 3.5}, {"color": colour, "width": 1.5}
     figure.add_trace(line(time, series.measured[:, joint], span, name="measured", line=thick), row=1, col=1)
@@ -73,7 +83,10 @@ def torque_comparison(
     figure.update_yaxes(title_text=theme.effort_label(unit), row=1, col=1)
     figure.update_yaxes(title_text=f"residual [{unit}]", row=2, col=1)
     figure.update_xaxes(range=list(span))
-    figure.update_xaxes(title_text="time since the first SYNC [s]", row=2, col=1)
+    for row, (title, times, values) in enumerate(below, start=3):
+        figure.add_trace(line(times, values, span, line={"color": colour, "width": 1.1}, showlegend=False), row, 1)
+        figure.update_yaxes(title_text=title, nticks=4, row=row, col=1)
+    figure.update_xaxes(title_text="time since the first SYNC [s]", row=rows, col=1)
     figure.update_layout(
         dragmode="select" if selecting else "zoom",
         selectdirection="h",
@@ -126,28 +139,14 @@ def swarm_convergence(view: SwarmProgress) -> Figure:
     return to_dict(figure)
 
 
-def live(rows: Sequence[dict[str, Any]], lateness: Sequence[tuple[float, float]], kind: str, unit: str) -> Figure:
-    """Plot one quantity of the run in progress."""
+def live(time: Sequence[float], curves: Sequence[Sequence[float | None]], kind: str, unit: str) -> Figure:
+    """Plot one quantity of the run in progress: a curve for each joint, or that of the lateness."""
     figure = theme.subplots(1, 1, 200)
-    rows = rows[:: len(rows) // _MAX_LIVE_CYCLES + 1]
-    if kind == "lateness":
-        values = [[1e3 * value for _, value in lateness]]
-        times = [time for time, _ in lateness]
-    else:
-        times = [row["time"] for row in rows]
-        values = [list(column) for column in zip(*(_values(row, kind) for row in rows), strict=True)]
-    for j, y in enumerate(values):
+    for j, y in enumerate(curves):
         colour = theme.MEASURED if kind == "lateness" else theme.joint_colour(j)
         style = {"color": colour, "width": 1.2}
-        figure.add_trace(go.Scatter(x=times, y=y, mode="lines", name=f"joint {j + 1}", line=style))
+        figure.add_trace(go.Scatter(x=time, y=y, mode="lines", name=f"joint {j + 1}", line=style))
     figure.update_xaxes(title_text="time [s]")
     figure.update_yaxes(title_text=f"{kind}<br>[{unit}]")
     figure.update_layout(showlegend=kind == "position", margin={"t": 30, "b": 40})
     return to_dict(figure)
-
-
-def _values(row: dict[str, Any], kind: str) -> list[float | None]:
-    if kind != "following error":
-        values: list[float | None] = row[kind]
-        return values
-    return [None if value is None else 1e3 * value for value in row["following_error"]]

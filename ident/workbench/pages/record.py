@@ -8,11 +8,12 @@ from nicegui import ui
 
 from ident.workbench.folder import SUFFIX
 from ident.workbench.pages import commission, live, truth
-from ident.workbench.pages.page import Page, in_background, name_fields, quiet, set_test_id
+from ident.workbench.pages.forms import machine_fields, name_fields
+from ident.workbench.pages.page import Page, in_background, quiet, set_test_id
 from ident.workbench.programs.running import as_words, daq_command, errors, run
 from trajectories.library import names
 
-_SIMULATED, _NO_SIM_FILE = "simulated", "default machine"
+_SIMULATED = "simulated"
 _PACES = {"": "from the rig file", "lockstep": "lockstep", "realtime": "real time"}
 _SAFETY = {
     True: "Simulated drives: no real robot moves.",
@@ -29,30 +30,34 @@ def draw(page: Page) -> None:
     with ui.row().classes("items-end gap-3"):
         motion = ui.select([*names(), *files], value="fig5a", label="motion").classes("min-w-28")
         rig = ui.select([_SIMULATED, *files], value=_SIMULATED, label="rig").classes("min-w-36")
-        sim = ui.select([_NO_SIM_FILE, *files], value=_NO_SIM_FILE, label="simulated machine").classes("min-w-36")
         pace = ui.select(_PACES, value="", label="pace").classes("min-w-28")
         cycles = ui.number("cycles", min=1, step=1, placeholder="20 s").classes("w-20")
-        hidden = ui.number("hidden seed", min=0, step=1, format="%d", placeholder="none").classes("w-28")
-        hidden.tooltip("Hides effects drawn from this seed in the simulated robot; Reveal opens them")
+        machine = machine_fields("record", files)
         out = ui.input("file", value=session.folder.free_name("fig5a", SUFFIX))
         motion.on_value_change(lambda: out.set_value(session.folder.free_name(Path(str(motion.value)).stem, SUFFIX)))
-        name_fields("record", motion=motion, rig=rig, sim=sim, pace=pace, cycles=cycles, hidden=hidden, out=out)
+        name_fields("record", motion=motion, rig=rig, pace=pace, cycles=cycles, out=out)
 
     def arguments() -> dict[str, str]:
         values = {
             "--traj": motion.value,
             "--rig": rig.value if rig.value != _SIMULATED else None,
-            "--sim": sim.value if sim.value != _NO_SIM_FILE else None,
             "--pace": pace.value,
             "--cycles": int(cycles.value) if cycles.value else None,
-            "--hidden": int(hidden.value) if hidden.value is not None and rig.value == _SIMULATED else None,
+            **machine(),
         }
+        if rig.value != _SIMULATED:
+            values.pop("--hidden", None)
         return {option: str(value) for option, value in values.items() if value not in (None, "")}
 
     checked = ui.column().classes("gap-0")
     with ui.row().classes("items-center gap-3"):
-        check = ui.button("Pre-flight check", icon="checklist", on_click=lambda: _check(page, arguments(), checked))
-        set_test_id(check, "preflight").props("outline")
+        page.button(
+            "Pre-flight check",
+            "preflight",
+            lambda: _check(page, arguments(), checked),
+            icon="checklist",
+            props="outline",
+        )
         page.button(
             "Record",
             "record",

@@ -2,15 +2,16 @@
 
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from nicegui import events, ui
 
+from delta_web.security import MAX_BODY_BYTES
 from ident.workbench.folder import FOREIGN_SUFFIXES, SUFFIX
 from ident.workbench.pages import style
 from ident.workbench.pages.import_dialog import open_dialog
 from ident.workbench.pages.page import Page, heading, notify, quiet, set_test_id
 from recordings.errors import BadInput
-from web.security import MAX_BODY_BYTES
 
 
 def draw(page: Page) -> None:
@@ -33,6 +34,18 @@ def draw(page: Page) -> None:
     refusal = f"Recordings and tables ({accepted}) of up to 256 MiB are accepted; copy larger ones into the folder."
     set_test_id(box, "upload").on("rejected", lambda: ui.notify(refusal))
     quiet("Recordings, ROS bags, or tables of any make: CSV, Parquet, NPZ, MAT.")
+    notes = ui.textarea("notes", value=page.session.notes, on_change=partial(_take_notes, page))
+    set_test_id(notes, "notes").props("dense outlined autogrow debounce=300").classes("w-full q-mt-sm")
+    page.draw_on_change(_say_what_is_kept, "project")
+
+
+def _say_what_is_kept(page: Page) -> None:
+    set_test_id(quiet(page.session.project.says), "kept")
+
+
+def _take_notes(page: Page, change: events.ValueChangeEventArguments[Any]) -> None:
+    page.session.notes = str(change.value or "")
+    page.session.changes.mark("project")
 
 
 def _draw_foreign(page: Page) -> None:
@@ -47,8 +60,8 @@ def _draw_foreign(page: Page) -> None:
         for number, name in enumerate(names):
             with ui.row().classes("w-full items-center no-wrap gap-1 q-mb-xs"):
                 ui.label(name).classes("ellipsis col").tooltip(name)
-                button = ui.button("Import", on_click=partial(open_dialog, page, name)).props("dense outline")
-                set_test_id(button, f"import-{number}").props["aria-label"] = f"Import {name}"
+                start = (open_dialog, page, name)
+                page.button("Import", f"import-{number}", *start, props="dense outline", label=f"Import {name}")
 
 
 def _draw_list(page: Page) -> None:
@@ -77,8 +90,8 @@ def _choice_buttons(page: Page, name: str, number: int) -> None:
         ("Validate", is_validate, (chosen.train, None if is_validate else name)),
     ):
         state = "unelevated aria-pressed=true" if selected else "outline aria-pressed=false"
-        button = page.button(text, f"{text.lower()}-{number}", choose, *pair, props=f"dense {state}")
-        button.props["aria-label"] = f"{text}: {name}"
+        label = f"{text}: {name}"
+        page.button(text, f"{text.lower()}-{number}", choose, *pair, props=f"dense {state}", label=label)
 
 
 async def _take_upload(page: Page, upload: events.UploadEventArguments) -> None:

@@ -21,23 +21,23 @@ from ident.workbench.pages import (
 )
 from ident.workbench.pages.page import Page, notify, set_test_id
 from ident.workbench.state.session import WorkbenchSession
-from ident.workbench.state.steps import steps
 from ident.workbench.topics import Topic
+from ident.workbench.worker.process import CAN_PAUSE
 
 Tab = tuple[str, str, str, Callable[[Page], None], tuple[Topic, ...]]
 TABS: tuple[Tab, ...] = (
     ("data", "Choose", "show_chart", data.draw, ("recording",)),
-    ("model", "Fit", "stacked_line_chart", model.draw, ("series", "step_list")),
+    ("model", "Fit", "stacked_line_chart", model.draw, ("series", "recording")),
     ("residuals", "Where", "troubleshoot", residuals.draw, ("residuals",)),
     ("missing", "Add", "extension", missing_effects.draw, ()),
-    ("export", "Save", "save_alt", export.draw, ("residuals", "step_list", "saved")),
+    ("export", "Save", "save_alt", export.draw, ("residuals", "saved")),
     ("use", "Use it", "rocket_launch", use.draw, ()),
     ("record", "Record", "fiber_manual_record", record.draw, ()),
     ("swarm", "Swarm", "bubble_chart", swarm.draw, ()),
     ("robot", "Robot", "precision_manufacturing", robot.draw, ("series", "recording")),
 )
 """Key, label, icon, the function that draws the tab, and the topics whose changes redraw all of it, if any. The
-steps of `ident.workbench.state.steps` come first."""
+steps from the first file to the report come first."""
 FLEET: Tab = ("fleet", "Fleet", "groups", fleet.draw, ("fleet",))
 """The tab of a fleet, where a store is open."""
 
@@ -94,18 +94,33 @@ def _tabs(page: Page, shown: Sequence[Tab]) -> ui.tabs:
     page.show_tab = tabs.set_value
 
     def mark_steps(page: Page) -> None:
-        found = steps(page.session)
-        upcoming = next((step.tab for step in found if not step.done), None)
-        for number, step in enumerate(found, start=1):
-            tab = elements[step.tab]
-            tab.props["label"] = f"{number} {step.label}"
-            tab.props["icon"] = "check_circle" if step.done else "radio_button_unchecked"
-            tab.props["aria-label"] = f"{number} {step.label}{', done' if step.done else ''}"
-            tab.classes("step" + (" last-step" if step.tab == "export" else ""))
-            tab.classes(**{"add" if step.tab == upcoming else "remove": "next-step"})
+        done = _steps_done(page.session)
+        upcoming = done.index(False) if False in done else None
+        for index, (is_done, (key, label, *_)) in enumerate(zip(done, TABS, strict=False)):
+            tab, title = elements[key], f"{index + 1} {label}"
+            tab.props["label"] = title
+            tab.props["icon"] = "check_circle" if is_done else "radio_button_unchecked"
+            tab.props["aria-label"] = f"{title}{', done' if is_done else ''}"
+            tab.classes("step" + (" last-step" if index + 1 == len(done) else ""))
+            tab.classes(**{"add" if index == upcoming else "remove": "next-step"})
 
     page.watch(mark_steps, "folder", "step_list", "residuals", "saved", "tab")
     return tabs
+
+
+def _steps_done(session: WorkbenchSession) -> list[bool]:
+    """Return whether each step, in the order of its tab, is done."""
+    selection = session.selection
+    step_list, residuals = selection.step_list, selection.analysis.residuals
+    added = step_list is not None and bool(step_list.added)
+    seen = residuals is not None and "residuals" in session.display.visited
+    return [
+        session.recordings.train is not None,
+        step_list is not None,
+        selection.within_noise or added or seen,
+        selection.within_noise,
+        residuals is not None and session.export.saved_name(residuals.model) is not None,
+    ]
 
 
 def _header(page: Page, dark: ui.dark_mode, drawer: ui.left_drawer) -> None:
@@ -137,14 +152,15 @@ def _header(page: Page, dark: ui.dark_mode, drawer: ui.left_drawer) -> None:
                 "recording", "step_list", "series", "previews", "residuals", "diagnosis", "swarm_progress", "run"
             )
 
-        props = 'flat round dense color=white aria-label="Dark or light"'
-        page.button("", "contrast", toggle_dark, icon="contrast", props=props).tooltip("Dark or light")
+        props, label = "flat round dense color=white", "Dark or light"
+        page.button("", "contrast", toggle_dark, icon="contrast", props=props, label=label).tooltip(label)
 
     def update() -> None:
         job = jobs.current
         paused = job is not None and job.paused_at is not None
         status.text = _status_text(session)
-        spinner.visible = pause.visible = job is not None and not paused
+        spinner.visible = job is not None and not paused
+        pause.visible = CAN_PAUSE and spinner.visible
         resume.visible, cancel.visible = paused, job is not None
         fit.enabled = session.recordings.train is not None and not jobs.blocked
         stop.visible = recorder.running
@@ -174,9 +190,7 @@ def _fit(page: Page) -> None:
 def _status_text(session: WorkbenchSession) -> str:
     job, train, validate = session.jobs.current, session.recordings.train, session.recordings.validate
     if job:
-        return (
-            f"{job.text}: paused after {job.seconds:.0f} s" if job.paused_at else f"{job.text} … {job.seconds:.0f} s"
-        )
+        return f"{job.text}: paused after {job.seconds:.0f} s" if job.paused_at else f"{job.text} … {job.progress}"
     if train is None:
         return "choose a recording"
     step_list = session.selection.step_list

@@ -8,6 +8,7 @@ h1 { font-size: 1.125rem; font-weight: 500; line-height: 1.5; white-space: nowra
 .q-btn { min-height: 28px; min-width: 28px; font-size: 14px; }
 .q-tooltip { font-size: 12px; background: #333; color: #fff; }
 .body--light .nicegui-code { background: #fff; border: 1px solid #8886; }
+.picture { max-width: 900px; background: #fff; }
 .robot { width: 100% !important; max-width: 760px; }
 .modebar-btn, .nicegui-code .q-btn { min-height: 24px; min-width: 24px; font-size: 14px !important; }
 .drop-area { position: relative; padding: 12px; text-align: center; }
@@ -35,7 +36,9 @@ h1 { font-size: 1.125rem; font-weight: 500; line-height: 1.5; white-space: nowra
 .q-tab-panels { background: transparent !important; }
 .q-tab-panels, .q-tab-panels .q-panel, .q-tab-panel { overflow: visible; }
 .preview { position: sticky; top: 56px; z-index: 5; background: #fff; border-bottom: 1px solid #8886; }
-.preview:empty { border: 0; }
+.preview:empty { display: none; }
+.candidates { flex-direction: row-reverse; }
+.candidates > * { min-width: 0; }
 .body--dark .preview { background: #121212; }
 .chip { border: 1px solid rgba(128, 128, 128, 0.5); border-radius: 6px; padding: 0 8px; }
 .banner { border-left: 4px solid #888; padding: 2px 12px; margin-top: 4px; min-height: 36px; }
@@ -49,8 +52,16 @@ h1 { font-size: 1.125rem; font-weight: 500; line-height: 1.5; white-space: nowra
 .q-dialog__inner > .import-card { max-width: 900px; width: 900px; }
 .dialog-actions { position: sticky; bottom: 0; z-index: 1; padding: 8px 0; background: #fff; }
 .body--dark .dialog-actions { background: #1d1d1d; }
+.notice { position: fixed; right: 16px; bottom: 16px; z-index: 7000; align-items: center; padding: 4px 16px; }
+.notice { border-radius: 4px; background: #323232; color: #fff; }
 .q-notification { --q-primary: currentColor; }
 :focus-visible { outline: 2px solid var(--q-primary); outline-offset: 2px; }
+.chosen-plot { position: relative; margin-top: 44px; }
+.plot-chooser { position: absolute; top: -44px; left: 0; right: 0; display: flex; gap: 4px; }
+.plot-chooser > * { min-width: 44px; height: 40px; border: 1px solid #8886; border-radius: 6px; color: inherit; }
+.plot-chooser > * { background: #fff; }
+.body--dark .plot-chooser > * { background: #1d1d1d; }
+.plot-chooser select { flex: 1; padding: 0 8px; }
 @media (max-width: 800px) {
     .nicegui-content { padding: 0.25rem 0.5rem; }
     h1 { position: absolute; width: 1px; height: 1px; overflow: hidden; }
@@ -76,24 +87,61 @@ REPAIRS = (
     const resize = Plotly.Plots.resize;
     Plotly.Plots.resize = plot => plot.offsetParent ? resize(plot) : Promise.resolve(plot);
 
-    // On a narrow page plots stand below each other, as in the report.
-    const { narrow, stacked, belowLegend } = figuresOnNarrowPages;
-    const shown = new WeakMap();
+    // On a narrow page a figure shows one of its plots at a time, which is chosen above it.
+    const { narrow, single, belowLegend } = figuresOnNarrowPages;
+    const shown = new WeakMap(), chosen = new WeakMap();
     for (const name of ["newPlot", "react"]) {
         const draw = Plotly[name];
         Plotly[name] = (plot, figure, ...others) => {
             shown.set(plot, () => Plotly.react(plot, figure, ...others));
-            const fitting = narrow.matches ? {...figure, layout: stacked(figure.layout)} : figure;
-            const reserve = () => { plot.style.minHeight = plot.layout.height + "px"; }; // NiceGUI sets height
-            const done = draw(plot, fitting, ...others);
+            const one = narrow.matches ? single(figure, chosen.get(plot)) : {names: [], figure};
+            const reserve = () => { // NiceGUI sets height
+                plot.style.minHeight = plot.layout.height + "px";
+                plot.style.maxHeight = narrow.matches ? plot.style.minHeight : "";
+            };
+            const done = draw(plot, {...one.figure, layout: {...one.figure.layout}}, ...others); // it forgets heights
+            offer(plot, one);
             reserve();
             if (!narrow.matches) return done;
             return done.then(() => { if (plot.isConnected) { belowLegend(Plotly, plot); reserve(); } });
         };
     }
+
+    function offer(plot, {names, index}) {
+        let chooser = plot.querySelector(".plot-chooser");
+        plot.classList.toggle("chosen-plot", names.length > 0);
+        if (chooser?.dataset.names !== String(names)) { chooser?.remove(); chooser = null; }
+        if (chooser || !names.length) return;
+        const select = Object.assign(document.createElement("select"), {ariaLabel: "plot"});
+        select.append(...names.map((text, number) => new Option(text, number)));
+        select.value = index;
+        const show = index => {
+            select.value = (index + names.length) % names.length;
+            chosen.set(plot, Number(select.value));
+            shown.get(plot)();
+        };
+        select.addEventListener("change", () => show(Number(select.value)));
+        const step = (text, ariaLabel, by) => {
+            const button = Object.assign(document.createElement("button"), {textContent: text, ariaLabel});
+            button.addEventListener("click", () => show(Number(select.value) + by));
+            return button;
+        };
+        chooser = Object.assign(document.createElement("div"), {className: "plot-chooser"});
+        chooser.dataset.names = names;
+        chooser.append(step("‹", "plot before", -1), select, step("›", "plot after", 1));
+        plot.append(chooser);
+    }
     narrow.addEventListener("change", () => {
         for (const plot of document.querySelectorAll(".js-plotly-plot")) shown.get(plot)?.();
     });
+
+    // NiceGUI goes on to draw a 3D scene whose tab was left, for ever.
+    window.drawOnlyWhileShown = ({$el, renderer, text_renderer, text3d_renderer}) => {
+        for (const each of [renderer, text_renderer, text3d_renderer]) {
+            const draw = each.render;
+            each.render = (...of) => { if ($el.isConnected) draw.apply(each, of); };
+        }
+    };
 
     // Quasar's input for files has no name and cannot be reached with the keyboard.
     new MutationObserver(() => {

@@ -4,7 +4,9 @@ from nicegui import ui
 
 from ident.output.tables.parameters import agreement, fitted
 from ident.workbench.pages import plots
+from ident.workbench.pages.command import Command, draw_command
 from ident.workbench.pages.page import Page, draw_code, draw_result, heading, quiet, set_test_id
+from ident.workbench.state.cli_equivalent import table2_command
 
 _ABOUT = (
     "Fits the parameters with 300 particles, which minimise the sum of absolute residuals, objective (33), until a "
@@ -32,6 +34,17 @@ def draw(page: Page) -> None:
     page.watch(update_enabled, "job", "folder")
     page.draw_on_change(_draw_progress, "swarm_progress")
     page.draw_on_change(_draw_result, "swarm_result")
+    heading("All methods of the paper", "q-mt-md")
+    quiet(
+        "Fits the chosen pair of recordings of a delta robot by every method and validates it: Table 2, and its "
+        "figures. Without a pair, the two samples that come with this software."
+    )
+
+    def compare() -> tuple[Command, tuple[str, ...]]:
+        plots = session.folder.free_name("table2", ".plots")
+        return table2_command(session.recordings.train, session.recordings.validate, plots), (plots,)
+
+    draw_command(page, ui.row(), "Compare all methods", "table2", compare)
 
 
 def _draw_progress(page: Page) -> None:

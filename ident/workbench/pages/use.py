@@ -1,8 +1,15 @@
 """The model at work: torque by its causes, export for controllers, and the robot that follows better with it."""
 
+from collections.abc import Awaitable
+from pathlib import Path
+
 from nicegui import ui
 
+from ident.basics.model_name import model_stem
+from ident.identification.model_file import ModelFile
 from ident.output.tables import per_joint
+from ident.workbench.pages.command import Command, draw_command, draw_written
+from ident.workbench.pages.forms import machine_fields, name_fields
 from ident.workbench.pages.page import (
     Page,
     draw_code,
@@ -10,14 +17,13 @@ from ident.workbench.pages.page import (
     draw_table,
     heading,
     in_background,
-    name_fields,
-    notify,
     quiet,
+    say_what_comes,
     set_test_id,
 )
 from ident.workbench.programs.feedforward_comparison import MOTION, WITH, WITHOUT, ComparisonResult
+from ident.workbench.state.cli_equivalent import torque_command
 from ident.workbench.state.model_export import ControllerFiles, targets_of
-from ident.workbench.worker.views import ResidualView, StepsView
 from trajectories.library import names
 
 _LABELS = {
@@ -25,75 +31,87 @@ _LABELS = {
     "csv": "table of torques (CSV)",
     "fmu": "FMU for co-simulation",
     "mjcf": "MJCF for MuJoCo",
+    "urdf": "URDF with identified values",
 }
-_NO_MODEL = "Fit a model first, and put it to use here."
-_WHEN_ANALYSED = "The model can be put to use here when it has been analysed."
 _OF_THE_FIT = "of the fit"
-_DEFAULT_MACHINE = "default machine"
 
 
 def draw(page: Page) -> None:
     """Draw the three uses of the current model."""
-    page.draw_on_change(_draw_causes, "residuals", "step_list")
-    page.draw_on_change(_draw_export, "residuals", "step_list", "saved", "use")
-    page.draw_on_change(_draw_comparison, "residuals", "step_list", "saved", "use")
-
-
-def _current(page: Page) -> tuple[ResidualView, StepsView] | None:
-    """The current model, analysed, with its list of steps."""
-    step_list, residuals = page.session.selection.step_list, page.session.selection.analysis.residuals
-    return (residuals, step_list) if step_list and residuals else None
+    page.draw_on_change(_draw_causes, "residuals")
+    page.draw_on_change(_draw_torque, "residuals")
+    page.draw_on_change(_draw_uses, "residuals", "saved", "use")
 
 
 def _draw_causes(page: Page) -> None:
-    current = _current(page)
-    if current is None:
-        fitted = page.session.selection.step_list is not None
-        quiet(_WHEN_ANALYSED if fitted else _NO_MODEL)
+    view = page.session.selection.analysis.residuals
+    if view is None:
+        say_what_comes(page, "It can be put to use")
         return
     heading("Where the torque goes")
-    for number, sentence in enumerate(current[0].causes_sentences):
+    for number, sentence in enumerate(view.causes_sentences):
         set_test_id(ui.label(sentence), f"causes-{number}")
-    page.draw_figure(current[0].causes_figure, "torque by cause over time, and the RMS of each cause")
-    draw_result(current[0].causes)
+    page.draw_figure(view.causes_figure, "torque by cause over time, and the RMS of each cause")
+    draw_result(view.causes)
 
 
-def _draw_export(page: Page) -> None:
-    current = _current(page)
-    if current is None:
+def _draw_torque(page: Page) -> None:
+    view, folder, export = page.session.selection.analysis.residuals, page.session.folder, page.session.export
+    if view is None:
         return
-    model, step_list = current[0].model, current[1]
+    model = view.model
+    heading("Torque of another motion", "q-mt-md")
+    recordings = folder.recordings()
+    with ui.row().classes("items-end gap-3") as row:
+        path = ui.select([*recordings, *_trajectories(model)], value=recordings[0], label="motion")
+        name_fields("torque", path=path.classes("min-w-56"))
+
+    def torque() -> tuple[Command, tuple[str, ...]]:
+        name, motion = export.ensure_saved(model), str(path.value)
+        stem = f"{model_stem(name)}.{Path(motion).stem}.torque"
+        written = folder.free_name(stem, ".csv"), folder.free_name(stem, ".png")
+        return torque_command(name, motion, motion in recordings, *written), written
+
+    draw_command(page, row, "Compute", "torque", torque)
+
+
+def _trajectories(model: ModelFile) -> tuple[str, ...]:
+    return names() if model.mechanism == "delta" else ()
+
+
+def _draw_uses(page: Page) -> None:
+    view = page.session.selection.analysis.residuals
+    if view is not None:
+        _draw_export(page, view.model)
+        _draw_comparison(page, view.model)
+
+
+def _draw_export(page: Page, model: ModelFile) -> None:
     export = page.session.export
-    model_name = export.proposed_name(model, step_list)
+    model_name = export.proposed_name(model)
     heading("For a controller or a simulator", "q-mt-md")
     with ui.row().classes("items-end gap-3"):
         options = {target: _LABELS[target] for target in targets_of(model.mechanism)}
         target = ui.select(options, value="c", label="export").classes("min-w-56")
-        motions = [_OF_THE_FIT, *(names() if model.mechanism == "delta" else ())]
+        motions = [_OF_THE_FIT, *_trajectories(model)]
         motion = ui.select(motions, value=_OF_THE_FIT, label="motion").classes("min-w-32")
         motion.tooltip("Motion of a table, of test vectors, and of the torque that is lost")
         out = ui.input("folder or file", value=export.free_name(model_name, "c")).classes("min-w-56")
         target.on_value_change(lambda: out.set_value(export.free_name(model_name, str(target.value))))
         name_fields("use", target=target, motion=motion, out=out)
 
-        def write() -> str | None:
-            saved = export.ensure_saved(model, step_list)
+        def write() -> Awaitable[None]:
             chosen = None if motion.value == _OF_THE_FIT else str(motion.value)
-            return export.export(model, saved, str(target.value), str(out.value), chosen)
+            return in_background(export.export, model, str(target.value), str(out.value), chosen)
 
-        async def start() -> None:
-            if error := await in_background(write):
-                notify(error, "warning")
-
-        button = set_test_id(ui.button("Export", icon="output", on_click=start), "use-export")
-        button.enabled = not export.exporting
+        page.button("Export", "use-export", write, icon="output").enabled = not export.exporting
     if export.exporting:
         quiet("Exporting …")
     if files := export.export_of(model):
-        _draw_losses(files)
+        _draw_losses(page, files)
 
 
-def _draw_losses(files: ControllerFiles) -> None:
+def _draw_losses(page: Page, files: ControllerFiles) -> None:
     """Draw what the exported model lacks."""
     document = files.document
     whole, lost = document["torque_rms"], document["not_carried"]
@@ -103,6 +121,7 @@ def _draw_losses(files: ControllerFiles) -> None:
         return [f"{x:.3g} ({x / torque:.1%})" if torque else f"{x:.3g}" for x, torque in pairs]
 
     ui.label(f"Written next to the recordings: {files.out}, from {files.model_name}.")
+    draw_written(page, (files.out,))
     carried = ", ".join(document["carried"]) or "no effect beside the mechanism"
     set_test_id(ui.label(f"Carried: {carried}.{' Not carried:' if lost else ''}"), "use-carried")
     if document["voltage_only"]:
@@ -115,11 +134,7 @@ def _draw_losses(files: ControllerFiles) -> None:
     draw_code(" ".join(files.command) + "\n", "use-export-command")
 
 
-def _draw_comparison(page: Page) -> None:
-    current = _current(page)
-    if current is None:
-        return
-    model, step_list = current[0].model, current[1]
+def _draw_comparison(page: Page, model: ModelFile) -> None:
     comparison, session = page.session.comparison, page.session
     heading("Does the robot follow better with it?", "q-mt-md")
     if model.mechanism != "delta":
@@ -130,16 +145,10 @@ def _draw_comparison(page: Page) -> None:
         "should be the one of the training recording."
     )
     with ui.row().classes("items-end gap-3"):
-        machines = [_DEFAULT_MACHINE, *session.folder.names(".toml")]
-        sim = ui.select(machines, value=_DEFAULT_MACHINE, label="simulated machine").classes("min-w-36")
-        hidden = ui.number("hidden seed", min=0, step=1, format="%d", placeholder="none").classes("w-28")
-        name_fields("use", sim=sim, hidden=hidden)
+        machine = machine_fields("use", session.folder.names(".toml"))
 
         def start() -> None:
-            machine = {"--sim": str(sim.value)} if sim.value != _DEFAULT_MACHINE else {}
-            if hidden.value is not None:
-                machine["--hidden"] = str(int(hidden.value))
-            comparison.start(model, session.export.ensure_saved(model, step_list), machine)
+            comparison.start(model, session.export.ensure_saved(model), machine())
 
         button = page.button("Record both", "use-compare", start, icon="compare_arrows")
         button.enabled = comparison.state is None

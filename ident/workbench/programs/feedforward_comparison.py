@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from ident.data.following_error import Following, following
 from ident.identification.model_file import ModelFile
-from ident.output.figures.following import over_time
+from ident.output.figures.quality import following_errors
 from ident.workbench.figure import Figure, to_dict
 from ident.workbench.folder import SUFFIX, Folder
 from ident.workbench.programs.recording_process import RecordingProcess, RunStatus
@@ -66,7 +66,7 @@ class FeedforwardComparison:
         def compare() -> None:
             recordings = [read(path) for path in (plain, fed)]
             first, second = map(following, recordings)
-            figure = to_dict(over_time(dict(zip((WITHOUT, WITH), recordings, strict=True))))
+            figure = to_dict(following_errors(dict(zip((WITHOUT, WITH), recordings, strict=True))))
             self.results.append(ComparisonResult(model, (plain.name, fed.name), (first, second), figure))
             self._show(None)
 

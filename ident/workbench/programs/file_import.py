@@ -19,6 +19,10 @@ EXTRA = "extra channel"
 """A column that is kept and takes no part in a fit."""
 _JOINT_QUANTITIES = ("position", "velocity", "command", "voltage", "effort", "current", "temperature")
 _MIN_JOINTS = 3
+KEEP, EXCLUDE = "keep the time that is shown", "exclude the time that is shown"
+NEGATE, SWAP, UNIT = "negate", "swap with joint", "read in the unit"
+_OF_POSITION = {"position": "", "command": "", "velocity": "/s"}
+"""Quantities that change with the position, and what follows its unit."""
 
 
 @dataclass(frozen=True)
@@ -135,3 +139,23 @@ def convert(root: Path, words: Sequence[str]) -> tuple[str, ...]:
     head = f"{document['joints']} joints, {document['samples']} samples in {document['duration_s']:.3g} s"
     sentences = (f"{'Warning: ' if item['level'] == 'warning' else ''}{item['says']}" for item in seen)
     return (head, *dict.fromkeys(sentences), *document["notes"])
+
+
+def preparation(
+    columns: Collection[str], what: str, span: tuple[float, float], quantity: str, joints: Sequence[int], other: str
+) -> list[str]:
+    """Return the options of `daq import` that change a recording of our own.
+
+    columns: those of the recording. what: one of the actions above. span: [s]. quantity: such as position, which
+    takes its command and velocity along. joints: from 1. other: the unit, or the joint to swap with.
+    """
+    if what in (KEEP, EXCLUDE):
+        return ["--trim" if what == KEEP else "--exclude", f"{span[0]:.3f}:{span[1]:.3f}"]
+    pairs = [(joint, int(other)) for joint in joints] if what == SWAP else [(joint, joint) for joint in joints]
+    pairs += [(second, first) for first, second in pairs if first != second]
+    words = []
+    for name, per_second in (_OF_POSITION if quantity == "position" else {quantity: ""}).items():
+        unit = {NEGATE: ":*-1", UNIT: f":{other}{per_second}"}.get(what, "")
+        entries = (f"{name}_{first}={name}_{second}{unit}" for first, second in pairs)
+        words += [word for entry in entries if entry.partition("=")[0] in columns for word in ("--map", entry)]
+    return words

@@ -30,7 +30,10 @@ _STOP_TIMEOUT = 10.0
 
 @dataclass
 class RunStatus:
-    """Status of the run in progress, or of the last one."""
+    """Status of the run in progress, or of the last one.
+
+    Other threads append to its queues, so a copy is what can be gone through.
+    """
 
     command: tuple[str, ...]
     file: Path | None
@@ -58,7 +61,7 @@ class RunStatus:
     @property
     def reason(self) -> str:
         """Why the process ended early."""
-        return next(iter(errors(reversed(self.messages))), f"exit status {self.exit_code}")
+        return next(iter(errors(reversed(list(self.messages)))), f"exit status {self.exit_code}")
 
     @property
     def name(self) -> str:
@@ -67,7 +70,7 @@ class RunStatus:
 
     def latest(self, kind: str) -> float | None:
         """Last "position" or "following_error" of `joint`; None where it is not known."""
-        values = [row[kind][self.joint - 1] for row in self.rows if len(row.get(kind, ())) >= self.joint]
+        values = [row[kind][self.joint - 1] for row in list(self.rows) if len(row.get(kind, ())) >= self.joint]
         return next((value for value in reversed(values) if value is not None), None)
 
 

@@ -2,18 +2,58 @@
 
 import json
 import shutil
+import signal
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextvars import ContextVar, copy_context
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from recordings.errors import BadInput
 
-_TIMEOUT = 120.0
-"""Longest time that a short command may take [s]."""
-IDENT = (sys.executable, "-c", "from ident.cli import main; main()")
+_TIMEOUT = 900.0
+"""Longest time that a command may take on a busy machine [s]: an import waits for `ident check`."""
+_IDENT = (sys.executable, "-c", "from ident.cli import main; main()")
 """The command `ident` of this program."""
+
+Result = TypeVar("Result")
+
+
+class Cancellable:
+    """An action of the page, in a thread of its own, whose programs can be ended."""
+
+    def __init__(self) -> None:
+        self.text = "working"
+        """Program that runs, for the user."""
+        self.cancelled = False
+        self._process: subprocess.Popen[str] | None = None
+
+    def call(self, action: Callable[..., Result], *arguments: Any) -> Result:
+        """Return what `action` returns."""
+        context = copy_context()
+        context.run(_ACTION.set, self)
+        return context.run(action, *arguments)
+
+    def cancel(self) -> None:
+        """End the program as Ctrl-C does: it removes what it has written half, and stops drives."""
+        self.cancelled = True
+        if self._process is not None:  # Windows can ask a program only together with this one: it is ended at once
+            self._process.send_signal(signal.SIGTERM if sys.platform == "win32" else signal.SIGINT)
+
+    def runs(self, process: "subprocess.Popen[str]", text: str) -> None:
+        """Let `cancel` end the `process`."""
+        self._process, self.text = process, text
+        if self.cancelled:
+            self.cancel()
+
+    def check(self) -> None:
+        """Raise BadInput if the action was cancelled."""
+        if self.cancelled:
+            raise BadInput(f"Cancelled ({self.text}).")
+
+
+_ACTION: ContextVar[Cancellable | None] = ContextVar("action", default=None)
 
 
 def daq_command() -> tuple[str, ...]:
@@ -32,20 +72,37 @@ def daq_command() -> tuple[str, ...]:
 def run(
     root: Path, program: Iterable[str], words: Iterable[str], timeout: float | None = _TIMEOUT
 ) -> subprocess.CompletedProcess[str]:
-    """Run `program` with `words` in the folder `root`, and return its output."""
+    """Run `program` with `words` in the folder `root`, and return its output.
+
+    Raises:
+        BadInput: the action that has asked for it was cancelled.
+    """
+    words, pipe, action = [*words], subprocess.PIPE, _ACTION.get() or Cancellable()
     command = [*program, *words]
-    return subprocess.run(
-        command, cwd=root, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=timeout
-    )
+    with subprocess.Popen(
+        command, cwd=root, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True
+    ) as process:
+        action.runs(process, words[0])
+        try:
+            out, err = process.communicate(timeout=timeout)
+        except BaseException:
+            process.kill()
+            raise
+    action.check()
+    return subprocess.CompletedProcess(command, process.returncode, out, err)
 
 
-def run_ident(root: Path, *words: str) -> str | None:
-    """Run `ident` with `words` in the folder `root`, however long it takes; return the error that it ends with."""
-    process = run(root, IDENT, words, timeout=None)
-    if process.returncode == 0:
-        return None
-    reason = " ".join(errors(process.stderr.splitlines()))
-    return reason or f"`ident {words[0]}` ended with exit status {process.returncode}"
+def run_ident(root: Path, *words: str) -> str:
+    """Run `ident` with `words` in the folder `root`, however long it takes, and return what it prints.
+
+    Raises:
+        BadInput: it ends with an error.
+    """
+    process = run(root, _IDENT, words, timeout=None)
+    if process.returncode:
+        reason = " ".join(errors(process.stderr.splitlines()))
+        raise BadInput(reason or f"`ident {words[0]}` ended with exit status {process.returncode}")
+    return process.stdout
 
 
 def answer_of_daq(root: Path, *words: str) -> Mapping[str, Any]:
@@ -60,8 +117,7 @@ def answer_of_daq(root: Path, *words: str) -> Mapping[str, Any]:
         raise BadInput(f"an answer of `daq {words[0]}` expected, {error} found; run it in a terminal") from None
     if process.returncode:
         raise BadInput(" ".join(messages(process.stderr.splitlines())).removeprefix("error: "))
-    document: Mapping[str, Any] = json.loads(process.stdout)
-    return document
+    return json.loads(process.stdout)
 
 
 def messages(stderr: Iterable[str]) -> Iterator[str]:

@@ -6,7 +6,6 @@ from string import ascii_uppercase
 from ident.workbench.worker.views import StepsView
 from recordings.errors import BadInput
 
-_MAX_HISTORY = 50
 MAX_BRANCHES = 6
 """Largest number of branches that remain distinguishable in one plot."""
 
@@ -24,19 +23,23 @@ class Branch:
     @property
     def step_list(self) -> StepsView:
         """Return the current list of steps."""
-        return self.history[-1 - self.undone]
+        return self.kept[-1]
+
+    @property
+    def kept(self) -> tuple[StepsView, ...]:
+        """Return the lists of steps up to the current one."""
+        return self.history[: len(self.history) - self.undone]
 
     @property
     def can_undo(self) -> bool:
         """Whether the current list of steps is not the first one."""
-        return self.undone + 1 < len(self.history)
+        return len(self.kept) > 1
 
     @property
     def title(self) -> str:
         """Return the name and the effects that were added to the mandatory ones."""
-        last = self.step_list.steps[-1]
-        added = [name for name, _ in last.terms if name not in self.step_list.mandatory]
-        return f"{self.name}: {' + '.join(added) or last.label}"
+        added = " + ".join(name for name, _ in self.step_list.added)
+        return f"{self.name}: {added or self.step_list.steps[-1].label}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +48,12 @@ class Branches:
 
     all: tuple[Branch, ...]
     index: int = 0
+
+    def __post_init__(self) -> None:
+        """Refuse what a damaged file may say; nothing here makes it."""
+        undone = (0 <= branch.undone < len(branch.history) and branch.step_list.steps for branch in self.all)
+        if not (0 <= self.index < len(self.all) and all(undone)):
+            raise ValueError("a current branch with a current model expected")
 
     @classmethod
     def start(cls, step_list: StepsView) -> "Branches":
@@ -63,8 +72,7 @@ class Branches:
 
     def extended(self, step_list: StepsView) -> "Branches":
         """Append `step_list` to the current branch and discard what was undone."""
-        kept = self.current.history[: len(self.current.history) - self.current.undone]
-        return self._with_current(Branch(self.current.name, (*kept, step_list)[-_MAX_HISTORY:]))
+        return self._with_current(Branch(self.current.name, (*self.current.kept, step_list)))
 
     def undone(self) -> "Branches":
         """Go one list of steps back in the current branch.
@@ -96,8 +104,7 @@ class Branches:
             raise BadInput(f"up to {MAX_BRANCHES} branches expected, one more requested; drop one first")
         used_names = {branch.name for branch in self.all}
         free_name = next(letter for letter in ascii_uppercase if letter not in used_names)
-        kept = self.current.history[: len(self.current.history) - self.current.undone]
-        return Branches((*self.all, Branch(free_name, kept)), len(self.all))
+        return Branches((*self.all, Branch(free_name, self.current.kept)), len(self.all))
 
     def switched(self, index: int) -> "Branches":
         """Make branch `index` (from 0) the current one.

@@ -37,12 +37,21 @@ def swarm_command(request: SwarmRequest, train: str, validate: str | None) -> st
     return _command_line("ident", "fit", train, *options)
 
 
+def torque_command(model: str, path: str, is_recording: bool, out: str, picture: str) -> tuple[str, ...]:
+    """Return the words of the command that computes the torque of a trajectory, or of the motion of a recording."""
+    return ("torque", model, *((path,) if is_recording else ("--traj", path)), "-o", out, "--picture", picture)
+
+
+def table2_command(train: str | None, validate: str | None, plots: str) -> tuple[str, ...]:
+    """Return the words of the command that compares all methods; without two recordings, on the samples."""
+    return ("table2", *((train, validate) if train and validate else ()), "--plots", plots)
+
+
 def effect_options(step_list: StepsView) -> tuple[str, ...]:
     """Return the effects of the current model, beyond the base model, as values of `ident fit --with`."""
     return tuple(
         name if len(joints) == len(step_list.units) else f"{name}:{','.join(map(str, joints))}"
-        for name, joints in step_list.steps[-1].terms
-        if name not in step_list.mandatory
+        for name, joints in step_list.added
     )
 
 
@@ -62,12 +71,11 @@ def _model_command(step_list: StepsView, recordings: list[str]) -> list[str]:
     `ident diagnose` always includes the mandatory effects. A model without one of them, or without added effects, is
     therefore made by `ident fit`.
     """
-    names = [name for name, _ in step_list.steps[-1].terms]
-    mandatory = {name for step in step_list.steps for name, _ in step.terms if name in step_list.mandatory}
-    added = [name for name in names if name not in mandatory]
     if step_list.diagnosed:
         return ["diagnose", *recordings, "--apply"]
-    if added and mandatory <= set(names):
+    removed = {name for step in step_list.steps for name, _ in step.terms} & set(left_out(step_list))
+    if step_list.added and not removed:
+        added = [name for name, _ in step_list.added]
         return ["diagnose", *recordings, *repeated("--only", added), "--apply"]
     options = repeated("--with", effect_options(step_list))
     options += repeated("--without", left_out(step_list))

@@ -16,7 +16,7 @@ from ident.workbench.topics import Changes
 from ident.workbench.worker.views import StepsView
 from recordings.errors import BadInput
 
-ENDINGS = {"c": "_c", "csv": ".feedforward.csv", "fmu": ".fmu", "mjcf": ".xml"}
+ENDINGS = {"c": "_c", "csv": ".feedforward.csv", "fmu": ".fmu", "mjcf": ".xml", "urdf": ".urdf"}
 """End of the name of an export by its target; C is a folder."""
 
 
@@ -73,9 +73,9 @@ class ModelExport:
             raise BadInput(f"a report of this session expected, '{name[:80]}' found; create it on the tab Save")
         return self._folder.existing_file(name)
 
-    def proposed_name(self, model: ModelFile, step_list: StepsView) -> str:
-        """Return the file name of `model`, the last of `step_list`, or a new one if it was not saved."""
-        stem = step_list.train.removesuffix(".mcap")
+    def proposed_name(self, model: ModelFile) -> str:
+        """Return the file name of `model`, or a new one if it was not saved."""
+        stem = model.train.recordings[0].name.removesuffix(".mcap")
         return self.saved_name(model) or self._folder.free_name(stem, ".model.json")
 
     def free_name(self, model_name: str, target: str) -> str:
@@ -92,49 +92,48 @@ class ModelExport:
         self._saved[file_name] = model
         self._changes.mark("folder", "saved")
 
-    def ensure_saved(self, model: ModelFile, step_list: StepsView) -> str:
-        """Save `model`, the last of `step_list`, unless it was saved; return the name of its file."""
-        name = self.proposed_name(model, step_list)
+    def ensure_saved(self, model: ModelFile) -> str:
+        """Save `model` unless it was saved; return the name of its file."""
+        name = self.proposed_name(model)
         if self._saved.get(name) is not model:
             self.save(model, name)
         return name
 
-    def create_report(self, model: ModelFile, step_list: StepsView) -> str | None:
-        """Save `model`, the last of `step_list`, unless it was saved, and run `ident report`; return any error."""
+    def create_report(self, model: ModelFile, step_list: StepsView) -> None:
+        """Save `model`, the last of `step_list`, unless it was saved, and run `ident report`.
+
+        Raises:
+            BadInput: `ident` refuses, or the model was deleted meanwhile.
+        """
         self.creating_report = True
         self._changes.mark("saved")
         try:
-            name = self.ensure_saved(model, step_list)
+            name = self.ensure_saved(model)
             command = report_command(step_list, self._folder.existing_file(name).name)
-            error = run_ident(self._folder.root, *command[1:])
-            if error is None:
-                self._reports[name] = command[-1]
-            return error
-        except (BadInput, OSError) as error:
-            return str(error)
+            run_ident(self._folder.root, *command[1:])
+            self._reports[name] = command[-1]
         finally:
             self.creating_report = False
             self._changes.mark("saved")
 
-    def export(self, model: ModelFile, model_name: str, target: str, out: str, motion: str | None) -> str | None:
-        """Write `model`, which is saved as `model_name`, to `out`; return what went wrong.
+    def export(self, model: ModelFile, target: str, out: str, motion: str | None) -> None:
+        """Save `model` unless it was saved, and write it to `out`.
 
         motion: trajectory of a table, and of the torque that is lost; None: the motion of the fit.
 
         Raises:
-            BadInput: `out` exists, or is no plain name with the ending of this target.
+            BadInput: `out` exists, or is no plain name with the ending of this target, or `ident` refuses.
         """
         path = self._folder.new_file(out, "" if target == "c" else "." + ENDINGS[target].rsplit(".", 1)[-1])
-        command = ("export", model_name, "--to", target, "-o", path.name, *(("--traj", motion) if motion else ()))
+        name = self.ensure_saved(model)
+        command = ("export", name, "--to", target, "-o", path.name, *(("--traj", motion) if motion else ()))
         self.exporting = True
         self._changes.mark("use")
         try:
-            error = run_ident(self._folder.root, *command)
-            if error is None:
-                carried = targets.load(target).carried_file(path)
-                document = json.loads(carried.read_text(encoding="utf-8"))
-                self._exports.append(ControllerFiles(model, model_name, path.name, ("ident", *command), document))
-            return error
+            run_ident(self._folder.root, *command)
+            carried = targets.load(target).carried_file(path)
+            document = json.loads(carried.read_text(encoding="utf-8"))
+            self._exports.append(ControllerFiles(model, name, path.name, ("ident", *command), document))
         finally:
             self.exporting = False
             self._changes.mark("use", "folder")
@@ -142,5 +141,5 @@ class ModelExport:
 
 def targets_of(mechanism: str) -> tuple[str, ...]:
     """Names of the targets that a `mechanism` can be exported to."""
-    written = {"delta": ("c", "fmu", "mjcf"), "axes": ("c", "fmu")}.get(mechanism, ())
-    return tuple(name for name in ENDINGS if name == "csv" or name in written)
+    unwritten = {"delta": ("urdf",), "axes": ("mjcf", "urdf")}.get(mechanism, ())
+    return tuple(name for name in ENDINGS if name not in unwritten)

@@ -64,13 +64,18 @@ class ModelSelection:
         return test is not None and test.verdict == "within-noise"
 
     @property
+    def is_fitting(self) -> bool:
+        """Whether the base model is being fitted."""
+        return self._jobs.current is not None and self._jobs.current.task == "fit"
+
+    @property
     def has_changes(self) -> bool:
         """Whether the user has changed the first model, so that more would be lost than one fit."""
         return self.branches is not None and self.branches.has_changes
 
-    def clear(self) -> None:
-        """Discard everything."""
-        self.branches = self.diagnosis = None
+    def clear(self, branches: Branches | None = None) -> None:
+        """Discard everything, and go on with `branches`."""
+        self.branches, self.diagnosis = branches, None
         self._analyses.clear()
         self._mark_all()
         self._changes.mark("diagnosis")
@@ -79,6 +84,8 @@ class ModelSelection:
         """Fit the base model."""
         receive = partial(self._receive, ModelAnalysis(), Branches.start)
         self._jobs.submit("fit", receive, "fit", *self._recordings.files)
+        if self.branches is None:  # the page no longer asks for it
+            self._mark_all()
 
     def extend(self, task: str, *arguments: object) -> None:
         """Let the engine's `task` (add, remove, diagnose) append to the current branch.
@@ -126,6 +133,8 @@ class ModelSelection:
         """Resume the analysis of the list of steps if another task has interrupted it."""
         if completed and self.branches and self.analysis.residuals is None:
             self.change()
+        elif self.branches is None:
+            self._mark_all()
 
     def _receive(self, analysis: ModelAnalysis, update: Update | None, view: views.View) -> None:
         """Store a view; all views of a task belong to the `analysis` of one step_list, even if another is shown."""

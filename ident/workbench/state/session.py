@@ -1,6 +1,7 @@
 """State behind the page: one session, shared by all browser tabs and kept when the page is reloaded."""
 
 import os
+import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,15 +15,19 @@ from ident.workbench.programs.recording_process import RecordingProcess
 from ident.workbench.state.chosen_recordings import ChosenRecordings
 from ident.workbench.state.model_export import ModelExport
 from ident.workbench.state.model_selection import ModelSelection
+from ident.workbench.state.project import Kept, Project
 from ident.workbench.state.swarm_fit import SwarmFit
-from ident.workbench.topics import Changes
+from ident.workbench.topics import Changes, Topic
 from ident.workbench.worker.jobs import Jobs
-from recordings.command_line import repeated
 from recordings.errors import BadInput
+from recordings.files import sha256
 from recordings.next_command import diagnosis
 
 if TYPE_CHECKING:
     from ident.workbench.state.watched_fleet import WatchedFleet
+
+_KEPT_TOPICS: set[Topic] = {"folder", "step_list", "tab", "project"}
+"""Topics with a part that is kept in the folder."""
 
 
 @dataclass
@@ -33,6 +38,12 @@ class DisplaySettings:
     joint: int = 0
     """From 0."""
     dark: bool = False
+    series: int | None = None
+    """Recording, or part of one, on the tab Fit; None: the first that is held out."""
+    signals: list[str] = field(default_factory=list)
+    """Signals below its torque."""
+    spans: dict[str, tuple[float, float] | None] = field(default_factory=dict)
+    """Zoom by recording [s]; None: all of it."""
     requested_span: tuple[str, float, float] | None = None
     """Span to be shown next: name of the recording, start and end [s]."""
     visited: set[str] = field(default_factory=set)
@@ -54,6 +65,9 @@ class WorkbenchSession:
         self.export = ModelExport(folder, self.changes)
         self.recorder = RecordingProcess(folder.root, self.changes)
         self.comparison = FeedforwardComparison(folder, self.recorder, self.changes)
+        self.project = Project(folder.root)
+        self.notes = ""
+        self._saving = threading.RLock()
         self.fleet: WatchedFleet | None = None
         """The store of a fleet, if one is open."""
         if store is not None:
@@ -62,6 +76,61 @@ class WorkbenchSession:
 
             self.fleet = watched_fleet.WatchedFleet(store, self.changes)
             self.display.tab = "fleet"
+
+    def take_up(self, chosen: Sequence[str] = ()) -> None:
+        """Go on where the last session in this folder was left, and keep what is done from now on.
+
+        chosen: names of the recordings to work with instead, the one to fit first.
+
+        Raises:
+            BadInput: the `chosen` recordings cannot be used together.
+        """
+        kept = self.project.open()
+        self.notes, self.display.dark, self.jobs.durations = kept.notes, kept.dark, {**kept.durations}
+        if "fleet" not in (kept.tab, self.display.tab):
+            self.display.tab = kept.tab
+        pair = (chosen[0], chosen[1] if len(chosen) == 2 else None) if chosen else (kept.train, kept.validate)
+        try:
+            with self.jobs.worker.lock:  # the analysis of the models follows when the recording has been read
+                self.choose(*pair)
+                if not (why := self._why_not(kept)):
+                    self.selection.clear(kept.branches)
+        except BadInput as error:  # such as a recording that was deleted
+            if chosen:
+                raise
+            why = str(error)
+        if why and kept.branches:
+            self.project.set_aside(why)
+        self.changes.on_mark = self._keep
+
+    def _why_not(self, kept: Kept) -> str:
+        """Why the models that were `kept` cannot be taken up with the chosen recordings; empty if they can."""
+        chosen = self.recordings
+        views = [view for branch in kept.branches.all for view in branch.history] if kept.branches else []
+        if any((view.train, view.validate) != (chosen.train, chosen.validate) for view in views):
+            return "they are of other recordings"
+        if views and {view.digests for view in views} != {tuple(sha256(file) for file in chosen.files if file)}:
+            return "a recording has changed since"
+        unknown = {name for view in views for step in view.steps for name, _ in step.terms} - self.library.keys()
+        return f"this library has no {', '.join(sorted(unknown))}; see --effect-file" if unknown else ""
+
+    def _keep(self, topics: set[Topic]) -> None:
+        if not topics & _KEPT_TOPICS:
+            return
+        with self._saving:
+            chosen, display, said = self.recordings, self.display, self.project.says
+            kept = Kept(
+                train=chosen.train,
+                validate=chosen.validate,
+                branches=self.selection.branches,
+                tab=display.tab,
+                dark=display.dark,
+                notes=self.notes,
+                durations=dict(self.jobs.durations),
+            )
+            self.project.save(kept)
+        if self.project.says != said:
+            self.changes.mark("project")
 
     def choose(self, train: str | None, validate: str | None) -> None:
         """Set the recordings to work with and discard all results of the previous ones.
@@ -73,6 +142,7 @@ class WorkbenchSession:
         self.selection.clear()
         self.swarm.clear()
         self.display.visited.clear()
+        self.display.series = None
         self.recordings.read()
 
     def choose_the_only_pair(self) -> None:
@@ -87,20 +157,20 @@ class WorkbenchSession:
 
     def next_command(self) -> list[str]:
         """Words of the command that goes on in a terminal where the page was left."""
-        names = [name for name in (self.recordings.train, self.recordings.validate, self.export.last_saved) if name]
-        paths = {name: os.path.relpath(self.folder.root / name) for name in names}
-        train, validate, model = self.recordings.train, self.recordings.validate, self.export.last_saved
+        names = self.recordings.train, self.recordings.validate, self.export.last_saved
+        train, validate, model = (name and os.path.relpath(self.folder.root / name) for name in names)
         if train is None:
             return ["daq", "record", "--traj", "fig5a", "--cycles", "3"]
         if model:
-            return ["ident", "compare", paths[model], paths[validate or train]]
-        held_out = [paths[validate]] if validate else []
-        return [str(word) for word in diagnosis([Path(paths[train])], *repeated("--validate", held_out))]
+            return ["ident", "compare", model, validate or train]
+        held_out = ("--validate", validate) if validate else ()
+        return [str(word) for word in diagnosis([Path(train)], *held_out)]
 
     def close(self) -> None:
-        """Stop the recording and the worker."""
+        """Stop the recording and the worker, and leave the folder to others."""
         self.recorder.close()
         self.jobs.stop()
+        self.project.close()
 
 
 def open_session(
@@ -117,7 +187,9 @@ def open_session(
     """
     if not paths or (len(paths) == 1 and paths[0].is_dir()):
         session = WorkbenchSession(Folder.at(*paths or [Path()]), effect_files, store)
-        session.choose_the_only_pair()
+        session.take_up()
+        if session.recordings.train is None:
+            session.choose_the_only_pair()
         return session
     for path in paths:
         if not path.is_file() or path.suffix not in (SUFFIX, *FOREIGN_SUFFIXES):
@@ -129,7 +201,5 @@ def open_session(
             f"files in {len(folders)} folders found; open their folder"
         )
     session = WorkbenchSession(Folder.at(folders.pop()), effect_files, store)
-    chosen = [path.name for path in paths if not session.folder.is_foreign(path.name)]
-    if chosen:
-        session.choose(chosen[0], chosen[1] if len(chosen) == 2 else None)
+    session.take_up([path.name for path in paths if not session.folder.is_foreign(path.name)])
     return session

@@ -5,7 +5,7 @@ has them continues at once, a new process rebuilds them. Models, errors and impr
 `ident diagnose` (`ident.diagnosis.search`), one step at a time.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from weakref import WeakKeyDictionary
@@ -15,25 +15,21 @@ import numpy as np
 from ident.data.samples import holds_torque
 from ident.diagnosis.diagnosis import DiagnosisInputs, DiagnosisOptions, diagnose, prepare_inputs
 from ident.diagnosis.document import verdict
-from ident.diagnosis.document.document import labels
 from ident.diagnosis.document.formula import with_formula
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.judge.judge import judge
-from ident.diagnosis.search.fits import added_term
 from ident.diagnosis.search.screening import Candidate
 from ident.diagnosis.search.search import Search
 from ident.diagnosis.search.selection import SelectionStep
-from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual
+from ident.diagnosis.unknown.residual_test import UnexplainedResidual
 from ident.dynamics.effects.library import library
 from ident.dynamics.structure import Term
-from ident.output.figures.finding import before_after, effect_contribution
-from ident.residuals import phases
+from ident.output.figures.finding import before_after
 from ident.workbench.figure import to_dict
-from ident.workbench.worker import swarm_task, views
-from ident.workbench.worker.effect_contribution import EffectContribution
+from ident.workbench.worker import views
+from ident.workbench.worker.model_views import candidate_previews, residual_view, torque_series
 from ident.workbench.worker.recording_view import mismatch, recording_views
-from ident.workbench.worker.residual_task import residual_view
-from ident.workbench.worker.selection_state import LabelledStep, SelectionState
+from ident.workbench.worker.selection_state import FittedStep, SelectionState, fitted_step, fitted_steps
+from ident.workbench.worker.swarm_task import run_swarm
 from ident.workbench.worker.views import ModelSpec, StepsSpec, View
 from recordings.errors import BadInput
 
@@ -49,14 +45,12 @@ class SelectionEngine:
     ) -> None:
         """`on_swarm_progress`: called while the swarm searches."""
         self._progress, self._on_swarm_progress = progress, on_swarm_progress
-        self._effect_files = tuple(effect_files)
         self._library = library(effect_files)
         self._selection: SelectionState | None = None
         self._screened: WeakKeyDictionary[FittedModel, tuple[dict[str, Candidate], views.CandidateList]]
         self._screened = WeakKeyDictionary()
         self._unexplained: WeakKeyDictionary[FittedModel, UnexplainedResidual] = WeakKeyDictionary()
         """What the full diagnosis has said of its last model."""
-        self._step_views: WeakKeyDictionary[LabelledStep, views.StepView] = WeakKeyDictionary()
 
     def view_recording(self, path: Path, validate: Path | None = None) -> Iterator[View]:
         """Yield the view of a recording; before it a `Mismatch` if `validate` comes from another rig."""
@@ -110,15 +104,14 @@ class SelectionEngine:
         yield views.DiagnosisView(document.as_json(), figures, law)
         changed = {name: getattr(diagnosis, name) for name in ("split", "effects", "excerpt_share")}
         selection = self._selection = self._state(selection.files, replace(selection.inputs, **changed))
-        selection.set_steps(*_labelled_steps(diagnosis.selection.steps))
-        selection.diagnosed = selection.model
+        selection.set_steps(*fitted_steps(diagnosis.selection.steps))
         self._unexplained[selection.model] = diagnosis.unexplained
         yield from self._views(selection)
 
     def swarm(self, train: Path, validate: Path | None, request: views.SwarmRequest) -> Iterator[View]:
         """Fit the parameters by the paper's particle swarm, as `ident fit` does."""
         self._progress("reading and preparing the recordings for the swarm")
-        yield swarm_task.run_swarm(train, validate, request, self._effect_files, self._on_swarm_progress)
+        yield run_swarm(train, validate, request, self._library, self._on_swarm_progress)
 
     def _selection_at(self, base: StepsSpec) -> SelectionState:
         """Return the selection state at the list of steps `base`."""
@@ -136,7 +129,7 @@ class SelectionEngine:
         selection = self._state((train, validate), inputs)
         self._progress("fitting the base model")
         model, steps = selection.selector.start(*inputs.initial_model(self._library))
-        selection.set_steps(*_labelled_steps(steps))
+        selection.set_steps(*fitted_steps(steps))
         if selection.model is not model:  # mandatory effects are in the model whether or not they improve it
             name = model.terms[-1].name
             selection.push(f"+ {name}", name, model)
@@ -145,10 +138,10 @@ class SelectionEngine:
     def _state(self, files: tuple[Path, Path | None], inputs: DiagnosisInputs) -> SelectionState:
         return SelectionState(files, inputs, Search(inputs.split, inputs.effects.observable, self._progress))
 
-    def _rebuild(self, selection: SelectionState, specs: tuple[ModelSpec, ...]) -> Iterator[LabelledStep]:
+    def _rebuild(self, selection: SelectionState, specs: tuple[ModelSpec, ...]) -> Iterator[FittedStep]:
         """Yield the steps of a list of steps from their `specs`; solve only the unknown ones."""
         base_structure = replace(selection.model.solution.structure, terms=())
-        previous: LabelledStep | None = None
+        before: FittedModel | None = None
         for number, (label, terms, x) in enumerate(specs, start=1):
             step = selection.known_steps.get(specs[:number])
             if step is None:
@@ -156,20 +149,20 @@ class SelectionEngine:
                     Term(name, self._library[name], tuple(joint - 1 for joint in joints)) for name, joints in terms
                 )
                 model = selection.selector.fits.fit(replace(base_structure, terms=tuple(made)), np.array(x))
-                improvement = model.improvement_over(previous.step.model) if previous else None
+                improvement = model.improvement_over(before) if before else None
                 added = terms[-1][0] if label.startswith("+") else None
-                step = LabelledStep(label, SelectionStep(added, model, improvement))
+                step = fitted_step(label, SelectionStep(added, model, improvement), before)
             yield step
-            previous = step
+            before = step.model
 
     def _views(self, selection: SelectionState) -> Iterator[View]:
         yield self._steps_view(selection)
-        yield _torque_series(selection)
+        yield torque_series(selection)
         self._progress("rating every effect of the library")
         candidates, view = self._screen(selection)
         yield view
         self._progress("drawing the candidate previews")
-        yield _previews(selection, candidates)
+        yield candidate_previews(selection, candidates)
         self._progress("analysing the residual")
         yield residual_view(selection.model, self._unexplained.get(selection.model))
 
@@ -179,7 +172,8 @@ class SelectionEngine:
         return views.StepsView(
             train=train.name,
             validate=validate.name if validate else None,
-            steps=tuple(map(self._step_view, selection.steps, (None, *selection.steps[:-1]))),
+            digests=selection.digests,
+            steps=tuple(step.view for step in selection.steps),
             noise_rms=tuple(selection.model.noise_floor.rms.tolist()),
             units=recording.rig.effort_units,
             position_units=recording.rig.position_units,
@@ -193,22 +187,8 @@ class SelectionEngine:
                 for name, effect in self._library.items()
                 if effect.mandatory and recording.rig.mechanism in effect.mechanisms
             ),
-            diagnosed=selection.model is selection.diagnosed,
+            diagnosed=selection.model in self._unexplained,
         )
-
-    def _step_view(self, step: LabelledStep, before: LabelledStep | None) -> views.StepView:
-        if step not in self._step_views:
-            improvement, (label, terms, x) = step.step.improvement, step.spec
-            self._step_views[step] = views.StepView(
-                label=label,
-                entry=verdict.step_entry(step.step.added, step.step.model),
-                terms=terms,
-                x=x,
-                improvement=improvement.share if improvement else None,
-                improvement_ci95=improvement.interval if improvement else None,
-                refusal=_refusal(before.step.model, step.step) if before else "",
-            )
-        return self._step_views[step]
 
     def _screen(self, selection: SelectionState) -> tuple[dict[str, Candidate], views.CandidateList]:
         """Rate the effects that could be added to the current model; return them by name, and their view."""
@@ -228,51 +208,3 @@ class SelectionEngine:
             )
             self._screened[selection.model] = candidates, view
         return self._screened[selection.model]
-
-
-def _labelled_steps(steps: Sequence[SelectionStep]) -> tuple[LabelledStep, ...]:
-    names = labels([[term.name for term in step.model.terms] for step in steps])
-    return tuple(LabelledStep(name, step) for name, step in zip(names, steps, strict=True))
-
-
-def _refusal(before: FittedModel, step: SelectionStep) -> str:
-    """Why the judge does not accept what `step` adds to the model `before`; empty if it does, or nothing is added."""
-    effect = added_term(before, step.model)
-    if step.added is None or step.model.terms[effect].effect.mandatory:
-        return ""
-    return judge(before, step.model, effect).reason
-
-
-def _torque_series(selection: SelectionState) -> tuple[views.TorqueSeries, ...]:
-    split, residuals = selection.inputs.split, selection.model.residuals
-    before = selection.steps[-2].step.model.residuals if len(selection.steps) > 1 else (None,) * len(residuals)
-    return tuple(
-        views.TorqueSeries(
-            name=data.recording.path.name,
-            held_out=bool(test.any()) and not train.any(),
-            time=data.time,
-            measured=data.torque,
-            computed=data.torque - residual,
-            velocity=data.motion.velocity,
-            position=data.motion.position,
-            phase=phases.phases(data),
-            cycle=data.repeat + 1,
-            scored=train | test,
-            previous=None if previous is None else data.torque - previous,
-        )
-        for data, residual, previous, train, test in zip(
-            split.recordings, residuals, before, split.train, split.test, strict=True
-        )
-    )
-
-
-def _previews(selection: SelectionState, candidates: Mapping[str, Candidate]) -> views.CandidatePreviews:
-    """Compute the part of the residual that each candidate would explain, and draw it."""
-    split, model = selection.inputs.split, selection.model
-    estimator, noise_rms = EffectContribution(split, model.solution), model.noise_floor.rms.tolist()
-    contributions, figures = {}, {}
-    for name, candidate in candidates.items():
-        torques = estimator.compute(candidate)
-        contributions[name] = tuple(torque.astype(np.float32) for torque in torques)
-        figures[name] = to_dict(effect_contribution(model, candidate.term, torques, noise_rms))
-    return views.CandidatePreviews(contributions, figures)

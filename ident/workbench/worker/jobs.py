@@ -23,6 +23,9 @@ class Job:
     start_time: float
     blocking: bool
     """Whether no other job can be started before it ends."""
+    task: str = ""
+    expected: float | None = None
+    """Time that the same task took when it was last completed [s]; None: it was not."""
     paused_at: float | None = None
     """Monotonic time of the pause [s]; None while it runs."""
 
@@ -31,6 +34,14 @@ class Job:
         """Return the time taken so far without pauses [s]."""
         return (self.paused_at or time.monotonic()) - self.start_time
 
+    @property
+    def progress(self) -> str:
+        """Return the time taken, and share and remaining time if the task takes as long as the last time."""
+        seconds, left = f"{self.seconds:.0f} s", (self.expected or 0.0) - self.seconds
+        if self.expected is None or left <= 0:
+            return seconds
+        return f"{seconds}, {self.seconds / self.expected:.0%}, about {left:.0f} s left"
+
 
 class Jobs:
     """The current job, the tasks that the worker has not finished, and the last message to the user."""
@@ -38,6 +49,8 @@ class Jobs:
     def __init__(self, changes: Changes, effect_files: Sequence[Path]) -> None:
         self._changes = changes
         self.current: Job | None = None
+        self.durations: dict[str, float] = {}
+        """Time that each task took when it was last completed [s]."""
         self.message = ""
         self.on_end: list[Callable[[bool], None]] = []
         """Called when nothing is left to do, with whether the last task was completed."""
@@ -59,7 +72,8 @@ class Jobs:
         with self.worker.lock:
             self.check_free(blocking)
             # The worker finishes the view that it computes, so that a blocking job goes on blocking others.
-            self.current = Job(text, time.monotonic(), blocking or self.blocked)
+            expected = self.durations.get(task)
+            self.current = Job(text, time.monotonic(), blocking or self.blocked, task, expected)
             self._receivers.append(receive)
             self._changes.mark("job")
             self.show_message("")
@@ -129,6 +143,8 @@ class Jobs:
                 if error:
                     self.show_message(error)
                 if not self._receivers:
+                    if error is None and self.current:
+                        self.durations[self.current.task] = self.current.seconds
                     self.current = None
                     self.worker.resume()  # it may have been paused just after its last message
                     self._end(completed=error is None)

@@ -7,6 +7,7 @@ remaining views are skipped.
 import multiprocessing
 import os
 import signal
+import subprocess
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -37,6 +38,8 @@ class WorkerEnd:
     error: str
 
 
+CAN_PAUSE = hasattr(signal, "SIGSTOP")
+"""Whether the system can suspend a process: Windows cannot."""
 Message = View | StatusText | TaskEnd | WorkerEnd
 """What the worker sends to the page."""
 
@@ -49,13 +52,9 @@ class Worker:
         self._on_message, self._effect_files = on_message, tuple(effect_files)
         self._process: multiprocessing.process.BaseProcess | None = None
         self._connection: Connection | None = None
+        self._guard: subprocess.Popen[bytes] | None = None
         self.lock = threading.RLock()
         """Held while a message is handled, so that submitting, pausing and cancelling see a consistent state."""
-
-    @property
-    def needs_start(self) -> bool:
-        """Whether no process is alive; the next one starts without any state."""
-        return self._process is None or not self._process.is_alive()
 
     def submit(self, task: str, *arguments: object) -> None:
         """Send `task` to the engine; results arrive as messages."""
@@ -67,39 +66,51 @@ class Worker:
     def prepare(self) -> None:
         """Start the process early, because importing its libraries takes time."""
         with self.lock:
-            if self.needs_start:
-                self._start()
+            if self._process is not None and self._process.is_alive():
+                return
+            context = multiprocessing.get_context("spawn")  # a fork would share the server's sockets
+            page_end, worker_end = context.Pipe()
+            process = context.Process(target=_run_tasks, args=(worker_end, self._effect_files), daemon=True)
+            process.start()
+            worker_end.close()
+            self._process, self._connection = process, page_end
+            threading.Thread(target=self._listen, args=(process, page_end), name="worker", daemon=True).start()
 
     def pause(self) -> None:
-        """Suspend the process."""
-        self._signal(signal.SIGSTOP)
+        """Suspend the process. It cannot see any more that the server was killed, so a shell waits for that."""
+        with self.lock:
+            self._signal(signal.SIGSTOP)
+            if self._process is not None:
+                kill = f"read end; kill -9 {self._process.pid}"  # the pipe is closed with the server
+                self._guard = subprocess.Popen(("sh", "-c", kill), stdin=subprocess.PIPE, start_new_session=True)
 
     def resume(self) -> None:
         """Continue the suspended process."""
-        self._signal(signal.SIGCONT)
+        with self.lock:
+            self._dismiss_guard()
+            self._signal(signal.SIGCONT)
 
     def cancel(self) -> None:
         """Kill the process."""
         with self.lock:
+            self._dismiss_guard()
             process, self._process, self._connection = self._process, None, None
         if process is not None:
             process.kill()  # a suspended process handles no other signal
             process.join()
+
+    def _dismiss_guard(self) -> None:
+        """End the shell before the process can be gone, whose number another one may get."""
+        if self._guard is not None:
+            self._guard.kill()
+            self._guard.communicate()
+            self._guard = None
 
     def _signal(self, number: signal.Signals) -> None:
         with self.lock:
             if self._process is not None and self._process.is_alive():
                 assert self._process.pid is not None
                 os.kill(self._process.pid, number)
-
-    def _start(self) -> None:
-        context = multiprocessing.get_context("spawn")  # a fork would share the server's sockets
-        page_end, worker_end = context.Pipe()
-        process = context.Process(target=_run_tasks, args=(worker_end, self._effect_files), daemon=True)
-        process.start()
-        worker_end.close()
-        self._process, self._connection = process, page_end
-        threading.Thread(target=self._listen, args=(process, page_end), name="worker", daemon=True).start()
 
     def _listen(self, process: multiprocessing.process.BaseProcess, connection: Connection) -> None:
         try:
@@ -117,6 +128,7 @@ class Worker:
 def _run_tasks(connection: Connection, effect_files: Sequence[Path]) -> None:
     """Execute tasks in the worker process until the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the server, which ends this process
+    threading.Thread(target=_end_with_server, daemon=True).start()
     from ident.workbench.worker.engine import SelectionEngine
     from recordings.errors import BadInput
 
@@ -134,5 +146,13 @@ def _run_tasks(connection: Connection, effect_files: Sequence[Path]) -> None:
                 connection.send(TaskEnd(str(error)))
             except Exception as error:  # errors caused by a recording or a user's effect must not end the page
                 connection.send(TaskEnd(f"{type(error).__name__}: {error}"))
-    except (EOFError, BrokenPipeError):
+    except (EOFError, ConnectionError):
         return
+
+
+def _end_with_server() -> None:
+    """End this process when the server has been killed: a restarted one has a worker of its own."""
+    server = multiprocessing.parent_process()
+    assert server is not None
+    server.join()
+    os._exit(1)

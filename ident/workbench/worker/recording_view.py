@@ -11,6 +11,7 @@ from ident.data_problems import check_data
 from ident.output.tables.recordings import facts
 from ident.output.tables.recordings import warnings as warnings_of
 from ident.workbench.worker.views import Mismatch, RecordingView
+from recordings.columns import columns
 from recordings.data_problems import DataProblem
 from recordings.errors import BadInput
 from recordings.reader import read
@@ -69,4 +70,5 @@ def _recording_view(
         geometry=rig.geometry if rig.mechanism == "delta" else None,
         time=recording.time,
         signals={name: (unit, values.astype(np.float32)) for name, (unit, values) in signals.items()},
+        columns=tuple(columns(recording)),
     )

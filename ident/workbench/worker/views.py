@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.diagnosis.document.document import StepEntry
+from ident.diagnosis.judge.improvement import Improvement
 from ident.identification.model_file import ModelFile
 from ident.output.tables import ResultTable
-from ident.residuals.windows import Window
+from ident.residuals.phases import Window
 from recordings.data_problems import DataProblem
 from recordings.recording import Bools, Floats, Ints
 from recordings.rig import Geometry
@@ -37,6 +38,8 @@ class RecordingView:
     """(n,) [s]."""
     signals: dict[str, tuple[str, Float32s]]
     """By name: unit, and (n, dof)."""
+    columns: tuple[str, ...] = ()
+    """Names for `daq import`, such as position_1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +65,7 @@ class TorqueSeries:
     @property
     def residual(self) -> Floats:
         """Return measured minus computed torque (m, dof); NaN where a row is not scored."""
-        residual: Floats = np.where(self.scored, self.measured - self.computed, np.nan)
-        return residual
+        return np.where(self.scored, self.measured - self.computed, np.nan)
 
 
 @dataclass(frozen=True)
@@ -144,9 +146,8 @@ class StepView:
     """Effects, with their joints from 1."""
     x: tuple[float, ...]
     """All parameters, from which the model can be rebuilt."""
-    improvement: float | None
-    """Share of the held-out error above the noise floor that the last change removed."""
-    improvement_ci95: tuple[float, float] | None
+    improvement: Improvement | None
+    """By the last change, on the held-out rows; None for the first model."""
     refusal: str
     """Why the judge does not accept the effect that was added last; empty if it does, or none was added."""
 
@@ -163,6 +164,8 @@ class StepsView:
     train: str
     validate: str | None
     """Names of the recordings."""
+    digests: tuple[str, ...]
+    """SHA-256 of these files."""
     steps: tuple[StepView, ...]
     noise_rms: tuple[float | None, ...]
     """Noise floor of each joint; None if nothing repeats."""
@@ -182,6 +185,11 @@ class StepsView:
     """Names of the mandatory effects."""
     diagnosed: bool
     """Whether the current model is the final model of the full diagnosis."""
+
+    @property
+    def added(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
+        """Return the effects of the current model beyond the mandatory ones, with their joints."""
+        return tuple((name, joints) for name, joints in self.steps[-1].terms if name not in self.mandatory)
 
 
 @dataclass(frozen=True)

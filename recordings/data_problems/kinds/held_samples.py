@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from recordings.data_problems import DataProblem, healing_command, joint_list
+from recordings.data_problems import DataProblem, healing_command
 from recordings.data_problems.signals import drive_signal, moving
 from recordings.recording import Bools, Floats, Recording
 from recordings.resolution import resolution
@@ -33,7 +33,7 @@ def find(recording: Recording) -> DataProblem | None:
         kind="held-samples",
         joints=joints,
         blocks=True,
-        why=f"While {joint_list(joints)} moves, new values come only every {longest} samples ({names}).",
+        why=f"In motion, new values come only every {longest} samples ({names}).",
         remedy=healing_command(recording.path, ["--thin", str(longest)]),
     )
 

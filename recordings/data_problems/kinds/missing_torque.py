@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from recordings.data_problems import DataProblem, joint_list
-from recordings.data_problems.signals import MIN_TRAVEL, drive_signal, of_motion, travel
+from recordings.data_problems import DataProblem
+from recordings.data_problems.signals import LEAST_SIGNAL, MIN_TRAVEL, drive_signal, of_motion, travel
 from recordings.recording import Floats, Recording
 
 MIN_USABLE = 0.2
@@ -24,7 +24,7 @@ def find(recording: Recording) -> DataProblem | None:
         kind="missing-torque",
         joints=tuple(faults),
         blocks=True,
-        why=f"While {joint_list(tuple(faults))} moves, {text}: it cannot be the torque that moves it.",
+        why=f"In motion, {text}: that cannot be the torque that moves a joint.",
         remedy="Record the torque, the current or the voltage of every sample of every joint, and check the mapping.",
     )
 
@@ -34,4 +34,4 @@ def _fault(signal: Floats) -> str | None:
     usable = known[1:-1] & known[:-2] & known[2:]
     if usable.sum() < MIN_USABLE * len(signal):
         return f"is empty in {1 - known.mean():.0%} of the rows"
-    return f"is {signal[known][0]:g} throughout" if np.ptp(signal[known]) == 0 else None
+    return f"is {signal[known][0]:g} throughout" if np.ptp(signal[known]) < LEAST_SIGNAL else None

@@ -3,24 +3,24 @@
 import numpy as np
 
 from recordings.data_problems import DataProblem, healing_command
+from recordings.data_problems.signals import FASTEST, SLOWEST
 from recordings.recording import Recording
 
-SLOWEST, FASTEST = 5.0, 100_000.0
-"""Samples per second [Hz] with which motions are recorded."""
-_UNITS = (("ms", 1e3), ("us", 1e6), ("ns", 1e9))
+_UNITS = (("ms", 1e3), ("us", 1e6), ("ns", 1e9), ("s*1000", 1e-3), ("s*1000000", 1e-6))
 
 
 def find(recording: Recording) -> DataProblem | None:
-    """Return the problem if no motion is recorded at such a rate, and one would be in ms, us or ns."""
+    """Return the problem if no motion is recorded at such a rate, and one would be in another unit."""
     steps = np.diff(recording.time)
     rate = 1 / float(np.median(steps[steps > 0])) if (steps > 0).any() else SLOWEST
     unit = next((unit for unit, factor in _UNITS if SLOWEST < rate * factor < FASTEST), None)
-    if rate >= SLOWEST or unit is None:
+    if SLOWEST <= rate <= FASTEST or unit is None:
         return None
     return DataProblem(
         kind="time-unit",
         joints=(),
         blocks=True,
-        why=f"A sample every {1 / rate:.4g} s is too slow for a motion: the time looks like {unit}.",
+        why=f"A sample every {1 / rate:.4g} s is too {'slow' if rate < SLOWEST else 'fast'} for a motion: the time "
+        f"looks like {unit}.",
         remedy=healing_command(recording.path, ["--map", f"time=time:{unit}"]),
     )

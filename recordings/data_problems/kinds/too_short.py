@@ -3,7 +3,7 @@
 import numpy as np
 
 from recordings.data_problems import DataProblem
-from recordings.data_problems.signals import of_motion
+from recordings.data_problems.signals import FASTEST, of_motion
 from recordings.recording import Recording
 
 MIN_VALUES = 30
@@ -20,7 +20,7 @@ def find(recording: Recording) -> DataProblem | None:
         return None
     seconds, rate = float(np.ptp(time)), 1 / float(np.median(np.diff(time)))
     shortest = MIN_VALUES / (2 * min(_BANDWIDTH, _SHARE * rate))
-    if seconds >= shortest:
+    if seconds >= shortest or rate > FASTEST:
         return None
     return DataProblem(
         kind="too-short",

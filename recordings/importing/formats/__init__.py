@@ -5,13 +5,14 @@ import importlib
 import pkgutil
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol, cast
 
-from recordings.errors import BadInput
+from recordings.errors import BadInput, file_errors, printable
 from recordings.files import sha256
 from recordings.importing import long_tables
-from recordings.importing.table import BagPart, Table
+from recordings.importing.table import Table
 from recordings.kinds import kind_of
 
 _HEAD = 4096
@@ -23,45 +24,50 @@ _FALLBACK = "csv"
 
 
 class ImportFormat(Protocol):
-    """Interface of each module of this folder."""
+    """Interface of each module of this folder; the one of text, which no other format claims, only reads."""
 
     def recognises(self, path: Path, head: bytes) -> bool:
         """Whether `path`, a file that begins with `head` or a folder, is in this format."""
         ...
 
-    def read(self, path: Path, selection: BagPart) -> Table:
+    def read(self, path: Path) -> Table:
         """Read the file or folder `path`.
 
         Raises:
-            BadInput: it cannot be read, or does not hold what `selection` asks for.
+            BadInput: it cannot be read.
         """
         ...
 
 
-def names() -> tuple[str, ...]:
-    """List the formats."""
-    return tuple(sorted(module.name for module in pkgutil.iter_modules(__path__)))
-
-
-def read(path: Path, selection: BagPart) -> Table:
+def read(path: Path, topic: str | None = None, names: tuple[str, ...] = ()) -> Table:
     """Read `path` in the format that recognises its content; a long table becomes a wide one.
 
+    Args:
+        topic: of a ROS bag; None: the only one that fits.
+        names: those of the joints that are read, in the order in which they are numbered; empty: all of them.
+
     Raises:
-        BadInput: it does not exist, no format recognises it, or it cannot be read.
+        BadInput: it does not exist, no format recognises it, it cannot be read, or does not hold what is wanted.
     """
     name = _recognised(path, _head(path))
-    if selection.topic and name != "ros":
+    if name == "ros":
+        from recordings.importing.formats import ros
+
+        table = ros.read(path, topic, names)
+    elif topic:
         raise BadInput(f"{path}: --topic chooses from a ROS bag, {name} found; leave it out")
-    table = _load(name).read(path, selection)
-    return table if name == "ros" else long_tables.widened(table).of_joints(selection.names)
+    else:
+        table = long_tables.widened(_load(name).read(path)).of_joints(names)
+    return replace(table, digest=_digest(path))
 
 
 def _recognised(path: Path, head: bytes) -> str:
-    for name in names():
+    names = sorted(module.name for module in pkgutil.iter_modules(__path__))
+    for name in names:
         if name != _FALLBACK and _load(name).recognises(path, head):
             return name
     if known := kind_of(path, head):
-        raise BadInput(f"{path}: measurements expected ({', '.join(names())}), {known[0]} found; {known[1]}")
+        raise BadInput(f"{path}: measurements expected ({', '.join(names)}), {known[0]} found; {known[1]}")
     return _FALLBACK
 
 
@@ -95,7 +101,7 @@ def library(name: str, path: Path, kind: str, extra: str) -> Any:
         ) from None
 
 
-def digest(path: Path) -> str:
+def _digest(path: Path) -> str:
     """SHA-256 of a file, or of the files of a folder in the order of their names."""
     if not path.is_dir():
         return sha256(path)
@@ -106,19 +112,14 @@ def digest(path: Path) -> str:
 def reason(error: BaseException) -> str:
     """The beginning of the first line of a library's error, which may quote the whole file."""
     lines = str(error).splitlines() or [type(error).__name__]
-    text = "".join(character if character.isprintable() else "?" for character in lines[0])
+    text = printable(lines[0])
     return text if len(text) <= _LONGEST_REASON else f"{text[:_LONGEST_REASON]} ..."
 
 
 def _head(path: Path) -> bytes:
     if path.is_dir():
         return b""
-    try:
-        if path.exists() and not path.is_file():
-            raise BadInput(f"{path}: a file or a folder expected, a device found; check the path")
-        with path.open("rb") as stream:
-            return stream.read(_HEAD)
-    except FileNotFoundError:
-        raise BadInput(f"{path} does not exist; check the path") from None
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read: {error.strerror}") from None
+    if path.exists() and not path.is_file():
+        raise BadInput(f"{path}: a file or a folder expected, a device found; check the path")
+    with file_errors(str(path)), path.open("rb") as stream:
+        return stream.read(_HEAD)

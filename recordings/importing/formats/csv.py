@@ -11,35 +11,42 @@ from numpy.typing import NDArray
 
 from recordings.errors import BadInput
 from recordings.importing.dates import seconds
-from recordings.importing.formats import digest
-from recordings.importing.table import BagPart, Table
+from recordings.importing.table import Table
 from recordings.importing.text import TextLayout, decode, find_layout, is_comment, lines_of, number, split
 from recordings.recording import Floats
 
 _END_MARKS = ("EOF", "END")
+_ROWS = 500
+"""Number of lines that are parsed at a time: a few milliseconds, in which no other thread goes on."""
 
 
-def recognises(path: Path, head: bytes) -> bool:
-    """See `ImportFormat`."""
-    return not path.is_dir() and (b"\0" not in head or head.startswith((b"\xff\xfe", b"\xfe\xff")))
-
-
-def read(path: Path, selection: BagPart) -> Table:
+def read(path: Path) -> Table:
     """See `ImportFormat`."""
     lines = lines_of(decode(path.read_bytes(), path))
     while lines and (not lines[-1].strip() or lines[-1].strip() in _END_MARKS):
         lines.pop()
-    layout = find_layout(path, lines)
-    columns = _fast(lines[layout.first :], layout)
-    if columns is not None:
-        return Table(path, columns, digest(path), layout.units, first_line=layout.first + 1)
-    return _careful(path, lines, layout)
+    return table_of_lines(path, lines, find_layout(path, lines))
 
 
-def _fast(lines: Sequence[str], layout: TextLayout) -> dict[str, Floats] | None:
-    """Columns of a table that holds nothing but numbers and gaps; None where it holds more."""
-    if not lines:
-        return None
+def table_of_lines(path: Path, lines: Sequence[str], layout: TextLayout) -> Table:
+    """Make a table of the lines of a text in this layout.
+
+    Raises:
+        BadInput: the number of cells in a line differs from the header.
+    """
+    blocks = []
+    for first in range(layout.first, len(lines), _ROWS):
+        numbers = _fast(lines[first : first + _ROWS], layout)
+        if numbers is None:
+            return _careful(path, lines, layout)
+        blocks.append(numbers)
+    numbers = np.concatenate([np.empty((0, len(layout.names))), *blocks])
+    columns = dict(zip(layout.names, numbers.T.copy(), strict=True))
+    return Table(path, columns, layout.units, first_line=layout.first + 1)
+
+
+def _fast(lines: Sequence[str], layout: TextLayout) -> Floats | None:
+    """Numbers (m, k) of lines that hold nothing else but gaps; None where they hold more."""
     text = "\n".join(lines)
     if re.search(r"""["#%!']|//|\n\s*\n""", text):
         return None
@@ -58,9 +65,7 @@ def _fast(lines: Sequence[str], layout: TextLayout) -> dict[str, Floats] | None:
         numbers = np.loadtxt(StringIO(text), delimiter=delimiter, comments=None, ndmin=2)
     except ValueError:
         return None
-    if len(numbers) != len(lines) or numbers.shape[1] != len(layout.names):
-        return None
-    return dict(zip(layout.names, numbers.T.copy(), strict=True))
+    return numbers if numbers.shape == (len(lines), len(layout.names)) else None
 
 
 def _careful(path: Path, lines: Sequence[str], layout: TextLayout) -> Table:
@@ -78,27 +83,24 @@ def _careful(path: Path, lines: Sequence[str], layout: TextLayout) -> Table:
             )
         rows.append(cells)
         places.append(place)
-    return _table_of_cells(path, rows, places, layout)
-
-
-def _table_of_cells(path: Path, rows: list[list[str]], places: list[int], layout: TextLayout) -> Table:
     columns: dict[str, Floats] = {}
     invalid: dict[str, str] = {}
     labels: dict[str, NDArray[Any]] = {}
     start = None
-    for name, cells in zip(layout.names, zip(*rows, strict=True) if rows else [()] * len(layout.names), strict=True):
-        values = [number(cell, layout.decimal) for cell in cells]
+    texts = zip(*rows, strict=True) if rows else [()] * len(layout.names)
+    for name, text in zip(layout.names, texts, strict=True):
+        values = [number(cell, layout.decimal) for cell in text]
         if None not in values:
             columns[name] = np.array(values, dtype=float)
-        elif (dates := seconds(cells)) is not None:
+        elif (dates := seconds(text)) is not None:
             columns[name], start = dates
         else:
             row = values.index(None)
-            labels[name] = np.array(cells)
+            labels[name] = np.array(text)
             invalid[name] = (
-                f"{path}, line {places[row]}, column {name!r}: a number expected, {cells[row][:40]!r} found; "
+                f"{path}, line {places[row]}, column {name!r}: a number expected, {text[row][:40]!r} found; "
                 "correct the cell, or leave it empty for a gap"
             )
     follow = bool(places) and places[-1] - places[0] == len(places) - 1  # else comments stand between them
     first_line = places[0] if follow else None
-    return Table(path, columns, digest(path), layout.units, start, invalid, first_line, labels)
+    return Table(path, columns, layout.units, start, invalid, first_line, labels)

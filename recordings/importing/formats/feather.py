@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from recordings.importing.arrays import table_of_arrow
-from recordings.importing.formats import digest, library, reading
-from recordings.importing.table import BagPart, Table
+from recordings.importing.formats import library, reading
+from recordings.importing.table import Table
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -12,8 +12,8 @@ def recognises(path: Path, head: bytes) -> bool:
     return head.startswith((b"ARROW1", b"FEA1"))
 
 
-def read(path: Path, selection: BagPart) -> Table:
+def read(path: Path) -> Table:
     """See `ImportFormat`."""
     feather = library("pyarrow.feather", path, "Feather", "parquet")
     with reading(path, "Feather", "export it again"):
-        return table_of_arrow(path, feather.read_table(path), digest(path))
+        return table_of_arrow(path, feather.read_table(path))

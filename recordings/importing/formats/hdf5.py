@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from recordings.importing.arrays import table_of_arrays
-from recordings.importing.formats import digest, library, reading
-from recordings.importing.table import BagPart, Table
+from recordings.importing.formats import library, reading
+from recordings.importing.table import Table
 from recordings.limits import Allowance
 
 _ENTRY = 1000
@@ -23,7 +23,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return head.startswith(_SIGNATURES)
 
 
-def read(path: Path, selection: BagPart) -> Table:
+def read(path: Path) -> Table:
     """See `ImportFormat`."""
     h5py = library("h5py", path, "HDF5 and MATLAB 7.3", "hdf5")
     arrays: dict[str, Any] = {}
@@ -49,4 +49,4 @@ def read(path: Path, selection: BagPart) -> Table:
 
     with reading(path, "HDF5", "export it again"), h5py.File(path) as file:
         file.visititems(take)
-        return table_of_arrays(path, arrays, digest(path), units)
+        return table_of_arrays(path, arrays, units)

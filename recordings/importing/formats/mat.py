@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.importing.arrays import table_of_arrays
-from recordings.importing.formats import digest, reading
-from recordings.importing.table import BagPart, Table
+from recordings.importing.formats import reading
+from recordings.importing.table import Table
 from recordings.limits import NUMBER, Allowance
 
 _HEAD, _TAG, _COMPRESSED = 128, 8, 15
@@ -30,14 +30,14 @@ def recognises(path: Path, head: bytes) -> bool:
     return head.startswith(b"MATLAB") or (path.suffix.lower() == ".mat" and b"\0" in head)
 
 
-def read(path: Path, selection: BagPart) -> Table:
+def read(path: Path) -> Table:
     """See `ImportFormat`."""
     from scipy.io import loadmat
 
     with reading(path, "a MATLAB file", "save it with -v7"):
         _check_size(path)
         content: Mapping[str, Any] = loadmat(path, simplify_cells=True)
-    return table_of_arrays(path, dict(_leaves("", content)), digest(path))
+    return table_of_arrays(path, dict(_leaves("", content)))
 
 
 def _check_size(path: Path) -> None:

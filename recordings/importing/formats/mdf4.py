@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from recordings.importing.arrays import table_of_arrays
-from recordings.importing.formats import digest, library, reading
-from recordings.importing.table import BagPart, Table, distinct
+from recordings.importing.formats import library, reading
+from recordings.importing.table import Table, distinct
 from recordings.interpolation import interpolate
 
 
@@ -22,14 +22,14 @@ def recognises(path: Path, head: bytes) -> bool:
     return head.startswith((b"MDF     ", b"UnFinMF "))
 
 
-def read(path: Path, selection: BagPart) -> Table:
+def read(path: Path) -> Table:
     """See `ImportFormat`."""
     asammdf = library("asammdf", path, "MDF4", "mdf4")
     asammdf.blocks.mdf_v4.MDF4.__del__ = _release
     with reading(path, "MDF", "export it again"), path.open("rb") as stream, asammdf.MDF(stream) as file:
         start, signals = file.start_time, list(file.iter_channels(skip_master=True))
     if not signals:
-        return table_of_arrays(path, {}, digest(path))
+        return table_of_arrays(path, {})
     raster = Counter(signal.group_index for signal in signals).most_common(1)[0][0]
     instants = next(signal.timestamps for signal in signals if signal.group_index == raster)
     names = distinct(["time", *(signal.name for signal in signals)])[1:]
@@ -40,7 +40,7 @@ def read(path: Path, selection: BagPart) -> Table:
             arrays[name] = interpolate(instants, signal.timestamps, signal.samples.astype(float))
             other.append(name)
     units = {name: signal.unit for name, signal in zip(names, signals, strict=True) if signal.unit}
-    table = table_of_arrays(path, arrays, digest(path), {"time": "s", **units})
+    table = table_of_arrays(path, arrays, {"time": "s", **units})
     interpolated = (f"interpolated at the instants of the others: {', '.join(other)}",) if other else ()
     first = (start + timedelta(seconds=float(instants[0]))).isoformat(timespec="milliseconds")
     return replace(table, start=first, notes=(*table.notes, *interpolated))

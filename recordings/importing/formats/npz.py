@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from recordings.importing.arrays import table_of_arrays
-from recordings.importing.formats import digest, reading
-from recordings.importing.table import BagPart, Table
+from recordings.importing.formats import reading
+from recordings.importing.table import Table
 from recordings.limits import NUMBER, Allowance
 
 
@@ -15,7 +15,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return head.startswith(b"PK\x03\x04") and b".npy" in head[:1024]
 
 
-def read(path: Path, selection: BagPart) -> Table:
+def read(path: Path) -> Table:
     """See `ImportFormat`."""
     allowance, arrays = Allowance(), {}
     with (
@@ -28,4 +28,4 @@ def read(path: Path, selection: BagPart) -> Table:
         for name in archive.files:
             arrays[name] = archive[name]
             allowance.take(NUMBER * arrays[name].size)
-    return table_of_arrays(path, arrays, digest(path))
+    return table_of_arrays(path, arrays)

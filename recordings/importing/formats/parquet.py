@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Any
 
 from recordings.importing.arrays import table_of_arrow
-from recordings.importing.formats import digest, library, reading
-from recordings.importing.table import BagPart, Table
+from recordings.importing.formats import library, reading
+from recordings.importing.table import Table
 from recordings.limits import NUMBER, Allowance
 
 
@@ -23,9 +23,9 @@ def _check_size(metadata: Any) -> None:
             allowance.take(size, column.total_compressed_size)
 
 
-def read(path: Path, selection: BagPart) -> Table:
+def read(path: Path) -> Table:
     """See `ImportFormat`."""
     parquet = library("pyarrow.parquet", path, "Parquet", "parquet")
     with reading(path, "Parquet", "export it again"), parquet.ParquetFile(path) as file:
         _check_size(file.metadata)
-        return table_of_arrow(path, file.read(), digest(path))
+        return table_of_arrow(path, file.read())

@@ -16,8 +16,8 @@ from zstandard import ZstdDecompressor
 from recordings.chunk import unpacked
 from recordings.container import decode, open_records
 from recordings.errors import BadInput
-from recordings.importing.formats import digest, reading
-from recordings.importing.table import BagPart, Table
+from recordings.importing.formats import reading
+from recordings.importing.table import Table
 from recordings.limits import Allowance
 from recordings.recording import Floats, Ints
 
@@ -37,8 +37,12 @@ def recognises(path: Path, head: bytes) -> bool:
     return (path / "metadata.yaml").exists() if path.is_dir() else head.startswith(_MAGIC)
 
 
-def read(path: Path, selection: BagPart) -> Table:
-    """See `ImportFormat`."""
+def read(path: Path, wanted: str | None = None, names: tuple[str, ...] = ()) -> Table:
+    """See `ImportFormat`.
+
+    wanted: topic; None: the only one that fits.
+    names: joints in the order in which they are numbered; empty: all, in the order of the file.
+    """
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
 
@@ -48,11 +52,11 @@ def read(path: Path, selection: BagPart) -> Table:
     with reading(path, "a ROS bag", "check that it is complete"):
         _check_size(path)
         with AnyReader([path], default_typestore=usual) as bag:
-            topic = _topic(path, bag, selection.topic)
+            topic = _topic(path, bag, wanted)
             messages = list(_messages(bag, topic))
     if not messages:
         raise BadInput(f"{path}: messages on {topic} expected, none found; choose another --topic")
-    return _table(path, topic, messages, selection.names)
+    return _table(path, topic, messages, names)
 
 
 def _check_suffix(path: Path) -> None:
@@ -122,8 +126,7 @@ def _messages(bag: "AnyReader", topic: str) -> Iterator[_Message]:
 
 
 def _table(path: Path, topic: str, messages: list[_Message], names: tuple[str, ...]) -> Table:
-    joints = names or _all_names(path, topic, messages)
-    _check_names(path, topic, messages, names)
+    joints = _joints(path, topic, messages, names)
     stamps, kept, notes = _order(path, messages)
     values = {field: _values(path, messages, joints, number)[kept] for number, field in enumerate(_FIELDS)}
     columns = {
@@ -136,29 +139,25 @@ def _table(path: Path, topic: str, messages: list[_Message], names: tuple[str, .
     return Table(
         path,
         {"time": (stamps - stamps[0]) / 1e9, **columns},
-        digest(path),
         start=datetime.fromtimestamp(int(stamps[0]) / 1e9, UTC).isoformat(timespec="milliseconds"),
         notes=(f"topic {topic}, joints: {numbered}", *notes),
         options=("--topic", topic, *(("--names", ",".join(joints)) if messages[0].names else ())),
     )
 
 
-def _all_names(path: Path, topic: str, messages: list[_Message]) -> tuple[str, ...]:
-    """Names of the joints, where all messages are of the same ones; numbers where they have no names."""
+def _joints(path: Path, topic: str, messages: list[_Message], names: tuple[str, ...]) -> tuple[str, ...]:
+    """Names of the joints: those that are wanted, each of which is in some message, or those of all messages, where
+    these are of the same ones; numbers where they have no names."""
     sets = {frozenset(message.names) for message in messages}
-    if len(sets) > 1:
-        listed = "; ".join(sorted(",".join(sorted(names)) for names in sets))
-        raise BadInput(f"{path}: {topic} carries several sets of joints ({listed}); choose with --names a,b,c")
-    first = messages[0]
-    return first.names or tuple(f"joint_{i + 1}" for i in range(len(first.fields[0])))
-
-
-def _check_names(path: Path, topic: str, messages: list[_Message], names: tuple[str, ...]) -> None:
-    """Check that each of the wanted joints is in some message."""
-    present = {name for message in messages for name in message.names}
+    present = frozenset[str]().union(*sets)
     if unknown := [name for name in names if name not in present]:
         listed = ", ".join(sorted(present)) or "without names"
         raise BadInput(f"{path}: --names: joints on {topic} ({listed}) expected, {unknown[0]!r} found; correct it")
+    if len(sets) > 1 and not names:
+        listed = "; ".join(sorted(",".join(sorted(names)) for names in sets))
+        raise BadInput(f"{path}: {topic} carries several sets of joints ({listed}); choose with --names a,b,c")
+    first = messages[0]
+    return names or first.names or tuple(f"joint_{i + 1}" for i in range(len(first.fields[0])))
 
 
 def _order(path: Path, messages: list[_Message]) -> tuple[Ints, Ints, list[str]]:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from recordings.importing.arrays import table_of_arrays
-from recordings.importing.formats import digest, library, reading
-from recordings.importing.table import BagPart, Table
+from recordings.importing.formats import library, reading
+from recordings.importing.table import Table
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -17,7 +17,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return head.startswith(b"TDSm")
 
 
-def read(path: Path, selection: BagPart) -> Table:
+def read(path: Path) -> Table:
     """See `ImportFormat`."""
     nptdms = library("nptdms", path, "TDMS", "tdms")
     with reading(path, "TDMS", "export it again"):
@@ -31,10 +31,10 @@ def read(path: Path, selection: BagPart) -> Table:
         steps = [_waveform(channel) for channel in channels.values() if channel.properties.get("wf_increment")]
         units = {name: str(channel.properties.get("unit_string", "")) for name, channel in channels.items()}
         if not steps:
-            return table_of_arrays(path, arrays, digest(path), units)
+            return table_of_arrays(path, arrays, units)
         count, step, start = Counter(steps).most_common(1)[0][0]
         arrays.setdefault("time", np.arange(count) * step)
-        return replace(table_of_arrays(path, arrays, digest(path), {"time": "s", **units}), start=start)
+        return replace(table_of_arrays(path, arrays, {"time": "s", **units}), start=start)
 
 
 def _waveform(channel: Any) -> tuple[int, float, str | None]:

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from recordings.errors import BadInput
-from recordings.importing.formats import digest
-from recordings.importing.table import BagPart, Table, distinct
-from recordings.importing.text import decode, lines_of, number, split
+from recordings.importing.formats.csv import table_of_lines
+from recordings.importing.table import Table, distinct
+from recordings.importing.text import TextLayout, decode, lines_of, number
 from recordings.importing.units import parse
 from recordings.interpolation import interpolate
 from recordings.recording import Floats
@@ -31,19 +31,18 @@ def recognises(path: Path, head: bytes) -> bool:
     return bool(_HEAD.match(head))
 
 
-def read(path: Path, selection: BagPart) -> Table:
+def read(path: Path) -> Table:
     """See `ImportFormat`."""
     content = path.read_bytes()
     match = _HEAD.match(content)
     delimiter = match[1].decode() if match else "\t"
     lines = lines_of(decode(content, path))
     header, first = _header(path, lines, delimiter)
-    rows = [split(line, delimiter) for line in lines[first:] if line.strip() and line.strip() != "EOF"]
+    rows = [line for line in lines[first:] if line.strip() and line.strip() != "EOF"]
     if not rows:
         raise BadInput(f"{path}: rows of numbers behind the header expected, none found; export the data as well")
-    width = max(map(len, rows))
     channels = distinct(header["Name"])
-    table = _numbers(path, rows, width, first)
+    table = _numbers(path, lines[:first], rows, delimiter)
     times, values = _pairs(path, table, len(channels), header)
     instants = times[0][np.isfinite(times[0])]
     columns = {"time": instants}
@@ -54,7 +53,7 @@ def read(path: Path, selection: BagPart) -> Table:
         for name, unit in zip(channels, header.get("Unit", []), strict=False)
         if parse(unit.split(" ")[0])
     }
-    return Table(path, columns, digest(path), {"time": "ms", **stated}, _start(lines, delimiter))
+    return Table(path, columns, {"time": "ms", **stated}, _start(lines, delimiter))
 
 
 def _header(path: Path, lines: list[str], delimiter: str) -> tuple[dict[str, list[str]], int]:
@@ -71,20 +70,14 @@ def _header(path: Path, lines: list[str], delimiter: str) -> tuple[dict[str, lis
     return header, len(lines)
 
 
-def _numbers(path: Path, rows: list[list[str]], width: int, first: int) -> Floats:
-    """Numbers (n, width) of the rows; shorter rows end with gaps."""
-    decimal = "," if any("," in cell for row in rows[:100] for cell in row) else "."
-    table = np.full((len(rows), width), np.nan)
-    for k, row in enumerate(rows):
-        for column, cell in enumerate(row):
-            value = number(cell, decimal)
-            if value is None:
-                raise BadInput(
-                    f"{path}, row {k + 1} of the data (behind line {first}): a number expected, {cell[:40]!r} found; "
-                    "export again"
-                )
-            table[k, column] = value
-    return table
+def _numbers(path: Path, before: list[str], rows: list[str], delimiter: str) -> Floats:
+    """Numbers (n, width) of the rows, `before` which other lines stand; shorter rows end with gaps."""
+    width = max(row.count(delimiter) for row in rows) + 1
+    names = tuple(f"#{k + 1}" for k in range(width))
+    layout = TextLayout(delimiter, "," if any("," in row for row in rows[:100]) else ".", names, {}, len(before))
+    whole = [row + delimiter * (width - 1 - row.count(delimiter)) for row in rows]
+    table = table_of_lines(path, [*before, *whole], layout)
+    return np.column_stack([table.column(name) for name in names])
 
 
 def _pairs(path: Path, table: Floats, count: int, header: dict[str, list[str]]) -> tuple[list[Floats], list[Floats]]:

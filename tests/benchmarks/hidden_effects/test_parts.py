@@ -4,9 +4,16 @@ from collections import Counter
 
 import pytest
 
-from benchmarks.hidden_effects.cases import COMMAND_ONLY, VOLTAGE_ONLY, HiddenCase, Part, PlantName
+from benchmarks.hidden_effects.cases import (
+    ADDED,
+    COMMAND_ONLY,
+    VOLTAGE_ONLY,
+    HiddenCase,
+    Part,
+    PlantName,
+    drawn_effects,
+)
 from benchmarks.hidden_effects.parts import PARTS, cases
-from drivers.simulated.effect import library
 from tests.foreign.out_of_library import KINDS
 
 DIGESTS = ("1a2b", "3c4d")
@@ -43,8 +50,18 @@ def test_effects_are_hidden_only_where_the_signal_can_show_them(listed: list[Hid
 def test_each_effect_of_the_library_is_hidden_about_equally_often(listed: list[HiddenCase]) -> None:
     for size in (0.01, 0.03):
         counts = Counter(case.effects[0] for case in listed if case.kind == "single" and case.sizes == (size,))
-        assert set(counts) == set(library())
+        assert set(counts) == set(drawn_effects())
         assert max(counts.values()) - min(counts.values()) <= 1
+
+
+def test_effects_that_came_later_are_drawn_last_in_a_kind_of_their_own(listed: list[HiddenCase]) -> None:
+    kinds = [case.kind for case in listed]
+    last = kinds.index("added")
+    assert set(kinds[last:]) == {"added"}
+    counts = Counter(case.effects[0] for case in listed[last:])
+    assert set(counts) == set(ADDED)
+    assert len(set(counts.values())) == 1
+    assert {case.sizes for case in listed[last:]} == {(0.03,)}
 
 
 def test_only_the_locked_part_depends_on_the_digest_and_parts_have_no_case_in_common() -> None:
@@ -61,7 +78,13 @@ def test_only_the_locked_part_depends_on_the_digest_and_parts_have_no_case_in_co
 
 def test_drawn_conditions_cover_repetition_rates_signals_and_coarse_steps() -> None:
     drawn = cases("foreign", "chosen")
-    assert Counter(case.kind for case in drawn) == {"single": 600, "nothing": 100, "pair": 100, "outside": 100}
+    assert Counter(case.kind for case in drawn) == {
+        "single": 600,
+        "nothing": 100,
+        "pair": 100,
+        "outside": 100,
+        "added": 60,
+    }
     assert {case.effects[0] for case in drawn if case.kind == "outside"} == set(KINDS)
     assert {case.repeats for case in drawn} == {True, False}
     assert (min(case.rate for case in drawn), max(case.rate for case in drawn)) == (100, 1000)

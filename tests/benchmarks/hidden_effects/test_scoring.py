@@ -134,19 +134,25 @@ def test_error_of_a_strength_is_the_mean_over_its_joints() -> None:
     assert judged.errors == {"cogging": pytest.approx(0.0)}
 
 
-def test_strength_of_a_curve_is_its_peak_to_peak_value_over_the_travel() -> None:
+@pytest.mark.parametrize(
+    ("low", "high", "errors"),
+    [
+        ((-0.4, -0.4), (0.5, 0.5), {"position_torque": pytest.approx(0.125)}),
+        # Joint 1 ends before its curve begins: it has no strength, and so no relative error.
+        ((-0.4, -0.4), (0.05, 0.5), {"position_torque": pytest.approx(0.25)}),
+        ((-0.4, -0.4), (0.05, 0.1), {}),
+    ],
+)
+def test_strength_of_a_curve_is_its_peak_to_peak_value_over_the_travel(
+    low: tuple[float, ...], high: tuple[float, ...], errors: dict[str, float]
+) -> None:
     law = {"a": 5.0, "q_0": 0.1, "p": 2.0}
     truth = {"name": "position_torque", "joints": [1, 2], "parameters": law}
-    travel = {
-        f"position_torque.{end}{joint}": value for joint in (1, 2) for end, value in (("low", -0.4), ("high", 0.5))
-    }
-    knots = {
-        "position_torque.g_11": -0.5,
-        "position_torque.g_91": 0.3,
-        "position_torque.g_12": 0.0,
-        "position_torque.g_92": 0.6,
-    }
-    assert strengths.errors([truth], {**travel, **knots}) == {"position_torque": pytest.approx(0.125)}
+    values = {"g_11": -0.5, "g_91": 0.3, "g_12": 0.0, "g_92": 0.6}
+    for joint in (1, 2):
+        values |= {f"low{joint}": low[joint - 1], f"high{joint}": high[joint - 1]}
+    named = {f"position_torque.{name}": value for name, value in values.items()}
+    assert strengths.errors([truth], named) == errors
 
 
 def test_interval_coverage_is_counted_for_each_joint() -> None:

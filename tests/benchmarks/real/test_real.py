@@ -13,6 +13,8 @@ from benchmarks.real.diagnosing import DiagnosedSet
 from recordings.errors import BadInput
 
 SHARED = Path(os.environ.get("REAL_DATA", Path(__file__).parents[3].parent / "shared" / "data"))
+RIPPLING = ("kinova_gen3_joint_1", "kinova_gen3_joint_4", "kinova_gen3_joint_7")
+"""Harmonic drives whose ripple has to be found."""
 MANIFESTS = {manifest.name: manifest for manifest in data_set.manifests()}
 
 
@@ -69,27 +71,18 @@ def test_every_fourth_quarter_of_a_second_is_held_out(tmp_path: Path) -> None:
     assert "another recording" in outcome.document["held_out"]
 
 
-def _diagnosed(name: str, scratch: Path) -> DiagnosedSet:
-    if not SHARED.is_dir():
-        pytest.skip(f"no data sets in {SHARED}")
-    return diagnosing.diagnose(MANIFESTS[name], SHARED, scratch)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(MANIFESTS))
-def test_nothing_false_is_said_about_real_machines(name: str, tmp_path: Path) -> None:
-    outcome = _diagnosed(name, tmp_path)
+def test_nothing_false_is_said_about_real_machines_and_harmonic_drives_ripple(name: str, tmp_path: Path) -> None:
+    if not SHARED.is_dir():
+        pytest.skip(f"no data sets in {SHARED}")
+    outcome = diagnosing.diagnose(MANIFESTS[name], SHARED, tmp_path)
     assert "wrong" not in [judgement for _, judgement in outcome.claims]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("joint", [1, 4, 7])
-def test_ripple_of_harmonic_drives_is_found(joint: int, tmp_path: Path) -> None:
-    outcome = _diagnosed(f"kinova_gen3_joint_{joint}", tmp_path)
-    ripple = [judgement for text, judgement in outcome.claims if text.startswith("cogging of")]
-    assert ripple
-    assert set(ripple) <= {"right", "or"}
-    assert outcome.document is not None
-    if joint == 7:
+    if name in RIPPLING:
+        ripple = [judgement for text, judgement in outcome.claims if text.startswith("cogging of")]
+        assert ripple
+        assert set(ripple) <= {"right", "or"}
+    if name == "kinova_gen3_joint_7":
+        assert outcome.document is not None
         assert outcome.document["steps"][-1]["held_out_rms"][0] <= 0.18
         assert outcome.document["steps"][0]["held_out_rms"][0] > 0.8

@@ -63,18 +63,3 @@ def test_homing_that_fails_ends_disabled(
 ) -> None:
     with pytest.raises(error, match=reason):
         run(rig_with({"homing": homing}, {}, {}), [1], habits={"habits": habits})
-
-
-def test_serial_drives_are_refused() -> None:
-    rig = validated(
-        {
-            "name": "serial",
-            "rate": 30.0,
-            "bus": {"transport": "serial", "ports": ["simulated"]},
-            "drives": [{"node_id": i} for i in (1, 2, 3)],
-        },
-        Rig,
-        "rig",
-    )
-    with simulated(rig, SimConfig(), "lockstep", 0), pytest.raises(BadInput, match="CAN bus expected"):
-        list(home(rig, [1], "lockstep", lambda *line: None, again=False))

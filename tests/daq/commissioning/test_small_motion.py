@@ -44,6 +44,17 @@ def test_release_is_no_failure_and_the_recording_is_kept_where_asked(tmp_path: P
     assert (tmp_path / "jog.mcap").exists()
 
 
+def test_joint_that_does_not_follow_is_no_success() -> None:
+    moved = move(Bench.of(RIG, None, None), lambda pose: jog(RIG, pose, 1, 0.05), None, lambda *line: None)
+    moved.refuse_laggard(1, "rad")
+    recording = moved.recording
+    position = recording.position[:1] + 0.7 * (recording.position - recording.position[:1])
+    with pytest.raises(
+        RunFailed, match=r"joint 1 does not follow: it moved by \+0\.035\d of \+0\.0500 rad; .*counts_"
+    ):
+        replace(moved, recording=replace(recording, position=position)).refuse_laggard(1, "rad")
+
+
 def test_run_that_ends_before_the_first_sample_says_why(tmp_path: Path) -> None:
     (tmp_path / "sim.toml").write_text("[[drives]]\n[drives.habits]\nreferenced = false\n")
     homed = HomedBit(index=0x6041, mask=0x8000)

@@ -1,7 +1,7 @@
 import pytest
 
 from daq.cycle import clock as module
-from daq.cycle.clock import HostClock, LockstepClock
+from daq.cycle.clock import HostClock
 
 
 class Host:
@@ -25,13 +25,6 @@ def time(monkeypatch: pytest.MonkeyPatch) -> Host:
     host = Host()
     monkeypatch.setattr(module, "time", host)
     return host
-
-
-def test_lockstep_time_is_the_index_times_the_period() -> None:
-    clock = LockstepClock(500.0)
-    assert [clock.wait(k) for k in range(4)] == [0.0] * 4
-    assert clock.now() == clock.stamp(3) == 6_000_000
-    assert clock.overdue(3) == 0.0
 
 
 def test_host_stamps_are_evenly_spaced_however_late_the_host_is(time: Host) -> None:

@@ -3,13 +3,15 @@
 import math
 from pathlib import Path
 
+import can
 import numpy as np
 import pytest
 
 from daq.cycle.recorder import Recorder
 from daq.passive.listen import listened_run
 from drivers.protocol import Power, Sample
-from recordings.reader import read
+from recordings.errors import RunFailed
+from recordings.reader import read, read_can
 from recordings.rig import simulated_rig
 from recordings.writer import RecordingWriter
 
@@ -43,3 +45,15 @@ def test_delays_of_late_measurements_are_recorded(late: bool, tmp_path: Path) ->
     np.testing.assert_allclose(extra["position_delay_1"], [0.0005] * 3)
     np.testing.assert_allclose(extra["voltage_delay_3"], [0.003001] * 3)
     assert np.isnan(extra["position_delay_2"]).all()
+
+
+def test_a_long_frame_is_cut_and_a_record_that_cannot_be_written_ends_the_run(tmp_path: Path) -> None:
+    """Classic CAN has 8 bytes; python-can's virtual and udp_multicast buses carry more."""
+    writer = RecordingWriter(tmp_path / "r.mcap", RIG, listened_run(RIG))
+    recorder = Recorder(writer)
+    recorder.frame(START, can.Message(arbitration_id=0x181, data=bytes(range(9)), is_fd=True), sent=False)
+    recorder.event(START, "nonsense", "bus", "no such level")  # type: ignore[arg-type]
+    with pytest.raises(RunFailed, match="a record cannot be written: KeyError"):
+        recorder.close(0, "done")
+    writer.close(1, "as the run ends")
+    assert read_can(tmp_path / "r.mcap").data.tolist() == [[*range(8)]]

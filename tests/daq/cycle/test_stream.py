@@ -111,7 +111,7 @@ def test_complete_run_follows_the_trajectory_smoothly_and_ends_disabled() -> Non
     streamed = [row for row in rows.rows if row[6] is not None]
     np.testing.assert_array_equal([row[5] for row in streamed], TRAJECTORY.joint_position)
     np.testing.assert_array_equal([row[3] for row in streamed], TRAJECTORY.repeat)
-    assert [(row[0], row[2]) for row in rows.rows] == [(10_000_000 * k, k) for k in range(len(rows.rows))]
+    assert [row[:3] for row in rows.rows] == [(10_000_000 * k, 10_000_000 * k, k) for k in range(len(rows.rows))]
     assert np.isnan(rows.rows[0][5]).all(), "no target before power"
     np.testing.assert_allclose(drives.position, TRAJECTORY.joint_position[-1])
     assert np.abs(np.diff(drives.positions, axis=0)).max() * RIG.rate < RIG.limits.speed
@@ -228,6 +228,31 @@ def test_lost_bus_reports_that_no_drive_confirmed() -> None:
 
 
 OFF_BUT_ONE = (Power.OFF, Power.ON, Power.OFF)
+
+
+def test_failure_without_a_word_is_a_failure_all_the_same() -> None:
+    def interfere(drives: PerfectDrives, cycle: int, sample: Sample) -> Sample:
+        if cycle == 300:
+            raise RunFailed("")
+        return sample
+
+    with pytest.raises(RunFailed):
+        stream(PerfectDrives(interfere))[0].run(TRAJECTORY)
+
+
+@pytest.mark.parametrize("found", [(Power.OFF,) * 3, OFF_BUT_ONE])
+def test_error_of_the_program_ends_in_disabled_drives_and_hides_no_drive_that_is_on(found: tuple[Power, ...]) -> None:
+    def interfere(drives: PerfectDrives, cycle: int, sample: Sample) -> Sample:
+        if cycle >= 300:
+            raise ZeroDivisionError("in the middle of a motion")
+        return sample
+
+    drives = PerfectDrives(interfere)
+    drives.found_by_power_off = found
+    expected = ZeroDivisionError if found[1] is Power.OFF else RunFailed
+    with pytest.raises(expected, match=r"in the middle of a motion('\); NOT CONFIRMED DISABLED: joint 2)?"):
+        stream(drives)[0].run(TRAJECTORY)
+    assert drives.powered_off
 
 
 @pytest.mark.parametrize("goal", [Goal.STOPPED, Goal.DISABLED])

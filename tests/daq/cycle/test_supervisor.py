@@ -6,7 +6,7 @@ import pytest
 
 from daq.cycle.supervisor import Supervisor
 from drivers.protocol import Power, Sample
-from recordings.rig import simulated_rig
+from recordings.rig import Axis, Drive, Rig, Torque, simulated_rig
 
 RIG = simulated_rig()
 NONE = math.nan
@@ -86,6 +86,46 @@ def test_violation_in_a_motion_as_commanded_is_reported(
     assert_reported([supervisor.motion(sample, sample.position) for sample in samples], first, reason)
 
 
+@pytest.mark.parametrize(
+    ("lost", "then", "reason"),
+    [
+        (10, 1, "joint 2: no answer for 20 ms; check the cable and the drive (then joint 3: following error"),
+        (10, 40, "joint 3: following error"),
+        (2, 1, "joint 3: following error"),
+        (0, 1, "joint 3: following error"),
+    ],
+)
+def test_a_silence_comes_before_its_consequences(lost: int, then: int, reason: str) -> None:
+    supervisor = Supervisor(RIG)
+    for sample in [GOOD, *[LOST] * lost, *[GOOD] * then]:
+        assert supervisor.drives(sample) is None
+    assert str(supervisor.motion(GOOD, (0.0, 0.1, 0.26))).startswith(reason)
+
+
+def test_the_longest_silence_is_named() -> None:
+    """On a busy host others may have missed a few answers, too."""
+    supervisor = Supervisor(RIG)
+    late = replace(LOST, position=(NONE, NONE, 0.2), missing=2)
+    for sample in [GOOD, *[LOST] * 5, *[late] * 5, GOOD]:
+        assert supervisor.drives(sample) is None
+    assert str(supervisor.after_silence("following error")).startswith("joint 2: no answer for 20 ms")
+
+
+@pytest.mark.parametrize(
+    ("missed", "then", "reason"),
+    [
+        (10, 1, "the host missed 10 cycles; close other programs (then joint 3: following error"),
+        (10, 40, "joint 3: following error"),
+        (2, 1, "joint 3: following error"),
+    ],
+)
+def test_a_late_host_comes_before_its_consequences(missed: int, then: int, reason: str) -> None:
+    supervisor = Supervisor(RIG)
+    for count in (missed, *[0] * (then - 1)):
+        supervisor.note_missed(count)
+    assert str(supervisor.motion(GOOD, (0.0, 0.1, 0.26))).startswith(reason)
+
+
 def test_following_error_and_a_joint_outside_its_range_are_named_with_value_and_limit() -> None:
     supervisor = Supervisor(RIG)
     reason = supervisor.motion(GOOD, (0.0, 0.1, 0.26))
@@ -93,3 +133,11 @@ def test_following_error_and_a_joint_outside_its_range_are_named_with_value_and_
     assert supervisor.worst_following_error > 0.0599
     assert supervisor.standstill((-1.2, 0.2, 1.4)) is None
     assert "joint 2 stands at 1.900 rad, -1.2 to 1.4 rad expected" in str(supervisor.standstill((0.2, 1.9, 0.2)))
+
+
+def test_a_prismatic_joint_is_told_in_metres() -> None:
+    axes, drives = (Axis(type="prismatic"),), (Drive(node_id=1),)
+    supervisor = Supervisor(Rig(name="slide", mechanism="axes", axes=axes, drives=drives, torque=Torque(gain=(1.0,))))
+    assert "joint 1 stands at 1.900 m, -1.2 to 1.4 m expected" in str(supervisor.standstill((1.9,)))
+    sample = Sample((0.1,), (1.0,), (0x1237,), (0,), (Power.ON,), 0, None)
+    assert "following error 0.0600 m, limit 0.05 m" in str(supervisor.motion(sample, (0.16,)))

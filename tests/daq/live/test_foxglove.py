@@ -71,9 +71,14 @@ def test_client_receives_the_recorded_values(tmp_path: Path) -> None:
         with connected(port) as client:
             received = listen(client)
         assert process.wait(120) == 0
-    assert set(received) == {"/joint_states", "/joint_commands", "/live", "/run"}
+    moving = {"/robot_description", "/tf_static", "/tf"}
+    assert set(received) == {"/joint_states", "/joint_commands", "/live", "/run"} | moving
+    assert len(received["/tf"]) > 20
+    assert received["/robot_description"][0][1][8:15] == b"<robot "
     recording = read(tmp_path / "a.mcap")
     states, commands = positions(received["/joint_states"]), positions(received["/joint_commands"])
+    begin = max(states[0, 0], commands[0, 0])  # the client subscribes to one after the other
+    states, commands = states[states[:, 0] >= begin], commands[commands[:, 0] >= begin]
     assert len(states) > 300
     rows = np.round((states[:, 0] - states[0, 0]) / 1e7).astype(int)
     # The client joins somewhere in the run; the stamps locate all its messages relative to the first one.

@@ -16,11 +16,10 @@ import pytest
 from recordings.reader import read
 from tests import chromium
 from tests.conftest import Runner, launcher
+from tests.running import DRIVES
 
 EVIL = "<img src=x onerror=window.hacked=1>"
-RIG = f'name = "{EVIL}"\nrate = 250.0\n[bus]\ninterface = "virtual"\nchannel = "live"\n' + "".join(
-    f"[[drives]]\nnode_id = {node}\n" for node in (1, 2, 3)
-)
+RIG = f'name = "{EVIL}"\nrate = 250.0\n[bus]\ninterface = "virtual"\nchannel = "live"\n' + DRIVES
 Record = Callable[..., "subprocess.Popen[str]"]
 
 
@@ -75,13 +74,15 @@ def page() -> Iterator[Any]:
 
 @pytest.mark.slow
 def test_page_shows_the_run_to_its_end(record: Record, page: Any, tmp_path: Path) -> None:
-    process = record("--cycles", "25")
+    (tmp_path / "sim.toml").write_text('[[drives]]\n[drives.habits]\ntrouble = "long_tpdo"\n')
+    process = record("--cycles", "25", "--sim", "sim.toml")
     page.goto(address(process))
     # The plotted values are compared with the file below. A busy browser may show none of the states on the way.
     page.wait_for_function("document.getElementById('position').data?.[0]?.x.length > 50")
     names = ["position", "error", "voltage", "lateness"]
     lines = page.evaluate(f"Object.fromEntries({names}.map((id) => [id, document.getElementById(id).data]))")
     assert wait_for(page, "done") == "done: a.mcap is whole"
+    assert page.inner_text("#reports").count("9 bytes, 8 are mapped") == 3
     page.screenshot(path=_artefact("live"))
     assert process.wait(120) == 0
     recording = read(tmp_path / "a.mcap")

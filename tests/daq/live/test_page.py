@@ -9,7 +9,7 @@ import pytest
 
 from daq.live import page
 from daq.live.page import RunBroadcast, application
-from web.security import Guard
+from delta_web.security import Guard
 
 RUN = {"motion": "fig5a", "joints": ["joint_1"]}
 DONE = json.dumps({"ended": None})
@@ -39,6 +39,15 @@ def test_page_receives_the_start_the_last_lines_and_the_end_of_the_run() -> None
     assert [each.get("cycles") for each in lines] == [*range(1000 - page._MAX_LINES + 1, 1000), None]
     assert lines[-1] == {"ended": None}
     assert (broadcast.pages, broadcast.pages_served) == (0, 1)
+
+
+def test_page_that_is_opened_late_receives_the_warnings_of_before() -> None:
+    broadcast = RunBroadcast(RUN)
+    early = [{"reports": ["info: bus: found"], "cycles": 0}, {"reports": ["warning: joint_1: slow"], "cycles": 1}]
+    broadcast.listen([*map(json.dumps, early), *map(line, range(2, 1000)), DONE])
+    _, second, third, *_ = received(broadcast)
+    assert second == early[1]
+    assert third["cycles"] == 1000 - page._MAX_LINES + 1
 
 
 def test_run_without_an_end_line_is_shown_as_killed() -> None:

@@ -13,9 +13,9 @@ from daq.commands.export import command as export
 from daq.commands.import_ import command
 from recordings.reader import read, read_can
 from tests.daq.passive.listening import SAMPLE
-from tests.running import invoke
+from tests.running import DRIVES, invoke
 
-RIG = 'name = "delta"\n[bus]\ninterface = "virtual"\n' + "".join(f"[[drives]]\nnode_id = {k}\n" for k in (1, 2, 3))
+RIG = 'name = "delta"\n[bus]\ninterface = "virtual"\n' + DRIVES
 
 
 @pytest.fixture(scope="module")

@@ -13,13 +13,13 @@ from daq.commands.record import command
 from daq.cycle.stopping import StopRequest
 from daq.passive import listen
 from daq.passive.listen import Listener
+from daq.passive.reconstruct import Reconstructed
 from recordings.errors import BadInput, RunFailed
 from recordings.reader import read, read_can
 from recordings.rig import simulated_rig
-from tests.running import invoke
+from tests.running import DRIVES, invoke
 
 RIG = simulated_rig()
-BUS = '[bus]\ninterface = "{}"\nchannel = "x"\n'
 
 
 def send(bus: can.BusABC, arbitration_id: int, data: bytes, extended: bool = False) -> None:
@@ -54,8 +54,8 @@ def test_every_frame_is_recorded_none_is_sent_and_samples_are_made_of_them(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(listen, "SYNC_TIMEOUT", 2.0)
-    drives = "".join(f"[[drives]]\nnode_id = {node}\n" for node in (1, 2, 3))
-    Path("rig.toml").write_text(f'name = "bench"\n[bus]\ninterface = "udp_multicast"\n{drives}')
+    monkeypatch.setattr(Reconstructed, "loss", lambda made: "half of it is missing")
+    Path("rig.toml").write_text(f'name = "bench"\n[bus]\ninterface = "udp_multicast"\n{DRIVES}')
     listening = threading.Event()
 
     def opened(settings: object) -> can.BusABC:
@@ -73,6 +73,7 @@ def test_every_frame_is_recorded_none_is_sent_and_samples_are_made_of_them(
     for bus in (sender, witness):
         bus.shutdown()
     assert "sending nothing" in result.stderr
+    assert "warning: half of it is missing\n" in result.stderr
     assert all(text in result.stdout for text in ("syncs: 50", "recorded listened.mcap (listened)"))
 
     frames = read_can(Path("listened.mcap"))
@@ -95,13 +96,15 @@ def test_every_frame_is_recorded_none_is_sent_and_samples_are_made_of_them(
     assert "0x3210" in recording.events[0].message
 
 
-def test_listening_ends_after_the_duration(tmp_path: Path) -> None:
-    assert listened(tmp_path, "duration", lambda bus: None, 0.2) == "the time to listen was over"
-
-
-def test_listening_ends_when_the_syncs_have_ceased(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("heard", "duration", "reason"),
+    [(0x181, 0.2, "the time to listen was over"), (0x80, 60.0, "no SYNC for 0.2 s")],
+)
+def test_listening_ends_after_the_duration_or_when_the_syncs_have_ceased(
+    heard: int, duration: float, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(listen, "SYNC_TIMEOUT", 0.2)
-    assert listened(tmp_path, "silence", lambda bus: send(bus, 0x80, b""), 60.0) == "no SYNC for 0.2 s"
+    assert listened(tmp_path, "end", lambda bus: send(bus, heard, b""), duration) == reason
 
 
 def test_stall_of_the_listener_is_no_silence_of_the_bus(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -113,14 +116,14 @@ def test_stall_of_the_listener_is_no_silence_of_the_bus(tmp_path: Path, monkeypa
         listener = Listener(receiver, RIG, tmp_path / "r.mcap")
         send(sender, 0x80, b"")
 
-        def stall(traffic: listen.BusTraffic) -> None:
-            if traffic.frames == 1:
+        def stall(heard: listen.FrameRecorder) -> None:
+            if heard.frames == 1:
                 send(sender, 0x701, b"\x05")
                 send(sender, 0x80, b"")
                 time.sleep(0.4)
 
-        assert listener.listen(StopRequest(), None, stall) == "no SYNC for 0.3 s"
-        assert listener.traffic.syncs == 2
+        assert listener.listen(StopRequest(), 60.0, stall) == "no SYNC for 0.3 s"
+        assert listener.syncs == 2
 
 
 def test_recording_without_sync_keeps_its_frames_and_has_no_samples(tmp_path: Path) -> None:

@@ -96,11 +96,30 @@ def test_lost_answers_and_syncs_are_gaps(
     np.testing.assert_array_equal(reconstructed.samples.repeat, sample.repeat)
     assert reconstructed.missing == 5
     assert reconstructed.figures()["answers_lost"] == [5, 6, 5]
+    assert reconstructed.loss() is None
+
+
+@pytest.mark.parametrize(
+    ("lost", "said"),
+    [
+        (lambda frames, cycle: (frames.id > 0x180) & (frames.id < 0x184) & (cycle < 100), None),
+        (lambda frames, cycle: (frames.id == 0x182) & (cycle % 10 == 5), "their SYNCs were heard: check the cable"),
+        (lambda frames, cycle: (frames.id > 0x180) & (frames.id < 0x184), "(100.0%); their SYNCs were heard"),
+        (lambda frames, cycle: (cycle >= 1500) & (cycle < 1540), "40 SYNCs are missing, too: close other programs"),
+    ],
+)
+def test_many_missing_answers_are_told_with_the_likely_cause(
+    lost: Callable[[CanFrames, Ints], np.ndarray], said: str | None, frames: CanFrames, heard: Heard
+) -> None:
+    told = heard(keep=~lost(frames, np.cumsum(frames.id == 0x80) - 1)).loss()
+    assert told is None if said is None else said in told
 
 
 def test_long_pause_is_not_counted_as_missing_syncs(sample: Recording, frames: CanFrames, heard: Heard) -> None:
     pause = 10 * 10**9 * (np.cumsum(frames.id == 0x80) > 1000)
-    stamp = heard(arrivals(frames, PERIOD, 0) + pause).samples.stamp
+    reconstructed = heard(arrivals(frames, PERIOD, 0) + pause)
+    assert reconstructed.missing == 0
+    stamp = reconstructed.samples.stamp
     assert len(stamp) == len(sample.time)
     assert np.diff(stamp).max() == pytest.approx(10 * 10**9 + PERIOD, abs=10)
 

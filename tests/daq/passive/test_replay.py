@@ -2,9 +2,9 @@
 
 import errno
 import json
+import signal
 import threading
 import time
-from pathlib import Path
 
 import can
 import numpy as np
@@ -18,10 +18,8 @@ from daq.passive.replay import ReplayPlan, commanding, matching, plan, replay
 from recordings.errors import BadInput, RunFailed
 from recordings.reader import read_can
 from recordings.recording import CanFrames
-from tests.running import invoke
-
-SAMPLE = Path(__file__).parents[3] / "recordings" / "samples" / "fig5a.mcap"
-BITRATE = 1_000_000
+from tests.daq.passive.listening import SAMPLE
+from tests.running import invoke, ran
 
 
 def frames(ids: list[int], log: list[int], **flags: list[bool]) -> CanFrames:
@@ -41,6 +39,10 @@ def frames(ids: list[int], log: list[int], **flags: list[bool]) -> CanFrames:
     )
 
 
+def planned(recorded: CanFrames, speed: float = 1.0, loops: int = 1, bitrate: int = 1_000_000) -> ReplayPlan:
+    return plan(recorded, matching(recorded, "both", []), speed, loops, bitrate)
+
+
 def replayed(plan_: ReplayPlan, channel: str) -> list[can.Message]:
     """What another node on a virtual bus receives."""
     with can.Bus(interface="virtual", channel=channel) as bus, can.Bus(interface="virtual", channel=channel) as node:
@@ -55,7 +57,7 @@ def test_frames_arrive_in_order_with_all_their_bits() -> None:
         extended=[False, False, True, False, False],
         rtr=[False, False, False, True, False],
     )
-    messages = replayed(plan(recorded, matching(recorded, "both", []), 1.0, 1, BITRATE), "order")
+    messages = replayed(planned(recorded), "order")
     assert [message.arbitration_id for message in messages] == recorded.id.tolist()
     assert [message.is_extended_id for message in messages] == recorded.extended.tolist()
     assert [message.is_remote_frame for message in messages] == recorded.rtr.tolist()
@@ -72,7 +74,7 @@ def test_frames_arrive_in_order_with_all_their_bits() -> None:
 def test_deadlines_are_the_recorded_times_divided_by_the_speed(steps: list[int], speed: float, loops: int) -> None:
     log = np.cumsum([0, *steps]).tolist()
     recorded = frames([0x181] * len(log), log)
-    plan_ = plan(recorded, matching(recorded, "both", []), speed, loops, BITRATE)
+    plan_ = planned(recorded, speed, loops)
     np.testing.assert_allclose(plan_.due, np.array(log) / 1e9 / speed)
     begin = time.perf_counter()
     assert len(replayed(plan_, "speed")) == loops * len(log)
@@ -82,7 +84,7 @@ def test_deadlines_are_the_recorded_times_divided_by_the_speed(steps: list[int],
 
 def test_frames_of_one_instant_are_sent_no_faster_than_the_wire() -> None:
     recorded = frames([0x601] * 400, [0] * 400)
-    plan_ = plan(recorded, matching(recorded, "both", []), 1.0, 1, 125_000)
+    plan_ = planned(recorded, bitrate=125_000)
     begin = time.perf_counter()
     assert len(replayed(plan_, "wire")) == 400
     # 65 bits each at 125 kbit/s; frames may be sent up to five milliseconds ahead of the wire.
@@ -91,7 +93,7 @@ def test_frames_of_one_instant_are_sent_no_faster_than_the_wire() -> None:
 
 def test_loops_continue_the_rhythm_of_the_syncs() -> None:
     recorded = frames([0x80, 0x181, 0x80, 0x181], [0, 300_000, 2_000_000, 2_300_000])
-    plan_ = plan(recorded, matching(recorded, "both", []), 1.0, 3, BITRATE)
+    plan_ = planned(recorded, loops=3)
     assert plan_.loop_time == pytest.approx(0.0023 + 0.002)
     assert [message.arbitration_id for message in replayed(plan_, "loop")] == [0x80, 0x181] * 6
 
@@ -142,7 +144,7 @@ def test_stop_request_ends_the_replay_at_once() -> None:
     stop = StopRequest()
     threading.Timer(0.2, lambda: stop.ask("enough")).start()
     with can.Bus(interface="virtual", channel="stop") as bus:
-        result = replay(plan(recorded, matching(recorded, "both", []), 1.0, 1, BITRATE), bus, stop)
+        result = replay(planned(recorded), bus, stop)
     assert (result.sent, result.stopped) == (2, "enough")
 
 
@@ -159,9 +161,7 @@ class FullBus:
 
 
 def test_replay_waits_for_a_full_queue_but_not_for_a_lost_bus() -> None:
-    recorded = frames([0x181], [0])
-    plan_ = plan(recorded, matching(recorded, "both", []), 1.0, 1, BITRATE)
-    bus = FullBus(20)
+    plan_, bus = planned(frames([0x181], [0])), FullBus(20)
     replay(plan_, bus, StopRequest())  # type: ignore[arg-type]
     assert bus.sent == 1
     with pytest.raises(RunFailed, match="does not accept frames"):
@@ -179,3 +179,14 @@ def test_command_announces_the_replay(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "COMMAND DRIVES: any real drive on this bus will move" in result.stderr
     assert "frames: 2840 of 2840" in result.stdout
     assert f"next: daq info {SAMPLE}" in result.stderr
+
+
+def test_commands_to_drives_are_refused_where_nothing_can_ask_to_stop(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("drivers.canopen.bus.open_bus", lambda settings: can.Bus(interface="virtual", channel="cli"))
+    monkeypatch.delattr(signal, "SIGHUP")
+    arguments = [SAMPLE, "--bus", "udp_multicast:239.74.163.9:43200", "--speed", "1000", "--direction"]
+    with pytest.raises(BadInput, match="asked to stop, as Linux, expected"):
+        ran(command, *arguments, "tx", "--id", "0x80", "--yes")
+    ran(command, *arguments, "rx", "--id", "0x181")

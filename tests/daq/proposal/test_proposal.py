@@ -49,6 +49,12 @@ def test_ratings_become_the_torque_at_the_joint(tmp_path: Path) -> None:
     assert (drive.torque_source, drive.rated_torque) == ("torque_actual", pytest.approx(RATED_TORQUE / 1000 * 21))
 
 
+def test_control_characters_of_a_name_do_not_break_the_file(tmp_path: Path) -> None:
+    drives = [facts_of(tmp_path, MadeUpDrive(base() | TORQUE), node) for node in (1, 2, 3)]
+    named = [replace(facts, name="Drive\r\nrate = 1") for facts in drives]
+    assert "Drive??rate = 1" in propose(named, BUS).text
+
+
 def test_a_current_needs_the_torque_constant(tmp_path: Path) -> None:
     rated = base() | CURRENT | {(0x6076, 0): TORQUE[0x6076, 0]}
     stated = proposal(tmp_path, rated | GEARED)
@@ -86,8 +92,10 @@ def test_what_nothing_states_is_asked_for_and_no_command_takes_it(tmp_path: Path
     assert 'counts/s^2" }' not in document.text
     path = tmp_path / "rig.toml"
     path.write_text(document.text)
-    with pytest.raises(BadInput, match=r"'drives.0.counts_per_turn' is \"\?\": nothing states it.*and 11 more"):
+    with pytest.raises(BadInput, match=r"'drives.0.counts_per_turn' is \"\?\": nothing states it") as refused:
         load_rig(path)
+    assert "(and 11 more: drives.0.gear, " in str(refused.value)
+    assert str(refused.value).endswith("drives.2.units.acceleration)")
 
 
 @pytest.mark.parametrize(
@@ -162,6 +170,16 @@ def test_what_needs_a_decision_is_commented_out(tmp_path: Path) -> None:
     assert not {"accept_missing", "assume_mode"} & set(drive)
 
 
+def test_touch_probe_and_safe_torque_off_are_offered(tmp_path: Path) -> None:
+    states = {(0x60B9, 0): Item(U16, "ro"), (0x2F00, 3): Item(U32, "ro", name='"STO" status')}
+    assert "watched" not in proposal(tmp_path, base() | TORQUE).text
+    text = proposal(tmp_path, base() | TORQUE | states).text
+    line = next(line for line in text.splitlines() if line.startswith("# watched"))
+    first, second = tomllib.loads(line.removeprefix("# "))["watched"]
+    assert first == {"index": 0x60B9, "name": "touch probe status"}
+    assert (second["index"], second["sub"]) == (0x2F00, 3)
+
+
 def test_limits_of_the_file_exclude_values(tmp_path: Path) -> None:
     items = base() | TORQUE | {(0x1016, 1): Item(U32, low=0, high=0xFFFF), (0x6066, 0): Item(U16, high=5)}
     document = proposal(tmp_path, items)
@@ -182,6 +200,15 @@ def test_rate_units_gear_and_resolution_suit_the_drive_and_the_bus(tmp_path: Pat
 def test_other_numbers_of_drives_are_axes(tmp_path: Path) -> None:
     rig = proposal(tmp_path, base() | TORQUE, nodes=(4, 5)).rig
     assert (rig.mechanism, rig.dof, [drive.node_id for drive in rig.drives]) == ("axes", 2, [4, 5])
+
+
+def test_each_axis_of_a_node_has_its_own_limits(tmp_path: Path) -> None:
+    limits = {(0x607D, 1): Item(I32, default=9000), (0x607D, 2): Item(I32, default=-9000)}
+    resolution = {(0x608F, 1): Item(U32, default=4000), (0x608F, 2): Item(U32, default=1)}
+    facts = facts_of(tmp_path, MadeUpDrive(base() | TORQUE | GEARED | resolution | limits), 5)
+    text = propose([facts, replace(facts, node_id=6), replace(facts, axis=2)], BUS).text
+    assert text.count("the lower one above the upper one") == 2
+    assert "# gravity = true" in propose([facts], BUS).text
 
 
 def test_a_dcf_is_offered_and_an_eds_says_that_it_only_has_defaults(tmp_path: Path) -> None:

@@ -5,8 +5,10 @@ import re
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from recordings.reader import read
 from tests.conftest import Runner
 from tests.drivers.simulated.dictionaries import GEAR, MADE_UP, RATED_CURRENT, RATED_TORQUE
 from tests.running import free_port, served
@@ -22,6 +24,8 @@ TYPE_PLATE = {
 """What is asked of the user."""
 REFUSES = {"wilful": "6066"}
 """An object that the drive refuses although its EDS has it: the first run says so, and how to accept it."""
+UNDECIDED = {"unset_factors"}
+"""Drives of which only a motion shows in what unit they count."""
 CONSTANT = RATED_TORQUE / RATED_CURRENT * GEAR
 """Torque of the joint per ampere [N m/A]."""
 PLATFORM = 2.033
@@ -76,12 +80,45 @@ def test_from_a_dictionary_to_a_model(
         assert refused.code == 1
         assert f'accept_missing = ["{REFUSES[name]}"]' in refused.err
         accept(tmp_path / "rig.toml", REFUSES[name])
+    if name in UNDECIDED:
+        refused = daq_in_process(*record, "refused.mcap")
+        assert refused.code == 2
+        assert 'counts_source = "measured"' in refused.err
+        assert daq_in_process("axis-check", "--rig", "rig.toml", "--sim", sim, "--write").code == 0
     recorded = daq(*record, "run.mcap")
     assert recorded.code == 0, recorded.err
     assert "SIMULATED" in recorded.err
     parameters = ident_in_process("fit", "run.mcap", "--json").figures["parameters"]
     values = {parameter["name"]: parameter["value"] for parameter in parameters}
     assert values["m_p"] == pytest.approx(PLATFORM, rel=0.02)
+
+
+@pytest.mark.parametrize("name", ["outputs_only", "isd860.eds"])
+def test_without_a_torque_positions_are_recorded(name: str, daq_in_process: Runner, tmp_path: Path) -> None:
+    eds, sim = dictionary(name, tmp_path)
+    propose = ("rig", "propose", "--eds", eds, "--bus", f"virtual:none-{name}")
+    refused = daq_in_process(*propose)
+    assert refused.code == 2
+    assert "daq rig propose --torque none" in refused.err
+    assert daq_in_process(*propose, "--torque", "none").code == 0
+    decide(tmp_path / "rig.toml")
+    assert tomllib.loads((tmp_path / "rig.toml").read_text())["drives"][0]["torque_source"] == "none"
+    checked = daq_in_process("check", "--rig", "rig.toml", "--sim", sim)
+    assert checked.code == 0, checked.out
+    moved = daq_in_process("jog", "--joint", 1, "--by", 0.02, "--rig", "rig.toml", "--sim", sim, "--out", "jog.mcap")
+    assert moved.code == 0, moved.err
+    recording = read(tmp_path / "jog.mcap")
+    assert recording.effort is None
+    assert np.isnan(recording.voltage).all()
+    assert np.isfinite(recording.position).all()
+
+
+def test_an_interface_that_does_not_exist_is_refused(daq_in_process: Runner, tmp_path: Path) -> None:
+    eds, _ = MADE_UP["one_millisecond"].write(tmp_path)
+    done = daq_in_process("rig", "propose", "--eds", eds, "--bus", "foo:q")
+    assert done.code == 2
+    assert "bus.interface: one of" in done.err
+    assert not (tmp_path / "rig.toml").exists()
 
 
 def test_drives_on_the_bus_are_read(daq: Runner, tmp_path: Path) -> None:

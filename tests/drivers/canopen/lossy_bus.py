@@ -11,11 +11,12 @@ import can
 
 from drivers.canopen.bus import Link
 from drivers.canopen.drive import CanopenDrives
-from drivers.protocol import Report
+from drivers.protocol import Goal, Power, Report
 from drivers.simulated.drive import SimulatedCanopenDrive
 from drivers.simulated.drive_state_machine import PowerState as DriveState
 from drivers.simulated.habits import Habits
 from drivers.simulated.mark import EDS
+from recordings.errors import RunFailed
 from recordings.rig import Rig
 
 DT = 2.5e-3
@@ -32,12 +33,23 @@ _KINDS = {
     0x600: "request",
     0x700: "heartbeat",
 }
+_PATIENCE = 1000
+"""Cycles in which drives reach a state."""
 KINDS = (*sorted({*_KINDS.values()}), "sync")
 
 
 def kind_of(arbitration_id: int) -> str:
     """Kind of a frame, by the predefined connection set."""
     return "sync" if arbitration_id == 0x080 else _KINDS.get(arbitration_id & 0x780, "")
+
+
+def reach(driver: CanopenDrives, goal: Goal, power: Power) -> None:
+    """Exchange until all drives have this power."""
+    driver.goal = goal
+    for _ in range(_PATIENCE):
+        if {*driver.exchange(None, 0.01).power} == {power}:
+            return
+    raise RunFailed(f"not {goal.value}")
 
 
 class LossyBus(can.BusABC):
@@ -61,7 +73,14 @@ class LossyBus(can.BusABC):
         """What the drives measure [V], [N m]."""
         self.drives = [
             SimulatedCanopenDrive(
-                drive, DT, self._answer, lambda: self.volts, lockstep=True, eds=eds, habits=habits or Habits()
+                drive,
+                DT,
+                self._answer,
+                lambda: self.volts,
+                lockstep=True,
+                eds=eds,
+                habits=habits or Habits(),
+                axes=[other.axis for other in rig.drives if other.node_id == drive.node_id],
             )
             for drive in rig.drives
         ]

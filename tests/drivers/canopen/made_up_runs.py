@@ -16,7 +16,7 @@ from drivers.protocol import Goal, Power, Sample
 from drivers.simulated.habits import Habits
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import Axis, Drive, Limits, Rig, Torque
-from tests.drivers.canopen.lossy_bus import LossyBus
+from tests.drivers.canopen.lossy_bus import LossyBus, reach
 from tests.drivers.simulated.dictionaries import (
     GEAR,
     RATED_CURRENT,
@@ -125,12 +125,7 @@ def outcome_of(made_up: MadeUpDrive, rig: Rig, see: Callable[[int, bool], object
 
 
 def _move(driver: CanopenDrives, bus: LossyBus, rig: Rig, outcome: Outcome) -> None:
-    driver.goal = Goal.ENABLED
-    for _ in range(round(0.5 * rig.rate)):
-        if driver.exchange(None, 0.01).power == (Power.ON,):
-            break
-    else:
-        raise RunFailed("not enabled")
+    reach(driver, Goal.ENABLED, Power.ON)
     generator = bus.drives[0].generator
     start, samples = generator.position, []
     count = round(0.5 * rig.rate)

@@ -127,14 +127,9 @@ def test_drive_is_refused_with_the_object_and_the_key_to_change(
     assert all(reason in outcome.refused for reason in reasons), outcome.refused
 
 
-def without(made_up: MadeUpDrive, index: int) -> MadeUpDrive:
-    return MadeUpDrive(
-        {address: item for address, item in made_up.items.items() if address[0] != index}, made_up.habits
-    )
-
-
 def test_drive_without_an_accepted_object_is_driven_and_the_loss_is_said() -> None:
-    outcome = run_and_judge(without(WIDE, 0x605A))
+    items = {address: item for address, item in WIDE.items.items() if address[0] != 0x605A}
+    outcome = run_and_judge(MadeUpDrive(items, WIDE.habits))
     assert outcome.samples
     (text,) = outcome.reports
     assert text.startswith("driven without 605Ah")

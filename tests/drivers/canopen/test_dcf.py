@@ -2,11 +2,12 @@ from pathlib import Path
 
 import pytest
 
-from drivers.canopen import dcf, setup
+from drivers.canopen import dcf
 from drivers.canopen.sdo import SdoWrite
 from drivers.simulated.mark import EDS
 from recordings.errors import BadInput
-from recordings.rig import Drive, simulated_rig
+from recordings.rig import Axis, Drive, Limits, Rig, Torque
+from tests.drivers.canopen.lossy_bus import LossyBus
 from tests.faults.habits import Change, all_of, entry
 
 
@@ -20,10 +21,20 @@ def drive_with(folder: Path, values: dict[str, str], *changes: Change) -> Drive:
     return Drive(node_id=1, dcf=str(folder / "drive.dcf"))
 
 
-def test_values_come_first(tmp_path: Path) -> None:
-    writes = setup.sdo_writes(simulated_rig(), drive_with(tmp_path, {"6085": "777"}))
-    assert writes[0] == SdoWrite(0x6085, 0, "<I", 777)
-    assert writes[1].index == 0x6060
+def test_the_rig_file_has_the_last_word_over_values_of_the_dcf(tmp_path: Path) -> None:
+    drive, ramps = drive_with(tmp_path, {"6085": "777"}), list[int]()
+    bus = LossyBus(Rig(name="axis", mechanism="axes", axes=(Axis(),), drives=(drive,), torque=Torque(gain=(1.0,))))
+
+    def note(arbitration_id: int, data: bytes) -> None:
+        if arbitration_id == 0x601 and data[:4] == bytes.fromhex("23 85 60 00"):
+            ramps.append(int.from_bytes(data[4:], "little"))
+
+    bus.witness = note
+    driver = bus.driver()
+    driver.discover()
+    driver.configure()
+    driver.close()
+    assert ramps == [777, round(Limits().acceleration * drive.counts_per_radian)]
 
 
 def test_what_acts_at_once_or_cannot_be_written_or_read_is_left_out_and_process_data_not_compared(
@@ -56,4 +67,4 @@ def test_file_that_is_no_dcf_is_refused(text: str | None, reason: str, tmp_path:
     if text is not None:
         (tmp_path / "bad.dcf").write_text(text)
     with pytest.raises(BadInput, match=reason):
-        setup.sdo_writes(simulated_rig(), Drive(node_id=1, dcf=str(tmp_path / "bad.dcf")))
+        dcf.configuration(Drive(node_id=1, dcf=str(tmp_path / "bad.dcf")))

@@ -16,7 +16,7 @@ from drivers.protocol import Goal, Power
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import CanBus, Rig, load_rig
 from tests.daq.proposal.test_rig_command import REAL, REFUSED, SHARED, decide
-from tests.drivers.canopen.lossy_bus import LossyBus
+from tests.drivers.canopen.lossy_bus import LossyBus, reach
 from tests.drivers.canopen.made_up_runs import bus_of, rig_of
 from tests.drivers.simulated.dictionaries import MADE_UP
 
@@ -67,9 +67,7 @@ def frames_of(rig: Rig, bus: LossyBus) -> list[str]:
         driver.discover()
         driver.configure()
         for goal, power in ((Goal.ENABLED, Power.ON), (Goal.STOPPED, Power.OFF)):
-            driver.goal = goal
-            while driver.exchange(None, 0.01).power != (power,):
-                assert len(lines) < 5000, "no reaction"
+            reach(driver, goal, power)
     except (BadInput, RunFailed) as error:
         lines.append(str(error))
     driver.close()

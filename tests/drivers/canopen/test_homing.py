@@ -4,14 +4,14 @@ from typing import Any
 
 import pytest
 
-from drivers.canopen.homing import homing_writes
-from drivers.protocol import Goal, HomingState, Power
+from drivers.canopen.homing import HomingState, homing_writes
+from drivers.protocol import Goal, Power
 from drivers.simulated.habits import Habits
 from recordings.config import validated
 from recordings.errors import BadInput
 from recordings.rig import Drive, Homing, Rig, simulated_rig
 from tests.drivers.canopen.given import dictionary, values_of
-from tests.drivers.canopen.lossy_bus import LossyBus
+from tests.drivers.canopen.lossy_bus import LossyBus, reach
 
 HOMED = {"index": 0x6041, "mask": 0x8000}
 HABITS = Habits(referenced_mask=0x8000, referenced=False)
@@ -35,21 +35,18 @@ def test_states_of_a_homing_are_not_those_of_an_earlier_one(
     driver = bus.driver()
     driver.discover()
     driver.configure(referenced=False)
-    driver.prepare_homing(1)
-    driver.goal = Goal.ENABLED
-    while driver.exchange(None, 0.01).power != (Power.ON,) * 3:
-        pass
-    driver.start_homing(1)
+    search = driver.homing(1)
+    search.prepare(Homing(**homing))
+    reach(driver, Goal.ENABLED, Power.ON)
+    search.start()
     states = [HomingState.RUNNING]
     while states[-1] is HomingState.RUNNING and len(states) < 1000:
         assert driver.exchange(None, 0.01).trouble is None
-        states.append(driver.homing_state(1))
+        states.append(search.state())
     assert states[-1] is end
     assert len(states) > least
-    driver.goal = Goal.DISABLED
-    for _ in range(2):
-        driver.exchange(None, 0.01)
-    driver.finish_homing(1)
+    reach(driver, Goal.DISABLED, Power.OFF)
+    search.finish()
     assert driver.is_homed(1) == (habits is HABITS)
     driver.close()
     assert not bus.enabled

@@ -25,16 +25,15 @@ from tests.drivers.canopen.given import dictionary, values_of
     ],
 )
 def test_tpdos_by_voltage_transfer_and_torque(drive: Drive, names: list[list[str]], mapped: int) -> None:
-    pdos = list(pdo.tpdos(drive).values())
-    assert [[field.name for field in fields] for fields in pdos] == names
-    assert pdos[-1][-1].mapped == mapped
-    assert pdo.pdo_sizes(drive) == [6, 8, *([2] if len(names) > 1 else [])]
+    pdos = pdo.tpdos(dictionary(drive))
+    assert [[field.name for field in each.fields] for each in pdos] == names
+    assert pdos[-1].fields[-1].mapped(1) == mapped
+    assert [each.layout.size for each in pdos] == [8, *([2] if len(names) > 1 else [])]
 
 
 def test_torque_offset_fills_the_rpdo() -> None:
     drive = Drive(node_id=1, torque_offset=True)
-    assert pdo.pdo_sizes(drive) == [8, 8]
-    writes = values_of(pdo.pdo_writes(drive, dictionary(drive)))
+    writes = values_of(pdo.pdo_writes(dictionary(drive)))
     assert [writes[0x1600, sub] for sub in range(4)] == [3, 0x6040_00_10, 0x607A_00_20, 0x60B2_00_10]
 
 
@@ -50,9 +49,9 @@ def test_torque_offset_fills_the_rpdo() -> None:
 )
 def test_size_of_the_voltage_is_the_drives(size: int, signed: bool | None, mapped: int, layouts: str) -> None:
     drive = Drive(node_id=1, voltage=Voltage(signed=signed))
-    pdos = list(pdo.tpdos(drive, dictionary(drive, {(0x2200, 1): bytes(size)})).values())
-    assert pdos[-1][-1].mapped == mapped
-    assert "|".join("".join(field.layout for field in fields) for fields in pdos) == layouts
+    pdos = pdo.tpdos(dictionary(drive, {(0x2200, 1): bytes(size)}))
+    assert pdos[-1].fields[-1].mapped(1) == mapped
+    assert "|".join(each.layout.format[1:] for each in pdos) == layouts
 
 
 def test_supply_is_unsigned_by_the_standard() -> None:
@@ -62,7 +61,7 @@ def test_supply_is_unsigned_by_the_standard() -> None:
 
 def test_cob_id_keeps_bit_30_and_is_compared_without_it_and_reserved_bits() -> None:
     drive = Drive(node_id=5)
-    writes = pdo.pdo_writes(drive, dictionary(drive, {(0x1800, 1): 0x4000_0185}))
+    writes = pdo.pdo_writes(dictionary(drive, {(0x1800, 1): 0x4000_0185}))
     last = [write for write in writes if write.index == 0x1800][-1]
     assert last.value == 0x4000_0185
     differs = [bool((read_back ^ last.value) & last.mask) for read_back in (0x1FFF_F985, 0x8000_0185, 0x186)]
@@ -74,19 +73,21 @@ def test_cob_id_keeps_bit_30_and_is_compared_without_it_and_reserved_bits() -> N
     [
         ({}, ((0x1400, 1),), "RPDO"),
         ({}, ((0x1801, 1),), "TPDO"),
+        ({(0x1404, 1): 0x8000_0000}, ((0x1400, 1),), "0 found among the 4 that have COB-IDs"),
+        ({(0x1804, 1): 0x8000_0000}, ((0x1800, 1),), r"2 TPDO\(s\) or more needed, 1 found among the 4"),
         ({(0x2200, 1): bytes(8)}, (), "has 8 bytes"),
     ],
 )
 def test_drive_with_too_few_pdos_or_no_integer_is_refused(values, absent, reason: str) -> None:
     drive = Drive(node_id=5, torque_actual=True)
     with pytest.raises(BadInput, match=reason):
-        pdo.pdo_writes(drive, dictionary(drive, values, absent))
+        pdo.pdo_writes(dictionary(drive, values, absent))
 
 
 def test_objects_that_fit_nowhere_are_tried_in_full_mappings() -> None:
     drive = Drive(node_id=5)
     objects = dictionary(drive, {(0x1A00, 1): bytes(4)}, absent=((0x1801, 1),))
-    assert [len(fields) for fields in pdo.tpdos(drive, objects).values()] == [3]
+    assert [len(each.fields) for each in pdo.tpdos(objects)] == [3]
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,13 @@
 """Preparation of one drive: mode, faults, power, and the order of the steps."""
 
+import re
 from collections.abc import Callable
+from contextlib import nullcontext
 from typing import Any
 
 import pytest
 
+from drivers.canopen.preparation import said_once
 from drivers.simulated.drive_state_machine import PowerState
 from recordings.errors import BadInput, RunFailed
 from tests.drivers.canopen.lossy_bus import LossyBus
@@ -47,6 +50,23 @@ def test_mode_that_the_drive_shows_must_be_the_one_written_or_none_before_power(
     bench = Bench()
     bench.configure(lambda drive: drive._objects.measured.update({(0x6061, 0): lambda: 0}))
     assert bench.reports == [("warning", "shows no mode yet (6061h) after mode 8 was written")]
+
+
+def test_what_is_true_of_several_drives_is_said_once() -> None:
+    said: list[tuple[str, str, str]] = []
+    with said_once(lambda *line: said.append(line)) as report:
+        for joint in ("joint 1", "joint 2"):
+            report("warning", joint, "shows no mode yet")
+            report("info", joint, f"reset of {joint}")
+    assert said == [
+        ("warning", "joint 1, joint 2", "shows no mode yet"),
+        ("info", "joint 1", "reset of joint 1"),
+        ("info", "joint 2", "reset of joint 2"),
+    ]
+
+
+def test_a_drive_that_does_not_tell_its_revision_has_none() -> None:
+    assert Bench({"refuse_read": ["1018:03"]}).driver.discover()[0].revision is None
 
 
 def test_fault_reset_is_one_rising_edge() -> None:
@@ -100,3 +120,16 @@ def test_drive_that_does_not_fit_is_switched_off_all_the_same() -> None:
     with pytest.raises(BadInput, match="neither mode 7 nor 8"):
         bench.driver.configure()
     assert not bench.bus.enabled
+
+
+@pytest.mark.parametrize(("source", "decided"), [("assumed", False), ("assumed", True), ("measured", True)])
+def test_an_undecided_unit_of_position_is_for_small_motions(source: str, decided: bool) -> None:
+    reports: list[str] = []
+    made_up, doubt = MADE_UP["unset_factors"], '608Fh say 8192, 6092h and 6091h say 1: .* counts_source = "measured"'
+    driver = bus_of(made_up, rig_of(made_up, counts_source=source)).driver(lambda *told: reports.append(told[2]))
+    driver.discover()
+    undecided = source == "assumed"
+    with pytest.raises(BadInput, match=doubt) if undecided and decided else nullcontext():
+        driver.configure(decided=decided)
+    assert [bool(re.search(doubt, text)) for text in reports] == [True] * (undecided and not decided)
+    assert decided or driver.in_doubt(1) == undecided

@@ -22,10 +22,10 @@ def test_interpolation_period(rate: float, period: tuple[int, int]) -> None:
 def test_limits_are_ordered_for_a_drive_that_counts_backwards_and_the_slow_ramp_written_where_a_stop_uses_it() -> (
     None
 ):
-    usual = values_of(setup.sdo_writes(RIG, Drive(node_id=1, sign=-1)))
+    usual = values_of(setup.own_writes(RIG, dictionary(Drive(node_id=1, sign=-1))))
     assert usual[0x607D, 1] < usual[0x607D, 2]
     assert (0x6084, 0) not in usual
-    slow = values_of(setup.sdo_writes(RIG, Drive(node_id=1, quick_stop_option=5)))
+    slow = values_of(setup.own_writes(RIG, dictionary(Drive(node_id=1, quick_stop_option=5))))
     assert slow[0x6084, 0] == slow[0x6085, 0]
     assert (usual[0x605A, 0], slow[0x605A, 0]) == (2, 5)
 
@@ -33,7 +33,7 @@ def test_limits_are_ordered_for_a_drive_that_counts_backwards_and_the_slow_ramp_
 def test_objects_that_the_drive_lacks_are_not_written_and_sizes_are_its_own() -> None:
     drive = Drive(node_id=1)
     of_drive = dictionary(drive, {(0x605A, 0): bytes(1)}, absent=(0x6066,))
-    writes = {write.index: write for write in setup.own_writes(RIG, drive, of_drive)}
+    writes = {write.index: write for write in setup.own_writes(RIG, of_drive)}
     assert 0x6066 not in writes
     assert writes[0x605A].layout == "<b"
 
@@ -54,7 +54,7 @@ def test_watchdog_is_the_best_that_the_drive_has(objects: tuple[Address, ...], w
     drive = Drive(node_id=1)
     values = {address: bytes(4 if address == (0x1016, 1) else 2) for address in objects}
     of_drive = dictionary(drive, values, absent=tuple(set(WAYS) - set(objects)))
-    writes = values_of(setup.own_writes(RIG, drive, of_drive))
+    writes = values_of(setup.own_writes(RIG, of_drive))
     assert {a: v for a, v in writes.items() if a in {*WAYS, (0x1017, 0)}} == written
     assert values_of(setup.watchdog_off(of_drive)) == dict.fromkeys(written.keys() - {(0x1017, 0)}, 0)
 
@@ -65,13 +65,13 @@ def test_unit_that_is_too_coarse_for_the_quick_stop_is_refused(unit: str, value:
     silent = dictionary(drive, absent=(0x60AA,))
     if value is None:
         with pytest.raises(BadInput, match="cannot be written in the drive's unit"):
-            setup.own_writes(RIG, drive, silent)
+            setup.own_writes(RIG, silent)
     else:
-        assert values_of(setup.own_writes(RIG, drive, silent))[0x6085, 0] == pytest.approx(value, rel=1e-4)
+        assert values_of(setup.own_writes(RIG, silent))[0x6085, 0] == pytest.approx(value, rel=1e-4)
 
 
 def test_offset_that_a_killed_run_left_is_cleared_in_any_run() -> None:
     drive = Drive(node_id=1)
     left = dictionary(drive, {(0x60B2, 0): (-250).to_bytes(2, "little", signed=True)})
-    assert values_of(setup.own_writes(RIG, drive, left))[0x60B2, 0] == 0
-    assert (0x60B2, 0) not in values_of(setup.own_writes(RIG, drive, dictionary(drive)))
+    assert values_of(setup.own_writes(RIG, left))[0x60B2, 0] == 0
+    assert (0x60B2, 0) not in values_of(setup.own_writes(RIG, dictionary(drive)))

@@ -6,7 +6,7 @@ import numpy as np
 
 from drivers.protocol import Goal, Power
 from recordings.rig import Drive, Limits, Rig
-from tests.drivers.canopen.lossy_bus import LossyBus
+from tests.drivers.canopen.lossy_bus import LossyBus, reach
 
 QUICK_STOP, OFF, NO_OFFSET, NO_WATCHDOG = "6040:0002", "6040:0000", "60B2:0000", "1016:00000000"
 RIG = Rig(
@@ -22,9 +22,7 @@ def test_every_drive_that_answers_is_stopped_off_and_without_a_watchdog_and_the_
     driver = bus.driver(lambda *line: reports.append(line))
     driver.discover()
     driver.configure()
-    driver.goal = Goal.ENABLED
-    while driver.exchange(None, 0.01).power != (Power.ON,) * 3:
-        pass
+    reach(driver, Goal.ENABLED, Power.ON)
     for code, times in ((0xFF01, 3), (0x8140, 1)):
         for _ in range(times):
             bus.drives[0].warn(code)

@@ -1,14 +1,12 @@
 """The torque offset 60B2h on the bus: thousandths of the rated torque, in the drive's direction, 0 unless given."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.canopen.bus import Link
 from drivers.canopen.drive import CanopenDrives
-from drivers.canopen.load import bus_load
-from recordings.rig import Drive, Limits, Rig, simulated_rig
+from recordings.rig import Drive, Limits, Rig
 from tests.drivers.canopen.given import dictionary
 from tests.drivers.canopen.scripted import ScriptedBus
 
@@ -40,10 +38,3 @@ def test_offset_never_exceeds_its_limit(torque: list[float]) -> None:
     counts = RIG.torque_offset_counts(np.array([torque]))
     assert np.abs(counts).max() <= 500
     assert (np.sign(counts[0]) * np.sign(torque) * [1, -1, 1] >= 0).all()
-
-
-def test_bus_load_grows_by_two_bytes_per_drive() -> None:
-    rig = simulated_rig()
-    # 16 data bits and up to 4 stuffed ones.
-    more = bus_load(rig.with_torque_offset(), 500.0) - bus_load(rig, 500.0)
-    assert more == pytest.approx(3 * 20 * 500 / 1e6)

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from drivers.canopen.units import Units, position_units_per_turn, units_of
+from drivers.canopen.units import Units, position_units_per_turn
 from recordings.rig import AssumedUnits, Drive
 
 DRIVE = Drive(node_id=1, counts_per_turn=8192, gear=21.0)
@@ -14,7 +14,7 @@ GEARED = {(0x6091, 1): 21, (0x6091, 2): 1}
 
 
 def acceleration(units: Units) -> float:
-    assert units.problems == ()
+    assert units.problems == []
     assert units.acceleration is not None
     return units.acceleration.per_radian
 
@@ -39,7 +39,7 @@ def acceleration(units: Units) -> float:
     ],
 )
 def test_unit_of_acceleration(objects: dict[tuple[int, int], int], expected: float) -> None:
-    assert acceleration(units_of(objects, DRIVE)) == pytest.approx(expected)
+    assert acceleration(Units(objects, DRIVE)) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_unit_of_acceleration(objects: dict[tuple[int, int], int], expected: flo
     ],
 )
 def test_unit_of_velocity(objects: dict[tuple[int, int], int], per_motor_turn: float, name: str) -> None:
-    velocity = units_of(objects, DRIVE).velocity
+    velocity = Units(objects, DRIVE).velocity
     assert velocity is not None
     assert velocity.per_radian == pytest.approx(per_motor_turn * MOTOR)
     assert velocity.name == name
@@ -62,7 +62,7 @@ def test_unit_of_velocity(objects: dict[tuple[int, int], int], per_motor_turn: f
 def test_increments_are_those_of_the_encoder_where_positions_are_angles() -> None:
     drive = Drive(node_id=1, counts_per_turn=360_000, gear=21.0)
     objects = {(0x60A8, 0): 0xFD410000, (0x60AA, 0): 0x00B55700, (0x608F, 1): 4096, (0x608F, 2): 1}
-    assert acceleration(units_of(objects, drive)) == pytest.approx(4096 * MOTOR)
+    assert acceleration(Units(objects, drive)) == pytest.approx(4096 * MOTOR)
 
 
 @pytest.mark.parametrize(
@@ -79,7 +79,7 @@ def test_increments_are_those_of_the_encoder_where_positions_are_angles() -> Non
 def test_contradiction_with_the_rig_file_is_a_problem_with_both_numbers(
     objects: dict[tuple[int, int], int], numbers: tuple[str, str]
 ) -> None:
-    problems = units_of(objects, DRIVE).problems
+    problems = Units(objects, DRIVE).problems
     assert problems
     assert all(number in problems[0] for number in numbers), problems
 
@@ -90,31 +90,31 @@ def test_a_feed_of_1_beside_a_resolution_leaves_both_readings(
     counts: int, further: dict[tuple[int, int], int]
 ) -> None:
     objects = {(0x608F, 1): 2000, (0x608F, 2): 1, (0x6092, 1): 1, (0x6092, 2): 1}
-    units = units_of(objects | further, DRIVE.model_copy(update={"counts_per_turn": counts}))
-    assert units.problems == ()
+    units = Units(objects | further, DRIVE.model_copy(update={"counts_per_turn": counts}))
+    assert units.problems == []
     assert units.readings == {"608Fh": 2000, "6092h and 6091h": 1}
     assert next(iter(position_units_per_turn(objects | further))) == "608Fh"
 
 
 def test_factors_that_nobody_has_set_say_nothing() -> None:
     ones = {(index, sub): 1 for index in (0x608F, 0x6091, 0x6092, 0x6093, 0x6097) for sub in (1, 2)}
-    units = units_of({**ones, (0x608E, 0): 0, (0x60AA, 0): 0}, DRIVE)
+    units = Units({**ones, (0x608E, 0): 0, (0x60AA, 0): 0}, DRIVE)
     assert not units.readings
-    assert (units.problems, units.acceleration) == ((), None)
+    assert (units.problems, units.acceleration) == ([], None)
     assert "the drive does not say it" in units.question
     consistent = {(0x608F, 1): 65536, (0x6091, 1): 21, (0x6092, 1): 8192 * 21}
-    assert units_of({**ones, **consistent}, DRIVE).problems == ()
+    assert Units({**ones, **consistent}, DRIVE).problems == []
 
 
 def test_rig_file_states_what_the_drive_does_not() -> None:
     drive = DRIVE.model_copy(update={"units": AssumedUnits(acceleration="0.001 rpm/s")})
     for objects in ({}, {(0x60AA, 0): 0x00123456}, {(0x6097, 1): 7, (0x6097, 2): 3}):
-        assert acceleration(units_of(objects, drive)) == pytest.approx(60e3 * MOTOR)
+        assert acceleration(Units(objects, drive)) == pytest.approx(60e3 * MOTOR)
 
 
 def test_rig_file_that_contradicts_the_drive_is_a_problem_with_both_numbers() -> None:
     drive = DRIVE.model_copy(update={"units": AssumedUnits(acceleration="counts/s^2")})
-    (problem,) = units_of({(0x60AA, 0): 0x00C00300}, drive).problems
+    (problem,) = Units({(0x60AA, 0): 0x00C00300}, drive).problems
     assert f"{60 * MOTOR:g} by the drive (rpm/s, 60AAh)" in problem
     assert f"{8192 * MOTOR:g} by units.acceleration" in problem
 
@@ -129,6 +129,6 @@ def test_rig_file_that_contradicts_the_drive_is_a_problem_with_both_numbers() ->
     ],
 )
 def test_unknown_unit_is_asked_of_the_rig_file(objects: dict[tuple[int, int], int], text: str) -> None:
-    units = units_of(objects, DRIVE)
+    units = Units(objects, DRIVE)
     assert units.acceleration is None
     assert text in units.question

@@ -9,25 +9,44 @@ from tests.drivers.serial.script import ENDS, FAULT, FLUSH, OFF, RIG, SET_UP, co
 from tests.drivers.serial.scripted_port import Exchange
 
 
+def found(node: int) -> list[Exchange]:
+    """A drive says its name and where it stands."""
+    return [(f"{node} g f0x80", "v A"), (f"{node} g r0x32", "v 0")]
+
+
 def test_discover_returns_the_identities() -> None:
-    script = [FLUSH, ("1 g f0x80", "v XTL-230"), ("2 g f0x80", f"v {SIMULATED_LOCKSTEP}"), ("3 g f0x80", "v 12")]
+    stands = [(f"{node} g r0x32", "v 4096") for node in (1, 3)]
+    lockstep = ("2 g f0x80", f"v {SIMULATED_LOCKSTEP}")
+    script = [FLUSH, ("1 g f0x80", "v XTL-230"), stands[0], lockstep, ("3 g f0x80", "v 12"), stands[1]]
     amplifiers, _, _ = drives(script)
     identities = amplifiers.discover()
     assert [identity.device for identity in identities] == ["XTL-230", SIMULATED_LOCKSTEP, "12"]
     assert [identity.simulated for identity in identities] == [False, True, False]
     assert [identity.lockstep for identity in identities] == [False, True, False]
+    assert [identity.position for identity in identities] == [
+        RIG.drives[0].to_position(4096),
+        None,
+        RIG.drives[2].to_position(4096),
+    ]
     assert identities[1].address == "'2' on line"
 
 
-def test_only_drives_without_reply_are_named() -> None:
-    no_replies = [("2 g f0x80", "")] * 3
-    amplifiers, _, _ = drives([FLUSH, ("1 g f0x80", "v A"), *no_replies, ("3 g f0x80", "v A")])
-    with pytest.raises(RunFailed, match=r"^joint 2 \('2' on line\): no reply in time\. Check supply, cable, baud"):
+@pytest.mark.parametrize(
+    ("replies", "reason"),
+    [
+        ([""] * 3, "no reply in time"),
+        (["e 9"], r"the drive refuses '2 g f0x80': unknown register \(e 9\)"),
+    ],
+)
+def test_only_drives_without_a_name_are_named(replies: list[str], reason: str) -> None:
+    unnamed = [("2 g f0x80", reply) for reply in replies]
+    amplifiers, _, _ = drives([FLUSH, *found(1), *unnamed, *found(3)])
+    with pytest.raises(RunFailed, match=rf"^joint 2 \('2' on line\): {reason}\. Check supply, cable, baud"):
         amplifiers.discover()
 
 
 def test_command_is_repeated_after_a_disturbed_reply_and_settings_are_written_and_read_back() -> None:
-    script = [FLUSH, ("1 g f0x80", b"\x80\r"), *((f"{node} g f0x80", "v A") for node in (1, 2, 3))]
+    script = [FLUSH, ("1 g f0x80", b"\x80\r"), *found(1), *found(2), *found(3)]
     amplifiers, port, _ = drives([*script, *SET_UP])
     amplifiers.discover()
     amplifiers.configure()

@@ -2,7 +2,7 @@
 
 import math
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ from drivers.simulated.drive import SimulatedCanopenDrive
 from drivers.simulated.drive_state_machine import PowerState
 from drivers.simulated.habits import Habits
 from drivers.simulated.mark import EDS
+from drivers.simulated.troubles import Due
 from recordings.config import validated
 from recordings.rig import Drive
 from tests.drivers.simulated.dictionaries import GEAR, INCREMENTS_PER_TURN, Address, Item, MadeUpDrive, base, pdo
@@ -26,7 +27,13 @@ RPDO, TPDO = [0x6040_00_10, 0x607A_00_20], [0x6041_00_10, 0x6064_00_20]
 class Bench:
     """The drive of this project, or one with other objects and habits; its motor follows unless held."""
 
-    def __init__(self, items: Mapping[Address, Item] | None = None, folder: Path = Path(), **habits: Any) -> None:
+    def __init__(
+        self,
+        items: Mapping[Address, Item] | None = None,
+        folder: Path = Path(),
+        troubles: Sequence[Due] = (),
+        **habits: Any,
+    ) -> None:
         self.sent: list[tuple[int, bytes]] = []
         self.now = self.torque = 0.0
         self.held_at: int | None = None
@@ -38,6 +45,7 @@ class Bench:
             lockstep=True,
             eds=EDS if items is None else MadeUpDrive(items).write(folder)[0],
             habits=validated(habits, Habits, "test"),
+            troubles=troubles,
         )
 
     # Frames

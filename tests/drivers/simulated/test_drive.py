@@ -9,6 +9,8 @@ from drivers.simulated.drive_state_machine import PowerState
 from tests.drivers.simulated.bench import INCREMENTS, NODE, TPDO, Bench, made_up
 from tests.drivers.simulated.dictionaries import (
     GEAR,
+    I8,
+    RPM,
     RPM_PER_SECOND,
     U8,
     U16,
@@ -76,10 +78,20 @@ def test_reset_restores_values_and_takes_power_and_reset_communication_only_its_
     assert bench.read(0x6066) != 5
 
 
-# Network management
-
-
 # Targets
+
+
+@pytest.mark.parametrize(("unit", "speed"), [(RPM, 20), (0x0041_4700, 7219), (0x0041_0300, 120)])
+def test_homing_has_its_speed_in_the_units_of_the_drive(unit: int, speed: int, tmp_path: Path) -> None:
+    """0.1 rad/s of the joint in rpm, in degrees per minute and in degrees per second of the motor."""
+    homing = {(0x6098, 0): Item(I8, default=17), (0x6099, 1): Item(U32, default=speed)}
+    bench = made_up(tmp_path, base(modes=0xE0) | homing | {(0x60A9, 0): Item(U32, default=unit)})
+    bench.enable()
+    bench.write(0x6060, "b", 6)
+    bench.cycle(Controlword.ENABLE | 0x10)
+    start = bench.drive.generator.position
+    bench.run(0.1)
+    assert bench.drive.generator.position - start == pytest.approx(0.01, rel=0.01)
 
 
 @pytest.mark.parametrize("sign", [1, -1])

@@ -5,18 +5,18 @@ import pytest
 
 from drivers.simulated.config import EffectSpec, SimConfig
 from drivers.simulated.effect import HiddenEffect, build, discover, library, out_of_library
-from drivers.simulated.machine import SimulatedMachine
 from ident.dynamics.effects.library import library as candidates
 from recordings.errors import BadInput
-from recordings.rig import simulated_rig
+from tests.drivers.simulated.swinging import powered
 
 VARIABLES = {"position", "velocity", "acceleration", "load", "time", "frequency", "joint_1", "joint_2", "joint_3"}
 every = pytest.mark.parametrize("kind", [pytest.param(kind, id=name) for name, kind in sorted(discover().items())])
 
 
 def test_library_has_a_twin_of_every_effect_that_a_diagnosis_tries_and_others_have_none() -> None:
-    # The plant always has the inertia of its rods; it has no single axes, and its drives no thermometer.
-    assert set(library()) == set(candidates(())) - {"rod_inertia", "axis_weight", "temperature_friction"}
+    # The plant always has the inertia of its rods; it has no single axes or couplings, and its drives no thermometer.
+    without = {"rod_inertia", "axis_weight", "temperature_friction", "coupled_joint_friction"}
+    assert set(library()) == set(candidates(())) - without
     assert len(out_of_library()) >= 3
     assert set(out_of_library()) == set(discover()) - set(candidates(()))
 
@@ -50,8 +50,7 @@ def test_machine_runs_with_all_effects() -> None:
 def _moved(*effects: HiddenEffect) -> list[float]:
     """Positions and torques after a motion of 0.2 s without load reversal."""
     config = SimConfig(effects=tuple(effect.spec() for effect in effects))
-    machine = SimulatedMachine(simulated_rig(), config, np.random.default_rng(0))
-    machine.enabled, machine.brake = [True] * 3, [False] * 3
+    machine = powered(config)
     start = np.array(machine.position())
     ease = 0.5 - 0.5 * np.cos(np.linspace(0.0, 3.0, 1000))
     machine.advance((start + ease[:, None] * np.array([0.2, 0.1, -0.1])).tolist())
@@ -72,4 +71,4 @@ def _moved(*effects: HiddenEffect) -> list[float]:
 )
 def test_bad_effect_is_explained(spec: EffectSpec, complaint: str) -> None:
     with pytest.raises(BadInput, match=complaint):
-        SimulatedMachine(simulated_rig(), SimConfig(effects=(spec,)), np.random.default_rng(0))
+        powered(SimConfig(effects=(spec,)))

@@ -3,35 +3,28 @@ import math
 import numpy as np
 import pytest
 
-from drivers.simulated.config import EffectSpec, Servo, SimConfig
+from drivers.simulated.config import EffectSpec, Servo, SimConfig, SimEvent
 from drivers.simulated.machine import MAX_STEP, SimulatedMachine, plant_step
-from recordings.rig import Drive, Rig, Torque, Voltage, simulated_rig
+from recordings.rig import Drive, Rig, Torque, Voltage
+from tests.drivers.simulated.swinging import RIG, powered
 
 QUIET = SimConfig(voltage_noise=0.0)
-
-
-def _machine(config: SimConfig = QUIET, rig: Rig | None = None, seed: int = 0) -> SimulatedMachine:
-    return SimulatedMachine(rig or simulated_rig(), config, np.random.default_rng(seed))
-
-
-def _switch_on(machine: SimulatedMachine) -> None:
-    machine.enabled, machine.brake = [True] * 3, [False] * 3
 
 
 def _hold(machine: SimulatedMachine, seconds: float) -> None:
     machine.advance([machine.position()] * round(seconds / machine.dt))
 
 
-def _running(config: SimConfig = QUIET, rig: Rig | None = None, seconds: float = 0.3) -> SimulatedMachine:
-    """A machine that has held its position with power."""
-    machine = _machine(config, rig)
-    _switch_on(machine)
-    _hold(machine, seconds)
+def _running(config: SimConfig = QUIET, rig: Rig = RIG) -> SimulatedMachine:
+    """A machine that has held its position with power for 0.3 s."""
+    machine = powered(config, rig)
+    _hold(machine, 0.3)
     return machine
 
 
 def test_brakes_hold_without_power_and_without_them_the_robot_falls() -> None:
-    machine = _machine()
+    machine = powered(QUIET)
+    machine.enabled, machine.brake = [False] * 3, [True] * 3
     start = np.array(machine.position())
     _hold(machine, 0.2)
     assert machine.time == pytest.approx(0.2)
@@ -43,8 +36,7 @@ def test_brakes_hold_without_power_and_without_them_the_robot_falls() -> None:
 
 
 def test_torque_limit_holds() -> None:
-    machine = _machine(SimConfig(servo=Servo(torque_limit=25.0)))
-    _switch_on(machine)
+    machine = powered(SimConfig(servo=Servo(torque_limit=25.0)))
     far = [q + 0.2 for q in machine.position()]
     largest = 0.0
     for _ in range(200):
@@ -55,8 +47,9 @@ def test_torque_limit_holds() -> None:
 
 def test_power_cycle_clears_the_loops_memory_and_reset_restores_the_initial_state() -> None:
     remembering = (EffectSpec(name="presliding_hysteresis"), EffectSpec(name="actuation_delay"))
-    config = QUIET.model_copy(update={"effects": remembering})
-    machine, fresh = _running(config), _machine(config)
+    begun = SimEvent(at=0.15, effect=EffectSpec(name="joint_spring"))
+    config = QUIET.model_copy(update={"effects": remembering, "events": (begun,)})
+    machine, fresh = _running(config), powered(config)
     assert np.abs(machine.torque()).min() > 1.0
     machine.enabled, machine.brake = [False] * 3, [True] * 3
     _hold(machine, 0.1)
@@ -69,7 +62,7 @@ def test_power_cycle_clears_the_loops_memory_and_reset_restores_the_initial_stat
     assert machine.time == 0.0
     assert machine.brake == [True] * 3
     for each in (machine, fresh):
-        _switch_on(each)
+        each.enabled, each.brake = [True] * 3, [False] * 3
         _hold(each, 0.1)
     assert machine.position() == fresh.position()
     assert machine.torque() == fresh.torque()
@@ -93,7 +86,7 @@ def test_voltage_is_clipped_to_sixteen_bits_and_its_noise_gaussian() -> None:
     coarse = tuple(Drive(node_id=i, voltage=Voltage(scale=1e-6), sign=sign) for i, sign in ((1, 1), (2, -1), (3, 1)))
     clipped = _running(rig=Rig(name="clipped", drives=coarse))
     assert clipped.voltage_counts() == (0x7FFF, -0x8000, 0x7FFF)
-    machine = _machine(SimConfig(voltage_noise=0.02))
+    machine = powered(SimConfig(voltage_noise=0.02))
     volts = 0.0005 * np.array([machine.voltage_counts() for _ in range(4000)])
     assert np.std(volts, axis=0) == pytest.approx([0.02] * 3, rel=0.05)
     assert np.abs(np.mean(volts, axis=0)).max() < 5 * 0.02 / math.sqrt(4000)

@@ -3,32 +3,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.simulated.config import ROBOTS, Friction, SimConfig, load_sim
-from drivers.simulated.machine import SimulatedMachine
+from drivers.simulated.config import ROBOTS, Friction, load_sim
 from recordings.errors import BadInput
-from recordings.recording import Floats
-from recordings.rig import simulated_rig
-from trajectories.library import load
+from tests.drivers.simulated.swinging import along_fig5a
 
-
-def _torque_along_fig5a(config: SimConfig) -> Floats:
-    """(n, 3) of one repetition."""
-    rig = simulated_rig()
-    machine = SimulatedMachine(rig, config, np.random.default_rng(0))
-    trajectory = load("fig5a", rig, cycles=1, rate=1 / machine.dt)
-    machine.reset(trajectory.platform[0].tolist())
-    machine.enabled, machine.brake = [True] * 3, [False] * 3
-    rows = []
-    for setpoint in trajectory.joint_position.tolist():
-        machine.advance([setpoint])
-        rows.append(machine.torque())
-    assert np.abs(machine.following_error()).max() < rig.limits.following_error
-    return np.array(rows)[trajectory.repeat == 0]
+REPEATED = slice(5000, 25_000)
+"""Steps of the repetition, between lead-in and lead-out of a second each."""
 
 
 @pytest.mark.parametrize(("name", "rms", "low", "high"), [("light", 1.4, 0.2, 0.5), ("heavy", 15.0, -1.0, 1e-9)])
 def test_torque_and_its_share_of_negative_values(name: str, rms: float, low: float, high: float) -> None:
-    torque = _torque_along_fig5a(load_sim(ROBOTS / f"{name}.toml"))
+    torque = along_fig5a(load_sim(ROBOTS / f"{name}.toml")).motor_torque[REPEATED]
     negative = np.mean(torque < 0, axis=0)
     assert np.all((negative > low) & (negative < high))
     assert np.sqrt(np.mean(torque**2, axis=0)) == pytest.approx([rms] * 3, rel=0.1)
@@ -38,7 +23,7 @@ def test_friction_of_eq_36_is_most_of_the_torque_of_the_paper_friction_robot() -
     config = load_sim(ROBOTS / "paper_friction.toml")
     assert config.friction.coulomb == (9.1037, 7.6127, 9.2628)
     without = config.model_copy(update={"friction": Friction(coulomb=(0.0, 0.0, 0.0))})
-    difference = _torque_along_fig5a(config) - _torque_along_fig5a(without)
+    difference = (along_fig5a(config).motor_torque - along_fig5a(without).motor_torque)[REPEATED]
     assert np.sqrt(np.mean(difference**2, axis=0)) == pytest.approx(config.friction.coulomb, rel=0.05)
 
 

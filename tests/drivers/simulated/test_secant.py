@@ -27,7 +27,7 @@ def test_strength_of_the_target_size_is_found(law: Callable[[float], float], sta
         return law(strength)
 
     target_size = law(1.1)
-    solution = solve(size, target_size, start=start, largest=10.0, tolerance=0.01)
+    solution = solve(size, target_size, start=start, largest=10.0)
     assert solution is not None
     strength, reached = solution
     assert reached == pytest.approx(target_size, rel=0.02)
@@ -35,15 +35,10 @@ def test_strength_of_the_target_size_is_found(law: Callable[[float], float], sta
     assert max(trials) <= 10.0
 
 
-def test_straight_line_takes_two_trials() -> None:
-    trials = []
-    solve(lambda s: trials.append(s) or 0.3 * s, 0.9, start=1.0, largest=10.0, tolerance=0.01)
+def test_extremes() -> None:
+    """A straight line takes two trials; the largest strength where a size is out of reach; none if it is infinite."""
+    trials: list[float] = []
+    solve(lambda s: trials.append(s) or 0.3 * s, 0.9, start=1.0, largest=10.0)
     assert len(trials) == 2
-
-
-def test_largest_strength_where_the_target_size_is_out_of_reach() -> None:
-    assert solve(lambda s: 0.01 * s, 1.0, start=1.0, largest=10.0, tolerance=0.01) == pytest.approx((10.0, 0.1))
-
-
-def test_none_where_no_strength_is_possible() -> None:
-    assert solve(lambda s: math.inf, 1.0, start=1.0, largest=10.0, tolerance=0.01) is None
+    assert solve(lambda s: 0.01 * s, 1.0, start=1.0, largest=10.0) == pytest.approx((10.0, 0.1))
+    assert solve(lambda s: math.inf, 1.0, start=1.0, largest=10.0) is None

@@ -50,13 +50,17 @@ def test_derivatives_are_exact_for_polynomials_of_degree_eight() -> None:
     assert np.isnan(second[-4:]).all()
 
 
-@given(instant=st.floats(3.0, 6.0), slope=st.floats(0.1, 10), sign=st.sampled_from([-1, 1]))
-def test_sgn_is_averaged_over_the_sample_of_a_reversal(instant: float, slope: float, sign: int) -> None:
+@given(
+    instant=st.floats(3.0, 6.0), slope=st.floats(0.1, 10), sign=st.sampled_from([-1, 1]), window=st.floats(0.05, 1.0)
+)
+def test_sgn_is_averaged_over_the_window_of_a_reversal(
+    instant: float, slope: float, sign: int, window: float
+) -> None:
     sample = np.arange(10)
     velocity = sign * slope * (sample - instant)
-    # Within the sample from k - 1/2 to k + 1/2 the sign changes at the reversal.
-    expected = sign * np.clip(2 * (sample - instant), -1, 1)
-    np.testing.assert_allclose(filters.mean_sign(velocity[:, None])[1:-1, 0], expected[1:-1], atol=1e-12)
+    # From k - window / 2 to k + window / 2 the sign changes at the reversal.
+    expected = sign * np.clip(2 * (sample - instant) / window, -1, 1)
+    np.testing.assert_allclose(filters.mean_sign(velocity[:, None], window)[1:-1, 0], expected[1:-1], atol=1e-12)
 
 
 def test_sgn_at_rest_is_zero() -> None:

@@ -1,4 +1,4 @@
-"""Cutting data along time."""
+"""Cutting and joining data along time."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ident.basics.slicing import along_time
+from ident.basics.slicing import along_time, concatenated
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,3 +33,16 @@ def test_all_arrays_are_cut_alike_and_other_values_are_kept(index: slice | NDArr
     np.testing.assert_array_equal(cut.extra["load"], 2 * expected)
     assert cut.rate == 500.0
     assert len(data.time) == 6
+
+
+def test_parts_that_were_cut_are_joined_again() -> None:
+    time = np.arange(6.0)
+    data = Outer(time, Inner(time[:, None]), {"load": 2 * time, "rest": time}, 500.0)
+    first, second = (along_time(data, part) for part in (slice(2), slice(2, None)))
+    del second.extra["rest"]
+    whole = concatenated([first, second])
+    np.testing.assert_array_equal(whole.time, time)
+    np.testing.assert_array_equal(whole.inner.signal, time[:, None])
+    assert whole.extra.keys() == {"load"}
+    assert whole.rate == 500.0
+    assert concatenated([None, time]) is None

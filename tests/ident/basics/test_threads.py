@@ -1,3 +1,4 @@
+import signal
 import subprocess
 import sys
 import threading
@@ -32,3 +33,22 @@ def test_a_forked_process_has_threads_of_its_own() -> None:
     command = [sys.executable, "-W", "ignore", "-c", program]
     result = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
     assert result.stdout.split("\n")[:2] == ["['0', '1']"] * 2
+
+
+@pytest.mark.usefixtures("no_collection")
+def test_an_interrupt_takes_back_what_has_not_begun() -> None:
+    done: list[int] = []
+    held, main = threading.Event(), threading.get_ident()
+
+    def work(number: int) -> None:
+        if number == 0:
+            signal.pthread_kill(main, signal.SIGINT)
+        held.wait(60)
+        held.set()  # an interrupt that does not arrive fails below, after the first minute
+        done.append(number)
+
+    with pytest.raises(KeyboardInterrupt):
+        in_threads(work, range(1000))
+    held.set()
+    assert in_threads(abs, [-1, -2]) == [1, 2]
+    assert len(done) < 1000

@@ -1,15 +1,12 @@
 """`ident export` as users call it."""
 
-import csv
 import json
 import shutil
 from functools import partial
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-import ident
 from ident.commands.export import command
 from recordings.errors import BadInput
 from tests.ident.export.models import model_with
@@ -28,8 +25,8 @@ def test_every_target_says_what_is_lost_on_the_motion_of_the_fit(tmp_path: Path)
     shutil.copy(MODELS / "fig5a.mcap", tmp_path)
     for target, out, document in (
         ("c", "worn", "worn/carried.json"),
-        ("mjcf", "worn.xml", "worn.carried.json"),
-        ("csv", "worn.csv", "worn.carried.json"),
+        ("mjcf", "worn.xml", "worn.xml.carried.json"),
+        ("csv", "worn.csv", "worn.csv.carried.json"),
     ):
         printed = json.loads(run(model, "--to", target, "-o", tmp_path / out, "--json", "--force"))
         assert printed == json.loads((tmp_path / document).read_text())
@@ -38,19 +35,6 @@ def test_every_target_says_what_is_lost_on_the_motion_of_the_fit(tmp_path: Path)
         lost = [entry["effect"] for entry in printed["not_carried"]]
         assert lost == ([] if target == "csv" else ["joint_elasticity"])
         assert (max(printed["torque_lost_rms"]) > 0.01) == bool(lost)
-
-
-def test_the_table_is_the_torque_of_the_model(tmp_path: Path) -> None:
-    run(MODEL, "--to", "csv", "--traj", "fig5b", "-o", tmp_path / "a.csv")
-    with (tmp_path / "a.csv").open() as stream:
-        rows = list(csv.DictReader(stream))
-    q, qd, qdd, torque = (
-        np.array([[float(row[f"{name}_{joint}"]) for joint in (1, 2, 3)] for row in rows])
-        for name in ("position", "velocity", "acceleration", "torque")
-    )
-    time = np.array([float(row["time"]) for row in rows])
-    expected = ident.load_model(MODEL).torque(q, qd, qdd, time[1], time)
-    np.testing.assert_allclose(torque, expected, atol=1e-9)
 
 
 def test_a_model_of_temperature_needs_one(tmp_path: Path) -> None:

@@ -1,24 +1,29 @@
 """The commands as a user types them, on recordings of one robot whose friction rises."""
 
 import json
+import shlex
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from ident.cli import program
+from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 from tests import running
 from tests.conftest import Runner
+from tests.ident.fleet.conftest import filled, rows_of, saved
 
 FIRST = datetime(2026, 1, 5, 22, tzinfo=UTC)
 NIGHTS, SINCE = 10, 6
 
 
-invoke = partial(running.invoke, program, "fleet")
+invoke = partial(running.ran, program, "fleet")
 
 
 @pytest.fixture(scope="module")
@@ -45,9 +50,13 @@ def folder(
 
 @pytest.mark.slow
 def test_a_whole_night_from_recordings_to_an_acknowledged_alarm(folder: Path, tmp_path: Path, ident: Runner) -> None:
-    store, page = tmp_path / "store", tmp_path / "fleet.html"
-    run = ident("fleet", folder, "--store", store, "--json", "--engine", "processes", "--workers", 2)
+    store, page, told = tmp_path / "store", tmp_path / "fleet.html", tmp_path / "told"
+    teller = tmp_path / "tell.py"
+    teller.write_text("import sys\nopen(sys.argv[1], 'a').write(sys.stdin.read() + '\\n')\n")
+    heard = ("--on-alarm", shlex.join([sys.executable, str(teller), str(told)]))
+    run = ident("fleet", folder, "--store", store, "--json", "--engine", "processes", "--workers", 2, *heard)
     assert run.code == 3
+    assert f"not used: recording {folder / 'broken.mcap'} is empty" in run.err
     document = json.loads(run.out)
     assert document["recordings"] == {"seen": NIGHTS + 1, "new": NIGHTS + 1, "failed": 1}
     (alarm,) = document["alarms"]
@@ -57,6 +66,8 @@ def test_a_whole_night_from_recordings_to_an_acknowledged_alarm(folder: Path, tm
     assert alarm["since"] == "2026-01-11"
     assert alarm["origin"] == "mechanics"
     assert run.err.splitlines()[-1].startswith("next: ident fleet report --store")
+    assert ident("fleet", folder, "--store", store, *heard).code == 3
+    assert [json.loads(line) for line in told.read_text().splitlines()] == [alarm], "each alarm once"
     report = ident("fleet", "report", "--store", store, "-o", page)
     assert report.code == 0
     assert f"next: ident fleet ack {alarm['id']}" in report.err
@@ -73,13 +84,25 @@ def test_few_nights_have_no_alarm(folder: Path, tmp_path: Path) -> None:
     place.mkdir()
     (place / "0.mcap").symlink_to(folder / "0.mcap")
     done = invoke(place, "--store", tmp_path / "store", "--engine", "serial")
-    assert done.exit_code == 0, done.output
     assert "1 recordings, 1 of them new; 0 cannot be used" in done.output
     assert "no alarms" in done.output
 
 
+def test_rebuild_makes_the_state_anew(tmp_path: Path) -> None:
+    store = filled(tmp_path / "store", rows_of("r07", {"c_c1": np.ones(3)}))
+    saved(store)
+    (state,) = (store.folder / "state").rglob("r07.json")
+    before = state.read_bytes()
+    state.unlink()
+    report = ("report", "--store", store.folder, "-o", tmp_path / "fleet.html")
+    with pytest.raises(BadInput, match="`ident fleet rebuild --store"):
+        invoke(*report)
+    assert "next: ident fleet recordings --store" in invoke("rebuild", "--store", store.folder).output
+    assert state.read_bytes() == before
+    invoke(*report)
+
+
 def test_first_argument_may_be_an_option_or_a_folder_named_like_a_command(tmp_path: Path) -> None:
     (tmp_path / "report").mkdir()
-    done = invoke("--store", tmp_path / "store", tmp_path / "report")
-    assert done.exit_code == 0, done.output
+    invoke("--store", tmp_path / "store", tmp_path / "report")
     assert "FOLDER..." in invoke("--help").output

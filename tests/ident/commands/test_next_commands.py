@@ -1,5 +1,6 @@
 """Commands that are printed as what comes next run as they are, whatever exists, and replace nothing."""
 
+import json
 import shlex
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,12 +13,13 @@ from click.testing import Result
 
 import ident
 from ident.cli import program
+from ident.dynamics.effects import library
 from recordings.errors import BadInput
 from recordings.recording import Recording
 from tests.ident import building
-from tests.running import invoke
+from tests.running import ran
 
-run = partial(invoke, program)
+run = partial(ran, program)
 REACHED = "all arguments were accepted"
 
 
@@ -26,15 +28,13 @@ def folder(write: Callable[[Recording], Path], tmp_path: Path) -> Path:
     """A folder with two recordings of a machine with an effect, and a model that lacks it: a.model.json."""
     for shape, name in enumerate(("a", "b")):
         recording = building.record(noise=0.05, seed=shape, extra=lambda motion: 0.8 * motion.position, shape=shape)
-        assert recording.effort is not None
         voltage = np.sign(recording.effort) * np.sqrt(np.abs(recording.effort))
         write(replace(recording, voltage=voltage, effort=None, path=tmp_path / f"{name}.mcap"))
-    assert run("fit", tmp_path / "a.mcap", "--method", "ls").exit_code == 0
+    run("fit", tmp_path / "a.mcap", "--method", "ls")
     return tmp_path
 
 
 def next_words(result: Result) -> list[str]:
-    assert result.exit_code == 0, result.output
     line = result.stderr.splitlines()[-1]
     assert line.startswith("next: ident ")
     return shlex.split(line)[2:]
@@ -49,8 +49,8 @@ def check_accepted(words: list[str], monkeypatch: pytest.MonkeyPatch, function: 
     assert "--force" not in words
     with monkeypatch.context() as patched:
         patched.setattr(ident, function, reached)
-        result = run(*words)
-    assert str(result.exception) == REACHED, result.output
+        with pytest.raises(BadInput, match=REACHED):
+            run(*words)
 
 
 def take(folder: Path, *names: str) -> None:
@@ -64,6 +64,20 @@ def test_a_fit_leads_to_a_model_of_another_name(folder: Path, monkeypatch: pytes
     words = next_words(run("fit", *arguments))
     assert words[words.index("-o") + 1] == str(folder / "a.better2.model.json")
     check_accepted(words, monkeypatch)
+
+
+def test_a_check_names_every_effect_and_leads_to_a_diagnosis(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    names = ("stribeck", "quadratic_friction", "torque_offset", "temperature_friction")  # all take seconds to screen
+    effects = {name: library.load(name) for name in names}
+    monkeypatch.setattr(library, "library", lambda files: effects)
+    result = run("check", folder / "a.mcap")
+    assert next_words(result) == ["diagnose", str(folder / "a.mcap")]
+    for text in ("SIMULATED", "250 Hz", "encoder", "\nvisible\n", "\nnot visible\n", "stribeck", "temperature_1"):
+        assert text in result.stdout
+    document = json.loads(run("check", folder / "a.mcap", "--json", "--share", 0.5).stdout)
+    assert document["share"] == 0.5
+    keys = {"effect", "status", "joints", "confusable_with", "smallest", "why", "record", "command"}
+    assert set(document["effects"][0]) == keys
 
 
 def test_a_report_leads_to_a_model_beside_that_of_the_report(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -98,7 +112,7 @@ def test_a_diagnosis_leads_to_a_model_and_then_to_a_report(folder: Path, monkeyp
     model = folder / "a.better.model.json"
     assert next_words(run("compare", model, folder / "b.mcap"))[0] == "report"
     shown = run(*report)
-    assert next_words(shown)[0] == "workbench"
+    assert next_words(shown)[0] == "export"
     assert "Nothing more is missing: a.better.model.json has what the base model lacks, joint_spring" in " ".join(
         shown.stdout.split()
     )

@@ -8,15 +8,11 @@ import pytest
 
 from ident.basics import slicing
 from ident.data.cutoff import (
-    MAX_NOISE_SHARE,
-    MAX_TORQUE_LOSS,
-    Spectra,
-    band_share,
     choose,
     choose_common,
     given_or_chosen,
 )
-from ident.data.prepared_recording import prepare
+from ident.data.prepared_recording import prepare, prepare_all
 from ident.data.samples import sample
 from ident.dynamics.torque_map import torque_from_voltage
 from recordings.errors import BadInput
@@ -60,34 +56,10 @@ def test_a_slow_recording_lowers_the_cutoff_and_a_torque_of_larger_bandwidth_rai
     assert wide.hz == pytest.approx(70, abs=3)
 
 
-def test_propagated_noise_at_the_limit_has_the_maximum_share() -> None:
-    rng = np.random.default_rng(1)
-    t, rate, inertia = np.arange(40000) / 500, 500.0, 0.4
-    clean = np.sin(5 * t) + 0.05 * np.sin(40 * t)
-    torque = inertia * (-25 * np.sin(5 * t) - 80 * np.sin(40 * t))
-    spectra = Spectra.of(clean + rng.normal(0, 1e-4, t.shape), torque, rate)
-    assert spectra is not None
-    assert spectra.inertia == pytest.approx(inertia, rel=0.05)
-    assert np.sqrt(spectra.position_noise * rate / 2) == pytest.approx(1e-4, rel=0.15)
-    # White noise of density s, differentiated twice: the integral of omega^4 s.
-    omega = 2 * np.pi * spectra.noise_limit()
-    noise = inertia * 1e-4 * np.sqrt(omega**5 / 5 / (2 * np.pi) / (rate / 2))
-    assert noise == pytest.approx(MAX_NOISE_SHARE * np.sqrt(np.mean(torque**2)), rel=0.2)
-
-
 def test_a_gap_does_not_change_the_cutoff(noisy: Recording) -> None:
     position, torque, rate = signals(noisy, 12)
     position[1500:1503] = np.nan
     assert choose(position, torque, rate).hz == pytest.approx(10, abs=1)
-
-
-def test_cutoff_below_the_ripple_removes_much_of_the_torque() -> None:
-    time = np.arange(0.0, 5.0, 1e-3)[:, None]
-    smooth = np.sin(2 * np.pi * time) + 0.3 * np.sign(np.sin(2 * np.pi * time))
-    ripple = 0.3 * np.sin(2 * np.pi * 70.0 * time)
-    assert band_share(smooth, 1000.0, 23.0, 78.0) < MAX_TORQUE_LOSS / 2
-    assert band_share(smooth + ripple, 1000.0, 23.0, 78.0) > MAX_TORQUE_LOSS
-    assert band_share(smooth + ripple, 1000.0, 78.0, 78.0) == 0.0
 
 
 def test_a_lower_cutoff_is_not_chosen_where_it_would_lose_much_of_the_torque(noisy: Recording) -> None:
@@ -102,7 +74,8 @@ def test_recordings_that_are_analysed_together_have_the_lowest_cutoff(noisy: Rec
     counts = 2**15 / (2 * np.pi)
     coarse = replace(noisy, position=np.round(noisy.position * counts) / counts)
     alone = [choose_common([each]) for each in (noisy, coarse)]
-    assert choose_common([noisy, coarse]) == choose_common([coarse, noisy]) == alone[1]
+    assert choose_common([coarse, noisy]) == alone[1]
+    assert [each.cutoff for each in prepare_all([noisy, coarse], "parallel", None)] == [alone[1]] * 2
     assert alone[1].hz < alone[0].hz
 
 

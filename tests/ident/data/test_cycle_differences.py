@@ -82,13 +82,6 @@ def test_only_the_differences_that_the_event_touches_are_left_out() -> None:
     assert known[1, : PHASES * 4 // 10].all()
 
 
-def test_noise_that_depends_on_the_phase_keeps_its_mean_square() -> None:
-    rng = np.random.default_rng(0)
-    level = 0.1 + 5 * np.sin(np.pi * PHASE) ** 4
-    draws = [cycle_differences(level * noise(rng, 5, 0.5)) for _ in range(100)]
-    assert np.mean([draw.noise for draw in draws if draw]) == pytest.approx(np.mean(level**2), rel=0.05)
-
-
 @pytest.mark.parametrize("instant", [1, 2])
 def test_deviation_is_from_the_mean_of_the_cycles_before_or_after_the_event(instant: int) -> None:
     """A cycle that stands alone has none."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ident.data import prepared_recording
-from ident.data.prepared_recording import PreparedRecording, prepare, prepare_all
+from ident.data.prepared_recording import PreparedRecording, prepare
 from recordings.errors import BadInput
 from recordings.recording import Recording
 from tests.ident import building
@@ -109,17 +109,6 @@ def test_blocks_give_the_same_regressor_as_the_whole(
     blocks = prepare(gapped, method, None)
     np.testing.assert_array_equal(blocks.regressor, expected.regressor)
     np.testing.assert_array_equal(blocks.nominal, expected.nominal)
-
-
-def test_several_recordings_get_a_common_bandwidth(make: Callable[..., Recording]) -> None:
-    fine = make(cycles=1, noise=0.01)
-    counts = 2**12 / (2 * np.pi)
-    coarse = replace(fine, position=np.round(fine.position * counts) / counts)
-    both = prepare_all([fine, coarse], "parallel", None)
-    alone = prepare(coarse, "parallel", None)
-    assert both[0].bandwidth == both[1].bandwidth == alone.bandwidth < prepare_parallel(fine).bandwidth
-    assert both[0].rate == both[1].rate
-    assert both[0].cutoff == both[1].cutoff
 
 
 def test_true_motion_and_torque_satisfy_the_model(bench: PreparedRecording) -> None:

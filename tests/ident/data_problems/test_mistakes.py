@@ -1,7 +1,8 @@
 """Ordinary mistakes in recordings of a delta robot are told by kind and joint, and what is right is not."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +12,8 @@ from ident.data_problems import examined, kind_names
 from ident.data_problems.implausible import ImplausibleData
 from recordings.data_problems import DataProblem
 from recordings.errors import BadInput
-from recordings.recording import Floats, Recording
+from recordings.reader import read
+from recordings.recording import IMPORTED, Floats, Recording
 from tests.ident import building
 from tests.ident.conftest import TRUTH, make_recording
 
@@ -109,7 +111,7 @@ MISTAKES = {
 }
 
 
-def prepared(recordings: list[Recording]) -> list[list[PreparedRecording]]:
+def prepared(recordings: Sequence[Recording]) -> list[list[PreparedRecording]]:
     return [[prepare(recording, "parallel", None)] for recording in recordings]
 
 
@@ -156,6 +158,57 @@ def test_a_single_axis_without_weight_has_the_sign_of_its_inertia() -> None:
     (problem,) = problems_of(flipped)
     assert (problem.kind, problem.joints) == ("torque-sign", (1,))
     assert problems_of(recording) == []
+
+
+SAMPLE = Path(__file__).parents[3] / "recordings" / "samples" / "fig5a.mcap"
+
+
+def test_exchanged_positions_are_told_where_the_wrong_order_explains_much() -> None:
+    recording = read(SAMPLE)
+    assert problems_of(recording) == []
+    (problem,) = problems_of(position(lambda q: q[:, [1, 0, 2]])(recording))
+    assert (problem.kind, problem.joints) == ("joint-order", (1, 2))
+    assert "24% of the torque is left unexplained, exchanged 1%" in problem.why
+    assert "correct the order of [[drives]]" in problem.why  # this program has recorded it
+    foreign = replace(recording, run=recording.run.model_copy(update={"trajectory": IMPORTED}))
+    (of_others,) = problems_of(position(lambda q: q[:, [1, 0, 2]])(foreign))
+    assert "[[drives]]" not in of_others.why
+    assert "Without commands" not in of_others.why
+    without = replace(foreign, command=np.full_like(foreign.command, np.nan))
+    (of_either,) = problems_of(position(lambda q: q[:, [1, 0, 2]])(without))
+    assert "Without commands it may be the torques instead: then map those." in of_either.why
+
+
+@pytest.mark.parametrize("commands", [True, False])
+def test_velocities_in_place_of_positions_are_told(commands: bool) -> None:
+    recording = robot(3)
+    changed = replace(recording, position=np.gradient(recording.position, recording.time, axis=0))
+    if not commands:
+        changed = replace(changed, command=np.full_like(changed.command, np.nan))
+    (problem,) = problems_of(changed)
+    assert (problem.kind, problem.joints, problem.blocks) == ("derivative", (1, 2, 3), True)
+
+
+def test_times_in_milliseconds_are_told() -> None:
+    recording = robot(3)
+    (problem,) = problems_of(replace(recording, time=recording.time * 1000))
+    assert problem.kind == "time-unit"
+    assert "--map time=time:ms" in problem.remedy
+
+
+def test_seconds_that_are_called_milliseconds_are_told() -> None:
+    recording = robot(3)
+    (problem,) = problems_of(replace(recording, time=recording.time / 1000))
+    assert problem.kind == "time-unit"
+    assert "--map 'time=time:s*1000'" in problem.remedy
+
+
+def test_torques_whose_squares_vanish_are_none() -> None:
+    recording = effort(lambda tau: 1e-320 * np.rint(tau))(robot(3))
+    (problem,) = problems_of(recording)
+    assert (problem.kind, problem.joints) == ("missing-torque", (1, 2, 3))
+    with pytest.raises(BadInput, match="an effort that drives the motion expected"):
+        examined([recording], prepared, ["missing-torque"])
 
 
 def test_accepted_problems_are_listed_and_do_not_block() -> None:

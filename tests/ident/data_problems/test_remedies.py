@@ -35,7 +35,7 @@ def test_the_remedy_gives_the_clean_recording(mistake: str, tmp_path: Path) -> N
     assert clean.effort is not None
     if mistake == "held":
         assert len(healed.time) == pytest.approx(len(clean.time) / 5, abs=1)
-        assert healed.run.rate == clean.run.rate / 5
+        assert (healed.run.rate, healed.run.torque_window) == (clean.run.rate / 5, 1 / clean.run.rate)
         return
     known = np.isfinite(healed.effort)
     turns = np.rint((healed.position[0] - clean.position[0]) / (2 * np.pi))  # which of them, no encoder of one tells

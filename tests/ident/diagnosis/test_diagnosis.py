@@ -1,5 +1,7 @@
 """Inputs and options of a diagnosis: recordings, cut-off, validation data, requested effects."""
 
+import gc
+import weakref
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -40,6 +42,17 @@ def test_effect_that_is_left_out_is_not_tested() -> None:
     rejected = {entry.effect: (entry.status, entry.why) for entry in document.rejected}
     assert rejected["air_drag"] == rejected["rod_inertia"] == ("not-tested", "Left out by the user.")
     assert document.steps[-1].effects == ("stribeck",)
+
+
+def test_recordings_of_a_diagnosis_are_freed_with_it() -> None:
+    gc.disable()  # it comes too seldom for arrays: a process of many diagnoses would grow to gigabytes
+    try:
+        diagnosis = diagnose([Path(SAMPLE)], [], library(), DiagnosisOptions(only=("stribeck",)))
+        recording = weakref.ref(diagnosis.split.recordings[0])
+        del diagnosis
+        assert recording() is None
+    finally:
+        gc.enable()
 
 
 def test_all_validation_recordings_are_scored_and_not_fitted(

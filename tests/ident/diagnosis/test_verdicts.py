@@ -55,6 +55,8 @@ class Case:
     """Whether there is another recording; else phase segments are held out."""
     motion: Mapping[str, Any] = field(default_factory=dict)
     """Options of `building.record`."""
+    farther: float = 1.0
+    """How much farther the motion that is held out goes."""
     change: Change = lambda recording: recording
     only: tuple[str, ...] = ()
     """Effects that the user asks for; the others are not tried."""
@@ -73,7 +75,7 @@ def document_of(case: Case, folder: Path) -> Document:
 
 
 def _written(case: Case, path: Path, number: int) -> Path:
-    options = {"cycles": CYCLES, "shape": number, **case.motion}
+    options = {"cycles": CYCLES, "shape": number, "size": case.farther if number else 1.0, **case.motion}
     recording = building.record(case.dof, noise=case.noise, seed=number + 1, extra=case.torque, **options)
     return write_recording(replace(case.change(recording), path=path))
 
@@ -116,6 +118,16 @@ def on_joint(number: int, torque: Torque) -> Torque:
 def spring(motion: Motion) -> Floats:
     """(n, joints) torque [N m]."""
     return 0.5 * (motion.position - 0.2)
+
+
+def cable(motion: Motion) -> Floats:
+    """(n, joints) torque [N m], steep at the end of the travel."""
+    return 0.1 * np.exp(5.0 * (motion.position - 1.2))
+
+
+def steeper_cable(motion: Motion) -> Floats:
+    """(n, joints) torque [N m], of which a curve with nine knots leaves a little."""
+    return 0.2 * np.exp(4.0 * (motion.position - 1.0))
 
 
 def stribeck(motion: Motion) -> Floats:
@@ -227,6 +239,19 @@ CASES = {
         lambda motion: 3.0 * (motion.position - np.sin(motion.position)),
         ("axis_weight", "joint_spring"),
     ),
+    "cable that ends in the training motion": Case(
+        "what lies beyond the travel of a curve says nothing against it",
+        cable,
+        ("position_torque",),
+        farther=1.08,
+    ),
+    "cable that ends a little before": Case(
+        "a curve over what a named curve is over does not refute it",
+        steeper_cable,
+        ("position_torque",),
+        verdict="unknown-structure",
+        farther=1.06,
+    ),
     "spikes": Case(
         "outliers are reported, not fitted",
         spring,
@@ -258,6 +283,10 @@ def test_short_recording(case: Case, tmp_path: Path) -> None:
     document = document_of(case, tmp_path)
     found = sorted((finding.effect, *finding.confusable_with) for finding in document.findings)
     assert (document.verdict, found) == (case.expected, [(name,) for name in case.named]), case.guards
+    added = [step.added for step in document.steps if step.added]
+    assert [finding.effect for finding in document.findings] == list(dict.fromkeys(added)), (
+        "in the order of the steps"
+    )
     assert {finding.joints for finding in document.findings} <= {case.joints}, case.guards
     assert [finding.effect for finding in document.likely] == list(case.likely), case.guards
     assert tuple({problem.kind for problem in document.data_problems}) == case.problems, case.guards

@@ -1,7 +1,6 @@
 """A mechanism with effects as one vector of parameters."""
 
 import numpy as np
-import pytest
 
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.library import load
@@ -52,18 +51,6 @@ def test_a_repeated_effect_is_numbered() -> None:
     line = Term("cogging", load("cogging"), (0,))
     names = [entry.name for entry in BARE.with_term(line).with_term(line).parameters[-6:]]
     assert names == ["cogging.a1", "cogging.b1", "cogging.N", "cogging#2.a1", "cogging#2.b1", "cogging#2.N"]
-
-
-@pytest.mark.parametrize("name", ["geometry_error", "encoder_zero_offset"])
-def test_corrections_without_size_change_nothing(name: str) -> None:
-    structure = BARE.with_term(Term(name, load(name), (0, 1, 2)))
-    rig, corrections = structure.corrections(np.zeros(len(structure.parameters)))
-    measured = np.random.default_rng(0).normal(size=(4, 3))
-    for correct in corrections:
-        measured_again = correct(measured)
-        np.testing.assert_array_equal(measured_again, measured)
-    assert rig.geometry == RIG.geometry
-    assert len(corrections) == (name == "encoder_zero_offset")
 
 
 def test_reports_follow_in_the_order_of_the_terms() -> None:

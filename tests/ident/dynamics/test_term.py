@@ -3,7 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
+from ident.dynamics.effects.base import Suggestion
 from ident.dynamics.effects.library import load
 from ident.dynamics.structure import Term
 
@@ -11,22 +13,26 @@ FRICTION = Term("position_dependent_friction", load("position_dependent_friction
 STRIBECK = Term("stribeck", load("stribeck"), (0, 2))
 
 
-def test_local_shapes_start_at_what_all_recordings_together_suggest() -> None:
-    first = {"low": np.array([-1.0, -9.0, -0.2]), "high": np.array([0.5, 9.0, 0.3])}
-    second = {"low": np.array([-0.8, -9.0, -0.4]), "high": np.array([0.7, 9.0, np.nan])}
-    (guess,) = FRICTION.shape_guesses([first, second])
-    np.testing.assert_array_equal(guess, [-1.0, 0.7, -0.4, 0.3])
+TRAVELS = [
+    {"low": np.array([-1.0, -9.0, -0.2]), "high": np.array([0.5, 9.0, 0.3])},
+    {"low": np.array([-0.8, -9.0, -0.4]), "high": np.array([0.7, 9.0, np.nan])},
+]
+DECLARED = [[value] for value in STRIBECK.effect.shapes[0].initial_guesses]
 
 
-def test_local_shapes_start_at_the_declared_values_where_nothing_is_suggested() -> None:
-    (guess,) = FRICTION.shape_guesses([])
-    np.testing.assert_array_equal(guess, [-1.0, 1.0, -1.0, 1.0])
-
-
-def test_shared_shapes_start_at_the_declared_values_and_at_each_suggestion() -> None:
-    declared = [[value] for value in STRIBECK.effect.shapes[0].initial_guesses]
-    guesses = STRIBECK.shape_guesses([{"v_s": 0.123}, {"v_s": 0.456}])
-    assert [guess.tolist() for guess in guesses] == [*declared, [0.123], [0.456]]
+@pytest.mark.parametrize(
+    ("term", "suggestions", "guesses"),
+    [
+        (FRICTION, TRAVELS, [[-1.0, 0.7, -0.4, 0.3]]),
+        (FRICTION, [], [[-1.0, 1.0, -1.0, 1.0]]),
+        (STRIBECK, [{"v_s": 0.123}, {"v_s": 0.456}], [*DECLARED, [0.123], [0.456]]),
+    ],
+    ids=["over all recordings", "declared", "shared by the joints"],
+)
+def test_shapes_start_at_what_is_declared_and_suggested(
+    term: Term, suggestions: list[Suggestion], guesses: list[list[float]]
+) -> None:
+    assert [guess.tolist() for guess in term.shape_guesses(suggestions)] == guesses
 
 
 def test_every_instance_has_its_columns_and_its_torque() -> None:

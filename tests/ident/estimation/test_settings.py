@@ -21,7 +21,7 @@ class Some:
 
 
 def create(given_values: dict[str, Any]) -> Some:
-    result = settings.create(Some, given_values, "some")
+    result = settings.create(Some, given_values, "method some", "read about them")
     assert isinstance(result, Some)
     return result
 

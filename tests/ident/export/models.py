@@ -11,6 +11,7 @@ from ident.dynamics.structure import ModelStructure, Term
 from ident.identification.model import Model, rig_of
 from ident.identification.model_file import FittedParameter
 from ident.identification.prediction import effect_terms
+from recordings.recording import Floats
 from recordings.rig import Axis, Rig
 from tests.ident.conftest import TRUTH
 from tests.ident.kept_models import MODELS
@@ -28,17 +29,23 @@ JOINTS = {"power_law_friction": (1,), "position_dependent_friction": (0, 2)}
 
 def model_with(names: Sequence[str], axes: Sequence[Axis] = ()) -> Model:
     """A delta robot, or independent `axes`, with the effects `names`."""
+    rig = rig_of(ident.load_model(MODELS / "lad.model.json").file)
+    if not axes:
+        return model_of(rig, np.abs(TRUTH), names)
+    rig = Rig(name="bench", mechanism="axes", axes=tuple(axes))
+    return model_of(rig, np.random.default_rng(0).uniform(0.5, 2.0, len(mechanisms.create(rig).parameters)), names)
+
+
+def model_of(rig: Rig, base_values: Floats, names: Sequence[str]) -> Model:
+    """The robot of `rig` with the parameters `base_values` (k,) and the effects `names`."""
     effects = library()
     base = ident.load_model(MODELS / "lad.model.json").file
-    rig = Rig(name="bench", mechanism="axes", axes=tuple(axes)) if axes else rig_of(base)
     structure = ModelStructure(mechanisms.create(rig), rig)
     for name in names:
         joints = JOINTS.get(name, effects[name].possible_joints(rig))
         structure = structure.with_term(Term(name, effects[name], joints))
-    rng = np.random.default_rng(0)
-    count = len(structure.mechanism.parameters)
-    base_values = rng.uniform(0.5, 2.0, count) if axes else np.abs(TRUTH)
-    values = [_value(entry.name, rng) for entry in structure.parameters[count:]]
+    rng = np.random.default_rng(1)
+    values = [_value(entry.name, rng) for entry in structure.parameters[len(base_values) :]]
     x = np.concatenate([base_values, values])
     template = base.parameters[0]
     parameters: tuple[FittedParameter, ...] = tuple(
@@ -48,7 +55,8 @@ def model_with(names: Sequence[str], axes: Sequence[Axis] = ()) -> Model:
     )
     file = base.model_copy(
         update={
-            "mechanism": rig.mechanism, "geometry": None if axes else rig.geometry, "torque": rig.torque,
+            "mechanism": rig.mechanism, "geometry": rig.geometry if rig.mechanism == "delta" else None,
+            "robot": rig.chain if rig.mechanism == "urdf" else None, "torque": rig.torque,
             "joints": rig.joint_names, "effort_units": rig.effort_units, "parameters": parameters, "assessment": None,
             "effects": tuple(names), "terms": effect_terms(structure, x),
         }

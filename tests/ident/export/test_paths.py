@@ -33,13 +33,6 @@ def joints(name: str, values: Floats) -> dict[str, Floats]:
     return {f"{name}_{joint}": column for joint, column in enumerate(values.T, start=1)}
 
 
-def test_a_trajectory_is_what_would_be_streamed() -> None:
-    path, streamed = paths.from_trajectory("fig5b", RIG, 1, 200.0), library.load("fig5b", RIG, 1, 200.0)
-    np.testing.assert_array_equal(path.motion.position, streamed.joint_position)
-    np.testing.assert_array_equal(path.motion.acceleration, streamed.joint_acceleration)
-    assert path.rate == 200.0
-
-
 @pytest.mark.parametrize("kind", ["position", "joint", "platform", "all"])
 def test_a_table_of_positions_gives_the_motion_of_the_trajectory(kind: str, tmp_path: Path) -> None:
     streamed = library.load("fig5b", RIG, 1, 500.0)

@@ -24,10 +24,8 @@ def model(
 
 def test_half_widths_are_the_spread_under_parameters_drawn_from_their_covariance(model: Model) -> None:
     assessment = model.file.assessment
-    assert assessment is not None
     chunk = paths.from_trajectory("fig5b", rig_of(model.file), 1, 50.0).excerpt()
     widths = relative_half_widths(model, chunk)
-    assert widths is not None
     half = np.array([np.diff(entry.shape_ci95 or (0, 0))[0] / 2 for entry in model.file.parameters])
     covariance = np.array(assessment.correlation, float) * np.outer(half, half)
     dynamics, rng = model.dynamics, np.random.default_rng(0)

@@ -1,9 +1,11 @@
 """Rows of made-up fleets, without recordings, and small recordings of one robot."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
+from itertools import groupby
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import pyarrow as pa
@@ -11,7 +13,11 @@ import pytest
 
 from ident.fleet import alarms
 from ident.fleet.alarms import FleetFile
+from ident.fleet.common_course import Course, compare, remember
+from ident.fleet.discoveries import Event, events
 from ident.fleet.engines import EngineOptions
+from ident.fleet.evidence import RobotEvidence
+from ident.fleet.follow import settle
 from ident.fleet.recording_rows import Row
 from ident.fleet.series import Nights, Series, nights_and_series
 from ident.fleet.settings import FleetSettings
@@ -68,26 +74,50 @@ def step(nights: int = 20, since: int = 12) -> Floats:
     return 1 + scatter + 0.3 * (np.arange(nights) >= since)
 
 
+def settled(rows: list[Row]) -> list[Row]:
+    """The `rows` of recordings that all are new, as the store keeps them."""
+    course: Course = {}
+    ordered = sorted(rows, key=lambda row: row["start"])
+    remember(course, ordered)
+    compare(course, ordered)
+    return ordered
+
+
 def series_of(rows: list[Row]) -> tuple[list[Nights], list[Series]]:
-    return nights_and_series(pa.Table.from_pylist(rows, SCHEMA))
+    return nights_and_series(pa.Table.from_pylist(settled(rows), SCHEMA))
 
 
-def filled(folder: Path, *recordings: list[Row]) -> Store:
-    """A store with the rows of these recordings."""
+def events_of(
+    series: Sequence[Series], repaired: Mapping[str, Sequence[float]] = MappingProxyType({})
+) -> list[Event]:
+    """Events of a fleet, of its whole history."""
+    fleet: dict[str, RobotEvidence] = {}
+    of_robot = {each.nights.robot: [other for other in series if other.nights is each.nights] for each in series}
+    for robot, of_one in of_robot.items():
+        fleet[robot] = RobotEvidence(robot)
+        fleet[robot].go_on(of_one[0].nights, of_one)
+    return events(fleet, repaired, of_robot.__getitem__)
+
+
+def recordings_of(rows: list[Row]) -> list[list[Row]]:
+    """Rows by recording."""
+    return [list(of_one) for _, of_one in groupby(rows, key=lambda row: row["key"])]
+
+
+def filled(folder: Path, *rows: list[Row]) -> Store:
+    """A store with the recordings that have these rows."""
     store = Store(folder)
     with store.locked():
-        for rows in recordings:
-            store.add(rows)
+        for of_one in (of_one for some in rows for of_one in recordings_of(some)):
+            store.add(of_one)
+        settle(store)
     return store
 
 
 def saved(store: Store) -> FleetFile:
     """Find and keep the alarms of a store, as `ident fleet` does."""
-    settings = FleetSettings()
-    found = tuple(alarms.find(store, settings))
-    alarms.save(
-        store, FleetFile(schema=1, settings=settings.digest, folders=("recordings",), recordings={}, alarms=found)
-    )
+    with store.locked():
+        alarms.save(store, alarms.find(store, FleetSettings(), [Path("recordings")], {}))
     return alarms.load(store)
 
 

@@ -1,7 +1,9 @@
 """Alarms of a store: found, kept, acknowledged, and diagnosed once."""
 
+from datetime import date
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from ident.fleet import alarms
@@ -38,7 +40,7 @@ def store(tmp_path: Path) -> Store:
 def diagnosed(monkeypatch: pytest.MonkeyPatch) -> list[object]:
     """The events that were diagnosed."""
     seen: list[object] = []
-    monkeypatch.setattr(alarms, "cause", lambda event, series, settings: seen.append(event) or a_cause())
+    monkeypatch.setattr(alarms, "cause", lambda event, *_: seen.append(event) or a_cause())
     return seen
 
 
@@ -61,8 +63,21 @@ def test_acknowledged_alarm_stays_so_until_it_is_undone(store: Store, diagnosed:
     alarms.acknowledge(store, ["r07-20260117"], "gear replaced")
     (alarm,) = saved(store).alarms
     assert (alarm.acknowledged, alarm.note) == (True, "gear replaced")
-    alarms.acknowledge(store, ["r07-20260117"], "", undo=True)
+    alarms.acknowledge(store, ["r07", "stribeck"], "", undo=True)
     assert not alarms.load(store).alarms[0].acknowledged
+
+
+def test_repair_begins_a_new_baseline(tmp_path: Path, diagnosed: list[object]) -> None:
+    values = step(30, 12) - 0.3 * (np.arange(30) >= 17)
+    store = filled(tmp_path / "store", rows_of("r07", {"c_c1": values}))
+    worn, back = saved(store).alarms
+    assert (worn.since, back.since) == ("2026-01-17", "2026-01-22")
+    with pytest.raises(BadInput, match="a date since 2026-01-17 expected"):
+        alarms.acknowledge(store, [worn.id], "", repaired=date(2026, 1, 16))
+    alarms.acknowledge(store, [worn.id], "new gear", repaired=date(2026, 1, 22))
+    assert [alarm.id for alarm in saved(store).alarms] == [worn.id]
+    alarms.acknowledge(store, [worn.id], "", undo=True)
+    assert saved(store).alarms == (worn, back)
 
 
 def test_unknown_alarm_and_missing_or_damaged_result_are_refused(store: Store, diagnosed: list[object]) -> None:
@@ -77,4 +92,4 @@ def test_unknown_alarm_and_missing_or_damaged_result_are_refused(store: Store, d
 
 
 def test_rows_of_other_settings_are_left_out(store: Store, diagnosed: list[object]) -> None:
-    assert alarms.find(store, FleetSettings(cutoff=20.0)) == []
+    assert alarms.find(store, FleetSettings(cutoff=20.0), (), {}).alarms == ()

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from ident.fleet.cause import RECORDINGS, cause, chosen_nights
-from ident.fleet.discoveries import Event, events
-from ident.fleet.series import Series
+from ident.fleet.discoveries import Event
+from ident.fleet.series import Nights, Series
 from ident.fleet.settings import FleetSettings
 from recordings.recording import Floats, Recording
-from tests.ident.fleet.conftest import rows_of, series_of, step
+from tests.ident.fleet.conftest import events_of, rows_of, series_of, step
 
 NIGHTS, SINCE = 20, 12
 OTHER = (11, 12, 13)
@@ -21,36 +21,37 @@ OTHER = (11, 12, 13)
 
 
 @pytest.fixture
-def event_and_series() -> tuple[Event, list[Series]]:
+def event_and_series() -> tuple[Event, Nights, list[Series]]:
     """A step of one robot, with another motion before and after it."""
     motion = [[4.0, 0.9 if night in OTHER else 0.5] for night in range(NIGHTS)]
-    _, series = series_of(rows_of("r1", {"c_c1": step(NIGHTS, SINCE)}, motion=motion))
-    (event,) = events(series)
-    return event, series
+    (nights,), series = series_of(rows_of("r1", {"c_c1": step(NIGHTS, SINCE)}, motion=motion))
+    (event,) = events_of(series)
+    return event, nights, series
 
 
 def test_sudden_event_has_the_nights_beside_it_with_motions_of_both_sides(
-    event_and_series: tuple[Event, list[Series]],
+    event_and_series: tuple[Event, Nights, list[Series]],
 ) -> None:
-    before, after = chosen_nights(event_and_series[0])
+    before, after = chosen_nights(*event_and_series[:2])
     assert len(before) == RECORDINGS
     assert before[-1] < SINCE
     assert after[0] >= SINCE
     assert len(after) == RECORDINGS
-    motion = event_and_series[0].nights.motion
+    motion = event_and_series[1].motion
     assert set(motion[after]) <= set(motion[before]) | set(motion[: before[0]])
 
 
-def test_growing_event_has_the_last_nights(event_and_series: tuple[Event, list[Series]]) -> None:
+def test_growing_event_has_the_last_nights(event_and_series: tuple[Event, Nights, list[Series]]) -> None:
     event = event_and_series[0]
     growing = replace(event.changes[0], change=replace(event.change, growing=True))
-    _, after = chosen_nights(replace(event, changes=(growing,)))
+    _, after = chosen_nights(replace(event, changes=(growing,)), event_and_series[1])
     assert after.tolist() == list(range(NIGHTS - RECORDINGS, NIGHTS))
 
 
-def test_recordings_that_are_gone_leave_the_event_unknown(event_and_series: tuple[Event, list[Series]]) -> None:
-    event, series = event_and_series
-    result = cause(event, series, FleetSettings())
+def test_recordings_that_are_gone_leave_the_event_unknown(
+    event_and_series: tuple[Event, Nights, list[Series]],
+) -> None:
+    result = cause(*event_and_series, FleetSettings())
     assert (result.verdict, result.effect, result.joints) == ("unknown-structure", None, (1,))
     assert "cannot be diagnosed together" in result.why
 
@@ -91,13 +92,13 @@ def test_outside_effect_is_unknown_and_says_on_what_it_depends(
     variables: set[str],
 ) -> None:
     rows = rows_of("r1", {"c_c2": step(NIGHTS, SINCE)})
-    _, series = series_of([{**row, "path": str(tmp_path / Path(row["path"]).name)} for row in rows])
-    (event,) = events(series)
-    for night in np.concatenate(chosen_nights(event)).tolist():
-        path = Path(event.nights.paths[night])
+    (nights,), series = series_of([{**row, "path": str(tmp_path / Path(row["path"]).name)} for row in rows])
+    (event,) = events_of(series)
+    for night in np.concatenate(chosen_nights(event, nights)).tolist():
+        path = Path(nights.paths[night])
         recording = make("fig5a", cycles=1, rate=250.0, noise=0.01, seed=night, path=path)
         write(with_outside_effect(recording, law) if night >= SINCE else recording)
-    result = cause(event, series, FleetSettings())
+    result = cause(event, nights, series, FleetSettings())
     assert (result.verdict, result.effect, result.confusable_with, result.joints) == (
         "unknown-structure",
         None,

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.diagnosis.diagnosis import DiagnosisOptions, prepare_inputs
-from ident.diagnosis.search.search import Search
+from ident.diagnosis.diagnosis import DiagnosisOptions
 from ident.dynamics.effects.base import Additive
 from ident.dynamics.effects.library import library
 from ident.fleet.change_screening import ChangeScreener, as_change
+from ident.fleet.recording_rows import base_fit
 from recordings.recording import Floats
 
 
@@ -23,9 +23,7 @@ def screener(tmp_path: Path, night: Callable[..., Path], truth: Floats) -> Calla
             night(tmp_path / f"0-{scatter}.mcap", 0),
             night(tmp_path / f"1-{scatter}.mcap", 1, parameters=truth * (1 + change)),
         ]
-        inputs = prepare_inputs(paths, [], library([]), DiagnosisOptions())
-        selector = Search(inputs.split, inputs.effects.observable, lambda text: None)
-        model, _ = selector.start(*inputs.initial_model(library([])))
+        inputs, model = base_fit(paths, DiagnosisOptions())
         usual = np.tile(scatter * np.abs(model.solution.x), (2, 1))
         return ChangeScreener(inputs.split, model.solution, [False, True], usual)
 
@@ -36,7 +34,7 @@ def test_another_friction_is_named_with_its_joint(screener: Callable[..., Change
     change = np.zeros(11)
     change[9] = 0.2  # Coulomb friction of joint 2
     screened = screener(change, 0.0)
-    candidates, _ = screened.screen(screened.parameter_effects())
+    candidates = screened.screen(screened.parameter_effects()).candidates
     assert candidates[0].term.name == "coulomb_friction"
     assert candidates[0].term.joints == (1,)
     assert candidates[0].loss < 0.7 * screened.loss
@@ -49,7 +47,7 @@ def test_usual_scatter_explains_what_is_within_it(screener: Callable[..., Change
     change = np.zeros(11)
     change[9] = 0.02
     strict, tolerant = (screener(change, scatter) for scatter in (0.0, 0.05))
-    gains = [each.loss - each.screen(each.parameter_effects())[0][0].loss for each in (strict, tolerant)]
+    gains = [each.loss - each.screen(each.parameter_effects()).candidates[0].loss for each in (strict, tolerant)]
     assert gains[1] < 0.2 * gains[0]
 
 

@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from ident.fleet.discoveries import events
 from ident.fleet.series import Series
 from recordings.recording import Floats
-from tests.ident.fleet.conftest import rows_of, series_of
+from tests.ident.fleet.conftest import events_of, rows_of, series_of
 
 NIGHTS = 40
 SEASON = 1 + 0.2 * np.clip((np.arange(NIGHTS) - 15) / 10, 0, 1)
@@ -19,11 +18,11 @@ def fleet(robots: int, extra: Floats | float = 1.0) -> list[Series]:
 
 
 def test_season_of_the_whole_fleet_is_no_event() -> None:
-    assert len(events(fleet(3))) == 3  # too few robots to tell
-    assert events(fleet(6)) == []
+    assert len(events_of(fleet(3))) == 3  # too few robots to tell
+    assert events_of(fleet(6)) == []
 
 
 def test_robot_that_differs_from_the_fleet_is_one() -> None:
     extra = 1 + 0.2 * (np.arange(NIGHTS) >= 30)
-    (event,) = events(fleet(6, extra))
-    assert (event.nights.robot, event.change.index) == ("r0", 30)
+    (event,) = events_of(fleet(6, extra))
+    assert (event.robot, event.change.index) == ("r0", 30)

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from ident.fleet.discoveries import Event, e_bh, events
+from ident.fleet.discoveries import Event, e_bh
 from recordings.recording import Floats
-from tests.ident.fleet.conftest import rows_of, series_of
+from tests.ident.fleet.conftest import events_of, rows_of, series_of
 
 NIGHTS = 30
 
@@ -21,7 +21,7 @@ def since(night: int) -> Floats:
 
 def search(values: dict[str, dict[str, Floats]], **options: Any) -> list[Event]:
     rows = [row for robot, of_robot in values.items() for row in rows_of(robot, of_robot, **options)]
-    return events(series_of(rows)[1])
+    return events_of(series_of(rows)[1])
 
 
 def test_quiet_fleet_has_no_events() -> None:
@@ -36,9 +36,9 @@ def test_event_of_one_robot_unites_its_series_and_names_the_strongest_first() ->
     fleet["r2"]["c_c1"] += 0.5 * since(17)
     fleet["r2"]["c_v1"] -= 0.1 * since(17)
     (event,) = search(fleet)
-    assert event.nights.robot == "r2"
+    assert event.robot == "r2"
     assert event.change.index == 17
-    assert [each.series.name for each in event.changes] == ["c_c1", "c_v1"]
+    assert [each.name for each in event.changes] == ["c_c1", "c_v1"]
 
 
 def test_two_events_of_one_robot_are_both_found() -> None:
@@ -63,6 +63,14 @@ def test_change_within_the_intervals_is_none() -> None:
 
 def test_two_nights_are_too_few_for_an_alarm() -> None:
     assert search({"r1": {"c_c1": 1 + scatter(5) + 3 * since(NIGHTS - 2)}}) == []
+
+
+def test_nights_since_a_repair_are_a_new_baseline() -> None:
+    values = 1 + scatter(6) + 0.4 * since(9) - 0.4 * since(16) + 0.4 * since(24)
+    _, series = series_of(rows_of("r1", {"c_c1": values}))
+    repaired = series[0].nights.day[16] - 0.5
+    assert [event.change.index for event in events_of(series)] == [9, 16, 24]
+    assert [event.change.index for event in events_of(series, {"r1": [repaired]})] == [9, 24]
 
 
 def test_e_bh_takes_the_largest_set_that_is_large_enough() -> None:

@@ -35,6 +35,8 @@ def test_page_shows_alarms_robots_and_reasons(store: Store, tmp_path: Path) -> N
     assert "it is &lt;empty&gt;" in text
     assert "SIMULATED" in text
     assert not re.search(r"""<(img|script|link)[^>]+(src|href)=""", text)
+    assert text.count("<svg") == 1 + 1 + 1 + 1, "at a glance, of the alarm, of each robot"
+    assert len(text) < 1e5, "no library"
 
 
 def test_acknowledged_alarm_is_no_longer_open(store: Store) -> None:

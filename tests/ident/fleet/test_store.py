@@ -21,34 +21,35 @@ def nights() -> list[list[Row]]:
     return [flat[i : i + 2] for i in range(0, 12, 2)]
 
 
-def test_table_is_the_same_in_any_order_and_after_joining(tmp_path: Path, nights: list[list[Row]]) -> None:
-    store, other = filled(tmp_path / "a", *nights), filled(tmp_path / "b", *nights[::-1])
-    before = store.table()
-    assert before.schema.equals(SCHEMA)
-    assert before.num_rows == 12
-    assert other.table().equals(before)
-    store.join(least=7)
-    assert len(list((tmp_path / "a" / "recordings").iterdir())) == 6
-    store.join(least=6)
-    assert len(list((tmp_path / "a" / "recordings").iterdir())) == 1
-    assert store.table().equals(before)
+def test_table_is_the_same_in_any_order_and_when_it_is_settled(tmp_path: Path, nights: list[list[Row]]) -> None:
+    table = filled(tmp_path / "a", *nights).table()
+    assert table.schema.equals(SCHEMA)
+    assert table.num_rows == 12
+    other = filled(tmp_path / "b", *nights[3:])
+    with other.locked():
+        for rows in nights[:3]:
+            other.add(rows)
+    assert other.table().num_rows == 12
+    assert other.index().num_rows == 6
+    assert filled(tmp_path / "b").table().drop_columns("motion_number").equals(table.drop_columns("motion_number"))
+    assert [path.name for path in (tmp_path / "b" / "recordings").rglob("*.parquet")] == ["2026-01.parquet"]
 
 
-def test_crash_between_joining_and_removing_repeats_nothing(
-    tmp_path: Path, nights: list[list[Row]], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("robot", ["..", "a/b", "-", "ä b", None])
+def test_robot_of_any_name_has_a_file(tmp_path: Path, nights: list[list[Row]], robot: str | None) -> None:
+    status = "done" if robot else "failed"
+    store = filled(tmp_path / "a", [{**nights[0][0], "robot": robot, "status": status}])
+    (path,) = (tmp_path / "a" / "recordings").glob("*/2026-01.parquet")
+    assert store.table()["robot"].to_pylist() == [robot]
+    assert path.resolve().parent.parent == tmp_path / "a" / "recordings"
+
+
+def test_partly_written_file_and_one_of_an_old_store_are_no_part_of_the_table(
+    tmp_path: Path, nights: list[list[Row]]
 ) -> None:
     store = filled(tmp_path / "a", *nights)
-    before = store.table()
-    with monkeypatch.context() as patch:
-        patch.setattr(Path, "unlink", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
-        with pytest.raises(KeyboardInterrupt):
-            store.join(least=1)
-    assert store.table().equals(before)
-
-
-def test_partly_written_file_is_no_part_of_the_table(tmp_path: Path, nights: list[list[Row]]) -> None:
-    store = filled(tmp_path / "a", *nights)
     (tmp_path / "a" / "recordings" / "one-x.parquet.part").write_bytes(b"PAR1")
+    (tmp_path / "a" / "recordings" / "many-x.parquet").write_bytes(b"PAR1")
     assert store.table().num_rows == 12
     (tmp_path / "a" / "recordings" / "one-x.parquet").write_bytes(b"PAR1")
     with pytest.raises(BadInput, match=r"one-x.parquet is damaged .*remove it"):

@@ -24,13 +24,20 @@ def folder(tmp_path: Path, night: Callable[..., Path]) -> Path:
 
 def test_second_run_does_only_what_is_new(tmp_path: Path, folder: Path, night: Callable[..., Path]) -> None:
     store = Store(tmp_path / "store")
-    assert brought_up_to_date(store, folder) == Count(seen=3, new=2, failed=2)  # both broken files have a row
+    count = brought_up_to_date(store, folder)
+    assert counts(count) == (3, 2, 2)  # both broken files have a row
+    ((path, reason),) = count.unused
+    assert (Path(path).name, bool(reason)) == ("broken.mcap", True)
     first = store.table()
-    assert brought_up_to_date(store, folder) == Count(seen=3, new=0, failed=2)
+    assert counts(brought_up_to_date(store, folder)) == (3, 0, 2)
     assert store.table().equals(first)
     (folder / "again.mcap").write_bytes((folder / "a.mcap").read_bytes())
     night(folder / "b.mcap", 2)
-    assert brought_up_to_date(store, folder) == Count(seen=5, new=1, failed=2)
+    assert counts(brought_up_to_date(store, folder)) == (5, 1, 2)
+
+
+def counts(count: Count) -> tuple[int, int, int]:
+    return count.seen, count.new, count.failed
 
 
 def test_other_settings_say_what_is_done_again(tmp_path: Path, folder: Path) -> None:

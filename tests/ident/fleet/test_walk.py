@@ -20,10 +20,11 @@ def test_known_state_saves_reading_and_another_state_does_not(tmp_path: Path) ->
     path = tmp_path / "a.mcap"
     path.write_text("one")
     (first,) = walk([tmp_path])
-    (again,) = walk([tmp_path], {first.state: "known"})
+    known = {(str(first.path), first.size, first.changed): "known"}
+    (again,) = walk([tmp_path], known)
     assert again.content == "known"
     path.write_text("another")
-    (changed,) = walk([tmp_path], {first.state: "known"})
+    (changed,) = walk([tmp_path], known)
     assert changed.content not in ("known", first.content)
 
 

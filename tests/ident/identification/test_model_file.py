@@ -133,11 +133,13 @@ def test_effects_on_all_or_some_joints_are_parsed() -> None:
 
 
 def test_without_numbers_an_effect_is_on_the_joints_that_can_have_it() -> None:
-    axes = Rig(name="bench", mechanism="axes", axes=(Axis(), Axis(type="prismatic")))
-    recording = replace(building.record(2), rig=axes)
+    axes = Rig(name="bench", mechanism="axes", axes=(Axis(), Axis(type="prismatic"), Axis(gravity=True)))
+    recording = replace(building.record(3), rig=axes)
     assert parse_terms(["axis_weight"], LIBRARY, recording)[0].joints == (0,)
     with pytest.raises(BadInput, match=r"cannot be on joint 2: On a prismatic joint weight is a torque_offset\."):
         parse_terms(["axis_weight:1,2"], LIBRARY, recording)
+    with pytest.raises(BadInput, match=r"on joint 3: The rig file declares the weight"):
+        parse_terms(["axis_weight:3"], LIBRARY, recording)
 
 
 @pytest.mark.parametrize(

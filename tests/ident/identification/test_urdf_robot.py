@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import ident
-from ident.export.targets import c
 from ident.identification.model import Model
 from recordings.errors import BadInput
 from recordings.importing import Description, import_data
@@ -138,8 +137,3 @@ def test_another_robot_is_refused_by_its_digest(model: Model, folder: Path) -> N
     (folder / "arm.urdf").write_text(URDF.replace("0.4 0 0", "0.5 0 0"), encoding="utf-8")
     with pytest.raises(BadInput, match=r"urdf is sha256:.* in the model, sha256:"):
         ident.compare(model, [record(folder, "longer", 7)])
-
-
-def test_export_to_c_is_refused(model: Model) -> None:
-    with pytest.raises(BadInput, match="'urdf' found, for which no C is written yet"):
-        c.carried_by(model)

@@ -9,7 +9,7 @@ from rich.console import Console
 from ident.data.recording_facts import RecordingFacts
 from ident.design.designs import DesignResult
 from ident.design.quality import Quality
-from ident.diagnosis.visibility.visibility_document import CheckDocument, CheckedEffect, CheckedJoint
+from ident.diagnosis.visibility.check import CheckDocument, CheckedEffect, CheckedJoint
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.base import INFINITE_TIME
 from ident.dynamics.effects.library import load

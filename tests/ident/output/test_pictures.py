@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib import image
 from matplotlib.colors import to_rgb
 
+from delta_web.palette import JOINTS, NOISE
 from ident.data.prepared_recording import prepare
 from ident.output import pictures
 from ident.output.pictures import staged_folder
 from recordings.recording import Recording
-from web.palette import JOINTS, NOISE
 
 
 def test_the_model_of_each_joint_has_the_joints_colour(make: Callable[..., Recording], tmp_path: Path) -> None:

@@ -56,8 +56,3 @@ def test_data_of_the_other_figures_are_torques_by_method(
     for name in methods:
         expected = comparison.results[name].torque[role][prepared.first_cycle, 1]
         np.testing.assert_allclose(data[f"{name}_torque_2"], expected, rtol=1e-6, atol=1e-9)
-
-
-def test_a_missing_number_is_empty(tmp_path: Path) -> None:
-    figures.write_csv(tmp_path / "t.csv", ["a", "b", "c"], [[1.5, float("nan"), None]])
-    assert (tmp_path / "t.csv").read_text() == "a,b,c\n1.5,,\n"

@@ -22,7 +22,6 @@ def analysed(planted: Planted, noise: Floats) -> ResidualAnalysis:
 def test_noise_and_repeating_part_of_each_joint_add_up(analysed: ResidualAnalysis) -> None:
     assert [joint.summary.number for joint in analysed.joints] == [1, 2, 3]
     for joint, repeats in zip(analysed.joints, (False, True, False), strict=True):
-        assert joint.split is not None
         assert joint.split.noise_rms == pytest.approx(0.1, rel=0.05)
         assert joint.split.total == pytest.approx(joint.summary.rms**2, rel=0.01)
         assert joint.split.above_noise > 0.9 if repeats else joint.split.above_noise < 0.1

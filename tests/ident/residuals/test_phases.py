@@ -7,8 +7,7 @@ import pytest
 
 from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.identification.prediction import Prediction
-from ident.residuals.phases import joint_residuals, phases
-from ident.residuals.windows import worst_windows
+from ident.residuals.phases import joint_residuals, phases, worst_windows
 from recordings.recording import Floats, Ints, Recording
 from tests.ident import building
 

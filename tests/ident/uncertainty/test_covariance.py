@@ -222,12 +222,3 @@ def test_uncertain_gain_widens_the_interval_by_its_share() -> None:
     noisy = Uncertainty("stationary", np.diag([0.01, 0.04]), np.full(2, np.inf))
     width = np.ptp(noisy.interval(np.array([2.0, -1.0]), 0.1), axis=1) / 2
     np.testing.assert_allclose(width, 1.96 * np.hypot([0.1, 0.2], [0.2, 0.1]), rtol=1e-4)
-
-
-def test_parameters_that_are_not_free_have_no_interval() -> None:
-    small = Uncertainty("hac", np.array([[4.0, 1.0], [1.0, 9.0]]), np.array([5.0, 6.0]))
-    large = small.expanded(np.array([True, False, True]))
-    np.testing.assert_array_equal(large.std, [2.0, np.nan, 3.0])
-    np.testing.assert_array_equal(large.degrees_of_freedom, [5.0, np.nan, 6.0])
-    assert large.correlation[0, 2] == pytest.approx(1 / 6)
-    assert np.isnan(large.half_width()[1])

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ident.basics.filters import first_derivative
 from ident.data.prepared_recording import prepare
 from ident.estimation.regression import Regression
 from ident.uncertainty.sensitivity import CUTOFF_FACTORS, LENGTH_STEP, sensitivity, with_longer_rods
@@ -96,7 +97,6 @@ def test_the_interval_covers_the_true_delay(make: Make) -> None:
 
 def test_no_delay_is_estimated_if_the_model_contains_the_derivative_of_the_torque(make: Make) -> None:
     regression, parameters = fitted(make(cycles=1))
-    from ident.uncertainty.time_delay import _slopes
-
-    shapes = np.concatenate([regression.regressor, _slopes(regression, parameters)], axis=2)
+    slope = first_derivative(regression.predicted_torque(parameters), regression.prepared.rate)
+    shapes = np.concatenate([regression.regressor, slope[:, :, None] * np.eye(3)], axis=2)
     assert delays([replace(regression, regressor=shapes)], np.append(parameters, np.zeros(3))) is None

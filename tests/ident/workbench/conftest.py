@@ -6,18 +6,15 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from ident.fleet import alarms
 from tests import axe, chromium
 from tests.conftest import launcher
-from tests.ident.fleet.conftest import filled, rows_of, saved, step
-from tests.ident.fleet.test_alarms import a_cause
 
 ARTEFACTS = Path("runs") / "workbench-screenshots"
 
@@ -34,10 +31,19 @@ _ENABLED = """name => {
     return control && !control.closest("[disabled], .disabled");
 }"""
 """Whether a control is there and can be used; it may be drawn anew just then."""
+_LISTEN = """() => {
+    window.pressed = null;
+    const note = event => { window.pressed = event.target.closest("[data-test]")?.dataset.test; };
+    document.addEventListener("click", note, {capture: true, once: true});
+}"""
+"""Note which control is clicked next, with a key or a mouse."""
 _FITS = """() => document.documentElement.scrollWidth <= document.documentElement.clientWidth
-    && [...document.querySelectorAll(".js-plotly-plot, .js-plotly-plot .main-svg")]
-        .every(plot => plot.getBoundingClientRect().right <= innerWidth)"""
+    && [...document.querySelectorAll(".js-plotly-plot, .js-plotly-plot .main-svg, .scroll-x, table, pre")]
+        .every(item => (item.parentElement.closest(".scroll-x, .nicegui-code") ?? item)
+            .getBoundingClientRect().right <= innerWidth)"""
 """Whether nothing is wider than the window, as soon as all plots are drawn."""
+_MAX_PRESSES = 10
+"""Presses after which a control counts as one that does not react."""
 _MAX_TABS = 200
 """Presses of Tab after which a control counts as out of reach."""
 
@@ -106,15 +112,6 @@ def hidden(tmp_path_factory: pytest.TempPathFactory) -> NewFolder:
     return lambda: shutil.copytree(folder, tmp_path_factory.mktemp("hidden"), dirs_exist_ok=True)
 
 
-@pytest.fixture
-def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the store of a fleet with one open alarm."""
-    monkeypatch.setattr(alarms, "cause", lambda *_: a_cause())
-    kept = filled(tmp_path / "store", rows_of("r07", {"c_c1": step()}))
-    saved(kept)
-    return kept.folder
-
-
 @pytest.fixture(scope="module")
 def workbench(hidden: NewFolder) -> Iterator[RunningWorkbench]:
     """Return a workbench on the two recordings for all tests of a module."""
@@ -141,16 +138,56 @@ class Browser:
         return self.page.locator(f'[data-test="{name}"]')
 
     def click(self, *names: str) -> None:
-        """Click one control after the other, each as soon as it can be."""
+        """Click one control after the other, each as soon as it can be; again where it has moved from the pointer."""
         for name in names:
-            self.at(name).click()
+            if not any(self._click(name) for _ in range(_MAX_PRESSES)):
+                raise AssertionError(f"{name} never takes the click")
+
+    def _click(self, name: str) -> bool:
+        """Click a control, and return whether the click came to it."""
+        self.page.evaluate(_LISTEN)
+        self.at(name).click()
+        return bool(self.page.evaluate("window.pressed") == name)
+
+    def click_for(self, control: Any, shown: Any) -> None:
+        """Click `control` until `shown` is there; again, since a control that moves or is drawn anew loses clicks."""
+        from playwright.sync_api import TimeoutError as NotYet
+
+        for _ in range(_MAX_PRESSES):
+            control.click()
+            with suppress(NotYet):
+                shown.wait_for(timeout=30e3)
+                return
+        raise AssertionError(f"{control} never takes the click")
 
     def press(self, *names: str, key: str = "Enter") -> None:
-        """Move to one control after the other with Tab alone, among tabs with an arrow, and press a key there."""
-        for name in names:
-            self._press(name, key)
+        """Move to one control after the other with Tab alone, among tabs with an arrow, and press a key there.
 
-    def _press(self, name: str, key: str) -> None:
+        It is pressed again if it was not there any more when the key came, because a busy machine has drawn it anew
+        or loaded the page again; and a tab if it is not shown, which a page that is drawing another may have missed.
+        """
+        for name in names:
+            if not any(self._press(name, key) for _ in range(_MAX_PRESSES)):
+                raise AssertionError(f"{name} never takes the key")
+
+    def _press(self, name: str, key: str) -> bool:
+        """Press a key on a control, and return whether the press came to it."""
+        self._move_to(name)
+        self.page.evaluate(_LISTEN)
+        self.page.keyboard.press(key)
+        if name.startswith("tab-"):
+            return self._is_shown(name)
+        return key != "Enter" or self.page.evaluate("window.pressed") == name
+
+    def _is_shown(self, tab: str) -> bool:
+        """Whether `tab` is shown, at once or within a while in which even a busy machine draws it."""
+        for _ in range(60):
+            if self.at(tab).get_attribute("aria-selected") == "true":
+                return True
+            self.page.wait_for_timeout(1e3)
+        return False
+
+    def _move_to(self, name: str) -> None:
         self.at(name).wait_for()
         self.page.wait_for_function(_ENABLED, arg=name)
         next_key = "Tab"
@@ -159,7 +196,6 @@ class Browser:
             if name.startswith("tab-") and self._focused().startswith("tab-"):
                 next_key = "Home" if next_key == "Tab" else "ArrowRight"
             if self._focused() == name:
-                self.page.keyboard.press(key)
                 return
         raise AssertionError(f"{name} cannot be reached with Tab")
 
@@ -176,7 +212,8 @@ class Browser:
     def check(self, name: str = "") -> None:
         """Assert that axe-core finds nothing serious, and that nothing is too wide; save a screenshot as `name`."""
         self.page.wait_for_timeout(500)  # what fades in has begun to, and ends late on a busy machine
-        fading = '[class*="-enter-active"], [class*="-leave-active"]'
+        # A notice fades out, too, at any time.
+        fading = '[class*="-enter-active"], [class*="-leave-active"], .q-notification'
         self.page.wait_for_function("fading => !document.querySelector(fading)", arg=fading)
         assert not axe.findings(self.page)
         self.page.wait_for_function(_FITS)

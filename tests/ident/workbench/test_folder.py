@@ -1,16 +1,13 @@
 """The page has access only to files of the chosen folder, and refuses or shows as text what is hostile in them."""
 
 import shutil
-import time
 from pathlib import Path
 
 import pytest
 
 from ident.workbench.folder import SUFFIX, Folder
 from ident.workbench.state.session import WorkbenchSession, open_session
-from ident.workbench.worker.process import Message, TaskEnd, Worker
 from recordings.errors import BadInput
-from web.security import MAX_BODY_BYTES
 
 SAMPLES = Path("recordings/samples").resolve()
 FOREIGN = SAMPLES / "foreign"
@@ -38,7 +35,6 @@ def test_files_of_other_programs_are_to_be_imported(folder: Folder) -> None:
     for path in (folder.root / "bare.mcap", folder.root / "scope.csv"):
         session = open_session([path])
         assert session.recordings.train is session.recordings.validate is None, "they are not chosen"
-        session.close()
 
 
 @pytest.mark.parametrize(
@@ -54,7 +50,6 @@ def test_names_that_lead_outside_are_refused(name: str, folder: Folder) -> None:
         with pytest.raises(BadInput, match="expected"):
             use(name)
     assert session.recordings.train is session.jobs.current is None
-    session.close()
 
 
 @pytest.mark.parametrize(
@@ -78,7 +73,6 @@ def test_only_one_folder_can_be_opened(folder: Folder, tmp_path: Path) -> None:
         session.choose("a.mcap", "a.mcap")
     with pytest.raises(BadInput, match="none chosen"):
         session.selection.fit()
-    session.close()
 
 
 def test_pair_is_chosen_although_the_first_choice_was_deleted(
@@ -92,7 +86,6 @@ def test_pair_is_chosen_although_the_first_choice_was_deleted(
     (tmp_path / "a.mcap").unlink()
     session.choose_the_only_pair()
     assert (session.recordings.train, session.recordings.validate) == ("b.mcap", "c.mcap")
-    session.close()
 
 
 def test_pair_with_an_unsuitable_name_opens_and_says_why_it_is_not_chosen(tmp_path: Path) -> None:
@@ -101,23 +94,3 @@ def test_pair_with_an_unsuitable_name_opens_and_says_why_it_is_not_chosen(tmp_pa
     session = open_session([tmp_path])
     assert session.recordings.train is None
     assert "a plain file name" in session.jobs.message
-    session.close()
-
-
-def test_worker_refuses_a_huge_file(tmp_path: Path) -> None:
-    """It neither exhausts the memory nor ends the page."""
-    with (tmp_path / "huge.mcap").open("wb") as file:
-        file.truncate(2**30)
-    assert MAX_BODY_BYTES < 2**30
-    messages: list[Message] = []
-    worker = Worker(messages.append, ())
-    worker.submit("view_recording", tmp_path / "huge.mcap")
-    for _ in range(600):
-        if any(isinstance(message, TaskEnd) for message in messages):
-            break
-        time.sleep(0.1)
-    assert isinstance(messages[-1], TaskEnd)
-    assert "is not an MCAP file" in str(messages[-1].error)
-    assert not worker.needs_start
-    worker.cancel()
-    assert worker.needs_start

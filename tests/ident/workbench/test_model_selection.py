@@ -1,16 +1,17 @@
 """The user's models while tasks come and go: no view gets lost, none ends up at another model. No worker runs."""
 
 import threading
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
+from unittest.mock import Mock, PropertyMock
 
 import pytest
 
 from ident.output.tables import ResultTable
 from ident.workbench.state import model_selection
 from ident.workbench.state.branches import MAX_BRANCHES, Branches
-from ident.workbench.state.chosen_recordings import ChosenRecordings
 from ident.workbench.state.model_selection import ModelSelection
 from ident.workbench.topics import Changes
 from ident.workbench.worker import views
@@ -19,41 +20,21 @@ from ident.workbench.worker.process import TaskEnd, WorkerEnd
 from recordings.errors import BadInput
 
 
-class WorkerDouble:
-    """Takes tasks and computes nothing."""
-
-    def __init__(self) -> None:
-        self.lock = threading.RLock()
-        self.tasks: list[str] = []
-
-    def submit(self, task: str, *arguments: object) -> None:
-        self.tasks.append(task)
-
-    def cancel(self) -> None: ...
-
-    def resume(self) -> None: ...
-
-
-class RecordingsDouble:
-    """The chosen recordings, which may have been deleted."""
-
-    deleted = False
-
-    @property
-    def files(self) -> tuple[Path, None]:
-        if self.deleted:
-            raise BadInput("a file expected, none found; choose another")
-        return Path("a.mcap"), None
-
-
 class Bench:
     """A selection without a worker; the test sends the views of the tasks."""
 
     def __init__(self) -> None:
-        self.changes, self.recordings, self.worker = Changes(), RecordingsDouble(), WorkerDouble()
+        self.changes = Changes()
         self.jobs = Jobs(self.changes, ())
-        self.jobs.worker = cast(Any, self.worker)
-        self.selection = ModelSelection(cast(ChosenRecordings, self.recordings), self.jobs, self.changes)
+        self.jobs.worker = self._worker = Mock(lock=threading.RLock())
+        self.files = PropertyMock(return_value=(Path("a.mcap"), None))
+        recordings = type("Recordings", (), {"files": self.files})()
+        self.selection = ModelSelection(recordings, self.jobs, self.changes)
+
+    @property
+    def tasks(self) -> list[str]:
+        """The tasks that the worker got."""
+        return [call.args[0] for call in self._worker.submit.call_args_list]
 
     def send(self, *messages: object) -> None:
         for message in messages:
@@ -94,7 +75,7 @@ def bench() -> Bench:
     bench.complete("base")
     bench.selection.extend("add", "stribeck")
     bench.complete("added")
-    assert bench.worker.tasks == ["fit", "add"]
+    assert bench.tasks == ["fit", "add"]
     return bench
 
 
@@ -113,7 +94,7 @@ def test_undo_redo_and_branches_compute_nothing_that_is_known(bench: Bench) -> N
         assert bench.jobs.current is None
         assert selection.analysis.candidates is CANDIDATES
     assert shown == ["base", "added", "added", "base", "added"]
-    assert bench.worker.tasks == ["fit", "add"]
+    assert bench.tasks == ["fit", "add"]
 
 
 def test_oldest_analysis_is_computed_again(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -122,11 +103,12 @@ def test_oldest_analysis_is_computed_again(bench: Bench, monkeypatch: pytest.Mon
     assert analysed(bench.selection) == "base"
     bench.selection.change(Branches.redone)
     assert analysed(bench.selection) is None
-    assert bench.worker.tasks == ["fit", "add", "show"]
+    assert bench.tasks == ["fit", "add", "show"]
     bench.complete("added")
     assert analysed(bench.selection) == "added"
-    assert bench.selection.branches
-    assert len(bench.selection.branches.current.history) == 2, "showing a model again adds none"
+    bench.selection.change(Branches.undone)
+    with pytest.raises(BadInput, match="a change to undo"):  # showing a model again has added none
+        bench.selection.change(Branches.undone)
 
 
 def test_late_views_belong_to_the_model_they_were_computed_for(bench: Bench) -> None:
@@ -146,7 +128,7 @@ def test_interrupted_analysis_is_resumed_afterwards(bench: Bench) -> None:
     bench.send(steps_view("interrupted"), SERIES)
     bench.jobs.submit("swarm", lambda view: None, "swarm")
     bench.send(CANDIDATES, TaskEnd(), TaskEnd())
-    assert bench.worker.tasks[-2:] == ["swarm", "show"]
+    assert bench.tasks[-2:] == ["swarm", "show"]
     assert not bench.jobs.blocked
     bench.complete("again")
     assert bench.jobs.current is None
@@ -168,18 +150,16 @@ def test_reading_a_recording_does_not_unblock_a_fit(bench: Bench) -> None:
     """Else an effect could be added to the old step_list, and the new one would be lost."""
     bench.selection.extend("add", "cogging")
     bench.jobs.submit("reading", lambda view: None, "view_recording", blocking=False)
-    for change in (Branches.undone, Branches.forked):
+    for action in (bench.selection.change, partial(bench.selection.extend, "add", "joint_spring")):
         with pytest.raises(BadInput, match="no other job"):
-            bench.selection.change(change)
-    with pytest.raises(BadInput, match="no other job"):
-        bench.selection.extend("add", "joint_spring")
+            action()
 
 
 def test_deleted_recording_does_not_end_the_listener(bench: Bench) -> None:
     bench.selection.extend("add", "cogging")
     bench.send(steps_view("added"), SERIES)
     bench.jobs.submit("reading", lambda view: None, "view_recording", blocking=False)
-    bench.recordings.deleted = True
+    bench.files.side_effect = BadInput("a file expected, none found; choose another")
     before = bench.changes.count(("job",))
     bench.send(TaskEnd(), TaskEnd())
     assert bench.jobs.current is None
@@ -205,7 +185,7 @@ def test_lost_worker_is_reported_and_the_analysis_can_be_resumed(bench: Bench) -
     assert bench.jobs.message == "The worker process has ended."
     assert bench.jobs.current is None
     bench.selection.change()
-    assert bench.worker.tasks[-1] == "show", "there is a way on"
+    assert bench.tasks[-1] == "show", "there is a way on"
 
 
 def test_only_changes_by_the_user_are_worth_a_question() -> None:
@@ -236,15 +216,34 @@ def test_fork_switch_and_drop() -> None:
     assert both.dropped(0).current.title == "B: joint_spring"
     assert both.dropped(0).forked().current.name == "A", "a name that is no longer used"
     assert not back.undone().forked().current.undone, "a copy begins without what was undone"
-
-
-def test_impossible_changes_of_branches_are_refused() -> None:
-    branches = Branches.start(steps_view("base model"))
-    with pytest.raises(BadInput, match="number 2"):
-        branches.switched(1)
-    with pytest.raises(BadInput, match="current one"):
-        branches.dropped(0)
-    for _ in range(MAX_BRANCHES - 1):
-        branches = branches.forked()
+    for refused, match in ((lambda: both.switched(2), "number 3"), (lambda: both.dropped(1), "current one")):
+        with pytest.raises(BadInput, match=match):
+            refused()
+    while len(both.all) < MAX_BRANCHES:
+        both = both.forked()
     with pytest.raises(BadInput, match="drop one"):
-        branches.forked()
+        both.forked()
+
+
+def test_progress_is_that_of_the_last_time(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    now = 100.0
+    monkeypatch.setattr("ident.workbench.worker.jobs.time", SimpleNamespace(monotonic=lambda: now))
+    said = []
+    bench.jobs.durations.clear()
+    for seconds, error in ((8.0, "no such effect"), (10.0, None), (4.0, None), (9.0, None)):
+        bench.jobs.submit("adding", lambda view: None, "add")
+        now += seconds
+        assert bench.jobs.current
+        said.append(bench.jobs.current.progress)
+        bench.send(TaskEnd(error))
+    assert said == ["8 s", "10 s", "4 s, 40%, about 6 s left", "9 s"]
+
+
+def test_page_asks_for_no_fit_while_one_goes_on() -> None:
+    bench = Bench()
+    seen = []
+    for action in (lambda: None, bench.selection.fit, bench.jobs.cancel):
+        before = bench.changes.count(("series", "step_list"))
+        action()
+        seen.append((bench.selection.is_fitting, bench.changes.count(("series", "step_list")) > before))
+    assert seen == [(False, False), (True, True), (False, True)]

@@ -33,16 +33,12 @@ def wait_for(out: Path, timeout: float = PATIENCE) -> Recording:
     raise AssertionError(f"{out} is not complete after {timeout} s")
 
 
-def wait_until_moving(browser: Browser) -> None:
-    browser.wait_for_text("run-state", re.compile(r"stream, (0\.[4-9]|[1-9].*)%$"))  # ten minutes: after the lead-in
-
-
 def start_recording(browser: Browser, address: str) -> None:
     browser.open(address)
     browser.click("tab-record")
     browser.at("record-cycles").fill("150")  # ten minutes of motion leave time to press STOP
     browser.click("record")
-    wait_until_moving(browser)
+    browser.wait_for_text("run-state", re.compile(r"stream, (0\.[4-9]|[1-9].*)%$"))  # after the lead-in
 
 
 def assert_stopped_in_mid_motion(recording: Recording) -> None:

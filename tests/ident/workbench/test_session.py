@@ -1,8 +1,12 @@
 """Jobs can be paused, resumed and cancelled; cancelling leaves the state unchanged."""
 
 import shutil
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -19,13 +23,18 @@ SAMPLES = Path("recordings/samples").resolve()
 
 @pytest.fixture
 def session() -> Iterator[WorkbenchSession]:
+    """Return a session on the samples."""
+    with closing(WorkbenchSession(Folder.at(SAMPLES))) as session:
+        yield session
+
+
+@pytest.fixture
+def fitted(session: WorkbenchSession) -> WorkbenchSession:
     """Return a session with a fitted base model."""
-    session = WorkbenchSession(Folder.at(SAMPLES))
     session.choose("fig5a.mcap", "fig5b.mcap")
     session.selection.fit()
     wait(lambda: session.selection.analysis.residuals is not None and session.jobs.current is None)
-    yield session
-    session.close()
+    return session
 
 
 def wait(done: Callable[[], bool], timeout: float = 300.0) -> None:
@@ -35,61 +44,72 @@ def wait(done: Callable[[], bool], timeout: float = 300.0) -> None:
         time.sleep(0.02)
 
 
-def state(session: WorkbenchSession) -> list[str]:
-    """Return /proc/PID/stat of the worker from its third field on; see proc(5)."""
-    process = session.jobs.worker._process
-    assert process is not None
-    return Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
-
-
-def suspended(session: WorkbenchSession) -> bool:
-    """Return whether the worker is suspended."""
-    return state(session)[0] == "T"
-
-
-def cpu_time(session: WorkbenchSession) -> float:
-    """Return the processor time of the worker so far, in ticks."""
-    return sum(map(float, state(session)[11:13]))
+def worker_state(session: WorkbenchSession) -> tuple[bool, float]:
+    """Return whether the worker is suspended, and its processor time so far in ticks; see proc(5)."""
+    state = Path(f"/proc/{session.jobs.worker._process.pid}/stat").read_text().rpartition(")")[2].split()
+    return state[0] == "T", sum(map(float, state[11:13]))
 
 
 @pytest.mark.slow
-def test_paused_job_uses_no_processor_time_and_resumes(session: WorkbenchSession) -> None:
-    jobs, selection = session.jobs, session.selection
+def test_paused_job_uses_no_processor_time_and_resumes(fitted: WorkbenchSession) -> None:
+    jobs, selection = fitted.jobs, fitted.selection
     selection.extend("diagnose")
-    wait(lambda: jobs.current is not None)
     jobs.pause()
-    wait(lambda: suspended(session))
-    before = cpu_time(session)
+    wait(lambda: worker_state(fitted)[0])
+    before = worker_state(fitted)
     assert jobs.current
     waited = jobs.current.seconds
     time.sleep(1.0)
-    assert cpu_time(session) == before, "it does not compute"
+    assert worker_state(fitted) == before, "it does not compute"
     assert jobs.current.seconds == waited, "the clock of the job stops too"
-    with pytest.raises(BadInput, match="paused"):
-        session.recordings.show("fig5a.mcap")
-    with pytest.raises(BadInput, match="paused"):
-        selection.fit()
+    for action in (partial(fitted.recordings.show, "fig5a.mcap"), selection.fit):
+        with pytest.raises(BadInput, match="paused"):
+            action()
     assert selection.diagnosis is None
     jobs.resume()
     wait(lambda: selection.diagnosis is not None)
 
 
-def test_job_that_ends_while_it_is_being_paused_does_not_block_the_next() -> None:
-    session = WorkbenchSession(Folder.at(SAMPLES))
+ENDLESS = """
+import pathlib, time
+pathlib.Path("busy").touch()
+time.sleep(600)
+"""
+KILLED = """
+import os, pathlib, signal, time
+from ident.workbench.worker.process import Worker
+worker = Worker(print, [pathlib.Path("endless.py")])
+worker.prepare()
+while not pathlib.Path("busy").exists():
+    time.sleep(0.02)
+PAUSE
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("pause", ["", "worker.pause()"])
+def test_worker_ends_with_a_server_that_is_killed(tmp_path: Path, pause: str) -> None:
+    (tmp_path / "endless.py").write_text(ENDLESS)
+    # The worker holds the standard output open. In a session of its own, the system does not end what is suspended.
+    command = [sys.executable, "-c", KILLED.replace("PAUSE", pause)]
+    subprocess.run(command, cwd=tmp_path, stdout=subprocess.PIPE, check=False, timeout=300, start_new_session=True)
+
+
+def test_job_that_ends_while_it_is_being_paused_does_not_block_the_next(session: WorkbenchSession) -> None:
     jobs = session.jobs
     with jobs.worker.lock:  # no other message arrives meanwhile
         session.choose("fig5a.mcap", None)
         jobs.pause()
-        wait(lambda: suspended(session))
+        wait(lambda: worker_state(session)[0])
         jobs.receive(TaskEnd())  # its last message was already sent
         assert jobs.current is None
-        wait(lambda: not suspended(session))
-        session.close()
+        wait(lambda: not worker_state(session)[0])
 
 
 @pytest.mark.slow
-def test_cancelled_job_leaves_the_state_unchanged(session: WorkbenchSession) -> None:
-    jobs, selection, swarm = session.jobs, session.selection, session.swarm
+def test_cancelled_job_leaves_the_state_unchanged(fitted: WorkbenchSession) -> None:
+    jobs, selection, swarm = fitted.jobs, fitted.selection, fitted.swarm
     step_list = selection.step_list
     selection.extend("add", "torque_offset")
     wait(lambda: selection.step_list is not step_list and jobs.current is None)
@@ -127,19 +147,15 @@ def test_new_choice_of_recordings_discards_the_results(tmp_path: Path) -> None:
     session.close()
 
 
-def test_all_tasks_end_with_the_worker() -> None:
-    session = WorkbenchSession(Folder.at(SAMPLES))
+def test_all_tasks_end_with_the_worker(session: WorkbenchSession) -> None:
     jobs, recordings = session.jobs, session.recordings
     for name in ("fig5a.mcap", "fig5b.mcap"):
         recordings.show(name)
-    process = jobs.worker._process
-    assert process is not None
-    process.kill()
+    jobs.worker._process.kill()
     wait(lambda: jobs.current is None)
     assert "ended unexpectedly" in jobs.message
     recordings.show("fig5a.mcap")
     wait(lambda: recordings.shown is not None)
-    session.close()
 
 
 def test_terminal_goes_on_where_the_page_was_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -150,10 +166,12 @@ def test_terminal_goes_on_where_the_page_was_left(tmp_path: Path, monkeypatch: p
     session = WorkbenchSession(Folder.at(Path("runs")))
     assert session.next_command()[:2] == ["daq", "record"]
     session.recordings.train = "a.mcap"
-    assert session.next_command() == ["ident", "diagnose", "runs/a.mcap"]
-    session.recordings.validate = "b.mcap"
-    assert session.next_command() == ["ident", "diagnose", "runs/a.mcap", "--validate", "runs/b.mcap"]
-    monkeypatch.setattr(ModelExport, "last_saved", "a.model.json")
-    assert session.next_command() == ["ident", "compare", "runs/a.model.json", "runs/b.mcap"]
-    session.recordings.validate = None
-    assert session.next_command() == ["ident", "compare", "runs/a.model.json", "runs/a.mcap"]
+    for validate, saved, command in (
+        (None, None, "ident diagnose runs/a.mcap"),
+        ("b.mcap", None, "ident diagnose runs/a.mcap --validate runs/b.mcap"),
+        ("b.mcap", "a.model.json", "ident compare runs/a.model.json runs/b.mcap"),
+        (None, "a.model.json", "ident compare runs/a.model.json runs/a.mcap"),
+    ):
+        session.recordings.validate = validate
+        monkeypatch.setattr(ModelExport, "last_saved", saved)
+        assert " ".join(session.next_command()) == command

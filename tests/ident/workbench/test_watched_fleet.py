@@ -5,15 +5,20 @@ from pathlib import Path
 import pytest
 
 from ident.fleet import alarms
-from ident.fleet.store import Store
 from tests.chromium import PATIENCE
+from tests.ident.fleet.conftest import filled, rows_of, saved, step
+from tests.ident.fleet.test_alarms import a_cause
 from tests.ident.workbench.conftest import Browser, Serve
 
 
 @pytest.mark.slow
-def test_alarm_is_acknowledged_with_the_keyboard(store: Path, tmp_path: Path, serve: Serve, browser: Browser) -> None:
-    (alarm,) = alarms.load(Store(store)).alarms
-    browser.open(serve(tmp_path, ".", "--store", str(store)).address, width=700)
+def test_alarm_is_acknowledged_with_the_keyboard(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, serve: Serve, browser: Browser
+) -> None:
+    monkeypatch.setattr(alarms, "cause", lambda *_: a_cause())
+    store = filled(tmp_path / "store", rows_of("r07", {"c_c1": step()}))
+    (alarm,) = saved(store).alarms
+    browser.open(serve(tmp_path, ".", "--store", "store").address, width=700)
     browser.press("tab-fleet")
     browser.check("fleet")
     with browser.page.context.expect_page(timeout=1e3 * PATIENCE) as opened:
@@ -26,4 +31,4 @@ def test_alarm_is_acknowledged_with_the_keyboard(store: Path, tmp_path: Path, se
     browser.press(f"ack-{alarm.id}")
     browser.page.get_by_text("Acknowledged. gear replaced").wait_for()
     browser.page.get_by_text("no open alarms").wait_for()
-    assert alarms.load(Store(store)).alarms[0].note == "gear replaced"
+    assert alarms.load(store).alarms[0].note == "gear replaced"

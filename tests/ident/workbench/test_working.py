@@ -1,6 +1,7 @@
 """Other work on the page: previews, time spans, branches, swarm, hostile recordings."""
 
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -25,7 +26,7 @@ def fitted(workbench: RunningWorkbench, browser: Browser) -> Browser:
     """Return a page with a fitted base model and rated candidates; a test leaves it so."""
     browser.open(workbench.address)
     browser.click("tab-missing")
-    browser.at("step-1").or_(browser.page.get_by_text("Press Fit to fit")).first.wait_for()
+    browser.at("step-1").or_(browser.page.get_by_text("Press Fit.")).first.wait_for()
     if not browser.at("step-1").count():
         browser.click("fit")
     browser.at("preview").filter(has_text="would explain").wait_for()
@@ -35,7 +36,8 @@ def fitted(workbench: RunningWorkbench, browser: Browser) -> Browser:
 
 def unfold(browser: Browser) -> None:
     """Show the cards of the effects that explain little."""
-    browser.page.get_by_text("effects that explain less than").click()
+    title = browser.page.get_by_text(re.compile("effects? that explains? less than"))
+    browser.click_for(title, browser.at("minor-cards").locator('[data-test^="card-"]').first)
 
 
 def test_hover_or_focus_of_a_card_shows_its_preview(fitted: Browser) -> None:
@@ -47,7 +49,7 @@ def test_hover_or_focus_of_a_card_shows_its_preview(fitted: Browser) -> None:
     fitted.screenshot("preview")
     for _ in ("About", "Add", "the next card"):
         fitted.page.keyboard.press("Tab")
-    fitted.at("preview").filter(has_not_text="stribeck").wait_for()
+    fitted.at("preview").filter(has_not_text="stribeck: ").wait_for()
 
 
 def test_selected_time_span_is_explained_and_its_effect_added(fitted: Browser) -> None:
@@ -76,6 +78,22 @@ def test_selected_time_span_is_explained_and_its_effect_added(fitted: Browser) -
     assert "stribeck" in fitted.text("step-2")
     fitted.click("undo")
     fitted.at("step-2").wait_for(state="detached")
+    _check_linked_zoom(fitted)
+
+
+def _check_linked_zoom(fitted: Browser) -> None:
+    """A signal stands below the torque, and the plot of another tab follows the zoom."""
+    fitted.click("tab-model")
+    option = fitted.page.get_by_role("option", name="following error")
+    fitted.click_for(fitted.at("signals"), option)
+    option.click()
+    fitted.page.keyboard.press("Escape")
+    fitted.page.get_by_text("following error[mrad]").wait_for()
+    zoom = "(plot, Plotly) => Plotly.relayout(plot, {'xaxis.range[0]': 3, 'xaxis.range[1]': 4})"
+    shown = "() => document.querySelector('.js-plotly-plot')"
+    fitted.page.evaluate(f"import('nicegui-plotly').then(({{Plotly}}) => ({zoom})(({shown})(), Plotly))")
+    fitted.click("tab-data")
+    fitted.page.wait_for_function(f"() => String(({shown})()?._fullLayout?.xaxis.range) == '3,4'")
 
 
 def test_two_branches(fitted: Browser) -> None:
@@ -84,7 +102,7 @@ def test_two_branches(fitted: Browser) -> None:
     error = rms(fitted, "held", 2, 2)
     fitted.click("fork", "undo")
     fitted.at("step-2").wait_for(state="detached")
-    fitted.wait_for_text("preview", "stribeck: part of the residual that it would explain")  # cards of this model
+    # Cards of this model. The preview may be another card's: the page has become shorter below the pointer.
     fitted.at("card-stribeck").wait_for()
     unfold(fitted)
     fitted.click("add-joint_spring")
@@ -95,11 +113,6 @@ def test_two_branches(fitted: Browser) -> None:
     fitted.screenshot("branches")
     fitted.click("switch-A")
     fitted.at("branch-A").filter(has_text="current").wait_for()
-    assert rms(fitted, "held", 2, 2) == error
-    fitted.click("undo")
-    fitted.at("step-2").wait_for(state="detached")
-    fitted.click("redo")
-    fitted.at("step-2").wait_for()
     assert rms(fitted, "held", 2, 2) == error
     fitted.click("drop-B")
     fitted.at("branch-A").wait_for(state="detached")

@@ -1,6 +1,7 @@
 """The sample recording, and the same as a file of other programs."""
 
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -23,12 +24,9 @@ def foreign_file(
     """The file of a kind in `foreign.FILES`, made once, and its options."""
     from tests.recordings.importing.foreign import FILES
 
-    made: dict[str, Path] = {}
-
+    @cache
     def file(kind: str) -> tuple[Path, list[str]]:
         make, options = FILES[kind]
-        if kind not in made:
-            made[kind] = make(sample, tmp_path_factory.mktemp("foreign"))
-        return made[kind], options
+        return make(sample, tmp_path_factory.mktemp("foreign")), options
 
     return file

@@ -39,7 +39,6 @@ def test_proposed_command_gives_the_arrays_of_the_recording(
     result = CliRunner().invoke(command, arguments, catch_exceptions=False)
     assert result.exit_code == 0
     imported = read(Path(arguments[arguments.index("--out") + 1]))
-    assert imported.effort is not None
     np.testing.assert_allclose(imported.time, sample.time, atol=1e-9)
     np.testing.assert_allclose(imported.position, sample.position, atol=1e-8)
     np.testing.assert_allclose(imported.effort, torque(sample), atol=1e-6)

@@ -15,7 +15,7 @@ SPEED = np.cos(TIME)
 
 
 def table_of(columns: dict[str, np.ndarray], units: dict[str, str] | None = None) -> Table:
-    return Table(Path("data.csv"), columns, "", units or {})
+    return Table(Path("data.csv"), columns, units or {})
 
 
 def taken(table: Table) -> dict[str, str]:
@@ -101,3 +101,17 @@ def test_values_that_no_joint_has_stop_no_guess() -> None:
         values[-1] = 1e300
     quantities = [text.split()[0] for text in taken(table_of(columns)).values()]
     assert quantities == ["time", "position_1", "velocity_1", "effort_1"]
+
+
+def test_a_time_that_stands_twice_is_the_time_all_the_same() -> None:
+    twice = TIME.copy()
+    twice[300] = twice[299]
+    assert taken(table_of({"Zeit": twice, "row": np.arange(N), "q": ANGLE, "i": SPEED}))["Zeit"] == "time s"
+
+
+def test_a_column_that_spoils_its_group_is_named() -> None:
+    columns = {"t": TIME, "q1": ANGLE, "q2": ANGLE, "tau2": SPEED}
+    table = Table(Path("data.csv"), columns, {}, invalid={"tau1": "line 3: a number expected, '---' found"})
+    why = {guess.column: guess.why for guess in guessing.guess(table)}
+    assert "'---' found" in why["tau1"]
+    assert why["tau2"] == "effort: another is taken, or joints lack it"

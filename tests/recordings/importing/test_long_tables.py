@@ -22,7 +22,7 @@ def table(columns: dict[str, np.ndarray]) -> Table:
     """As the formats read it: text is labels."""
     numbers = {name: values.astype(float) for name, values in columns.items() if values.dtype.kind != "U"}
     texts = {name: values for name, values in columns.items() if values.dtype.kind == "U"}
-    return Table(Path("a.csv"), numbers, "", {"q": "deg"}, invalid=dict.fromkeys(texts, "text"), labels=texts)
+    return Table(Path("a.csv"), numbers, {"q": "deg"}, invalid=dict.fromkeys(texts, "text"), labels=texts)
 
 
 def rows(key: np.ndarray) -> dict[str, np.ndarray]:
@@ -85,6 +85,7 @@ def test_a_joint_that_stands_twice_is_refused() -> None:
         {"time": TIME, "q": Q[:, 0], "joint": np.repeat([1, 2], N // 2)},
         {"time": np.repeat(TIME[: N // 2], 2), "q": Q[:, 0]},
         {"q": Q[:, 0], "joint": np.tile([1, 2], N // 2)},
+        {"time": TIME, "position_1": Q[:, 0], "name": np.tile([0, 1], N // 2)},
     ],
 )
 def test_other_tables_stay(columns: dict[str, np.ndarray]) -> None:

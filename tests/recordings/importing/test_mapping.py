@@ -10,7 +10,7 @@ from recordings.importing.mapping import sources
 from recordings.importing.table import Table
 
 COLUMNS = {name: np.zeros(2) for name in ("time", "q1", "GVL.a:b", "position_1", "i [1]")}
-TABLE = Table(Path("data.csv"), COLUMNS, "", {"q1": "deg"})
+TABLE = Table(Path("data.csv"), COLUMNS, {"q1": "deg"})
 
 
 @pytest.mark.parametrize(
@@ -39,7 +39,7 @@ def test_factor_alone_scales_the_unit_of_the_file() -> None:
 
 def test_column_that_is_mapped_is_no_longer_what_it_is_called() -> None:
     columns = {"time": np.zeros(2), "effort_1": np.zeros(2)}  # of a ROS driver that publishes current there
-    named = sources(Table(Path("bag"), columns, ""), ["current_1=effort_1:mA"])
+    named = sources(Table(Path("bag"), columns), ["current_1=effort_1:mA"])
     assert {name: source.column for name, source in named.items()} == {"time": "time", "current_1": "effort_1"}
 
 
@@ -58,5 +58,5 @@ def test_toml_file_holds_the_same(tmp_path: Path) -> None:
 def test_two_columns_of_the_name_of_a_quantity_are_refused(name: str) -> None:
     columns = {**COLUMNS, f"{name}#7": np.zeros(2)}
     with pytest.raises(BadInput, match=f"'{name}' twice found; .* --map \"{name}={name}#7\""):
-        sources(Table(Path("data.csv"), columns, ""), [])
-    assert sources(Table(Path("data.csv"), columns, ""), [f"{name}={name}#7"])[name].column == f"{name}#7"
+        sources(Table(Path("data.csv"), columns), [])
+    assert sources(Table(Path("data.csv"), columns), [f"{name}={name}#7"])[name].column == f"{name}#7"

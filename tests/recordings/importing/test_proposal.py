@@ -10,7 +10,7 @@ import pytest
 from daq.commands.import_ import command
 from recordings.importing.guessing import guess
 from recordings.importing.proposal import missing, options, propose
-from recordings.importing.table import BagPart, Table
+from recordings.importing.table import Table
 from tests.running import printed
 
 TIME = np.arange(400) * 0.004
@@ -18,7 +18,7 @@ ANGLE, SPEED = np.sin(TIME), np.cos(TIME)
 
 
 def table_of(columns: dict[str, np.ndarray], units: dict[str, str] | None = None) -> Table:
-    return Table(Path("data.csv"), columns, "", units or {})
+    return Table(Path("data.csv"), columns, units or {})
 
 
 def test_unknown_torque_per_ampere_is_for_the_user_to_put_in() -> None:
@@ -52,7 +52,7 @@ def test_what_no_column_looks_like_is_missing() -> None:
 def test_command_that_lacks_something_is_not_what_comes_next(header: str, prefix: str, tmp_path: Path) -> None:
     rows = "\n".join(f"{0.01 * k},{k % 5},{k % 3}" for k in range(30))
     (tmp_path / "a.csv").write_text(f"{header}\n{rows}\n")
-    lines = list(propose(tmp_path / "a.csv", BagPart(), ["--robot", "r 7"]).lines())
+    lines = list(propose(tmp_path / "a.csv", ["--robot", "r 7"]).lines())
     assert lines[-1].startswith(prefix)
     assert lines[-1].endswith("--robot 'r 7'")
 
@@ -60,7 +60,7 @@ def test_command_that_lacks_something_is_not_what_comes_next(header: str, prefix
 def test_document_previews_the_columns(tmp_path: Path) -> None:
     rows = "\n".join(f"{0.01 * k},{k % 5 if k else ''},on" for k in range(1000))
     (tmp_path / "a.csv").write_text(f"t,q,state\n{rows}\n")
-    time, angle, state = propose(tmp_path / "a.csv", BagPart()).as_json()["columns"]
+    time, angle, state = propose(tmp_path / "a.csv").as_json()["columns"]
     assert (time["name"], angle["name"], state["name"]) == ("time", "position_1", None)
     assert (time["preview"][0], time["preview"][-1], len(time["preview"])) == (0.0, 9.99, 300)
     assert angle["preview"][0] is None
@@ -73,9 +73,10 @@ def test_accepted_guess_is_the_pasted_command(tmp_path: Path, monkeypatch: pytes
     Path("a.csv").write_text(f"t [ms],q,tau\n{rows}\n")
     document = json.loads(printed(command, "a.csv", "--guess", "--yes", "--json"))
     assert (document["recording"], document["joints"], document["samples"]) == ("a.mcap", 1, 60)
-    pasted = propose(Path("a.csv"), BagPart(), out=Path("b.mcap")).command
+    pasted = propose(Path("a.csv")).command
     printed(command, *shlex.split(pasted)[2:])
-    assert Path("a.mcap").read_bytes() == Path("b.mcap").read_bytes()
+    assert Path("a.mcap").read_bytes() == Path("a2.mcap").read_bytes()
+    assert propose(Path("a.csv")).arguments[:3] == ["a.csv", "--out", "a3.mcap"]
 
 
 @pytest.mark.parametrize(

@@ -42,7 +42,6 @@ DRIVE = Drive(node_id=1, counts_per_turn=1000, gear=10.0, sign=-1, zero_offset=0
 )
 def test_values_in_si(text: str, quantity: str, expected: float) -> None:
     unit = parse(text)
-    assert unit is not None
     name, _, slide = quantity.partition(" of a ")
     hints = RigHints(("prismatic",) if slide else ("revolute",))
     np.testing.assert_allclose(to_si(np.array([2.0, np.nan]), unit, name, 0, hints, "here"), [expected, np.nan])
@@ -58,7 +57,6 @@ def test_values_in_si(text: str, quantity: str, expected: float) -> None:
 )
 def test_drives_of_a_rig_file_say_counts_and_rated_torque(text: str, quantity: str, expected: float) -> None:
     unit = parse(text)
-    assert unit is not None
     hints = RigHints(("revolute",), (DRIVE,))
     np.testing.assert_allclose(to_si(np.array([2.0]), unit, quantity, 0, hints, "here"), [expected])
 

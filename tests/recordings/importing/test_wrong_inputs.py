@@ -1,17 +1,12 @@
 """Wrong inputs of `daq import`, and of the commands after it: exit 2, a sentence with the place and the remedy."""
 
-import io
 import shlex
-import sys
-from collections.abc import Callable
-from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
-from unittest.mock import patch
+from typing import NoReturn
 
 import pytest
 
-from daq.cli import main as daq_main
-from ident.cli import main as ident_main
+from tests.conftest import Runner
 from tests.recordings.importing.wrong_files import FILES
 
 AXES = ["--mechanism", "axes"]
@@ -113,6 +108,8 @@ WRONG = {
         "binary.dat",
         "measurements expected (csv, feather, hdf5, mat, mdf4, npz, parquet, ros, tdms, twincat)",
     ),
+    "thinned to nothing": ("table.csv --mechanism axes --thin 30", "--thin: at most 20 expected, 30 found; keep at"),
+    "a document of another kind": ("deep.json", f"a column 'time' expected, {60 * '['} found; say which"),
     "a picture": ("photo.jpg", "a JPEG picture found; give the file of the measurements"),
     "a document": ("report.pdf", "a PDF document found; give the file of the measurements"),
     "a workbook": ("book.xlsx", "an Excel workbook found; save its sheet as CSV"),
@@ -152,7 +149,11 @@ WRONG = {
 AFTER: dict[str, tuple[list[str], list[str], str]] = {
     "fit of the table itself": ([], ["fit", "table.csv"], "daq import table.csv"),
     "diagnosis of the table itself": ([], ["diagnose", "scope.csv"], "daq import scope.csv --guess"),
-    "fit of a picture": ([], ["fit", "photo.jpg"], "photo.jpg is not an MCAP file, but a JPEG picture"),
+    "fit of a picture": (
+        [],
+        ["fit", "photo.jpg"],
+        "photo.jpg is not an MCAP file, but a JPEG picture\nphoto.jpg: measurements expected",
+    ),
     "comparison of a folder": ([], ["fit", "folder"], "name a file in it"),
     "report of the table itself": ([], ["report", "table.csv", "table.csv", "-o", "r.html"], "table.csv"),
     "fit of time in ms": (
@@ -168,54 +169,55 @@ AFTER: dict[str, tuple[list[str], list[str], str]] = {
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def folder(tmp_path: Path) -> Path:
     for name, make in FILES.items():
         make(tmp_path / name)
     return tmp_path
 
 
-def run(main: Callable[[], object], *arguments: str) -> tuple[int, str]:
-    """Exit code and errors of a program, run as from the command line."""
-    errors = io.StringIO()
-    with (
-        patch.object(sys, "argv", ["program", *arguments]),
-        redirect_stderr(errors),
-        redirect_stdout(io.StringIO()),
-        pytest.raises(SystemExit) as stop,
-    ):
-        main()
-    return int(stop.value.code or 0), errors.getvalue()
-
-
 @pytest.mark.parametrize("name", WRONG)
-def test_wrong_input_is_explained(name: str, folder: Path) -> None:
+def test_wrong_input_is_explained(name: str, folder: Path, daq_in_process: Runner) -> None:
     line, expected = WRONG[name]
     arguments = shlex.split(line)
     output = [] if {"--out", "--guess"} & set(arguments) else OUT
-    code, errors = run(daq_main, "import", *arguments, *output)
-    assert code == 2, errors
-    assert expected in errors
-    message = [line for line in errors.splitlines() if not line.startswith(("Usage:", "Try "))]
-    assert len(message) <= 3 or "--yes" in line, errors
-    assert ";" in errors or "--help" in errors, "no remedy"
+    done = daq_in_process("import", *arguments, *output)
+    assert done.code == 2, done.err
+    assert expected in done.err
+    message = [line for line in done.err.splitlines() if not line.startswith(("Usage:", "Try "))]
+    assert len(message) <= 3 or "--yes" in line, done.err
+    assert ";" in done.err or "--help" in done.err, "no remedy"
     assert not (folder / "new.mcap").exists()
     assert (folder / "there.mcap").read_text() == "precious"
 
 
+def test_a_recording_of_ours_takes_only_what_mends_it(folder: Path, daq_in_process: Runner) -> None:
+    assert daq_in_process("import", "table.csv", *OUT, *AXES).code == 0
+    done = daq_in_process("import", "new.mcap", "--out", "newer.mcap", "--robot", "r7")
+    assert done.code == 2
+    assert "--drop-outliers, --json expected, --robot found; its rig and run are kept" in done.err
+    assert not (folder / "newer.mcap").exists()
+
+
 @pytest.mark.parametrize("name", AFTER)
-def test_wrong_input_of_the_commands_after_it_is_explained(name: str, folder: Path) -> None:
+@pytest.mark.usefixtures("folder")
+def test_wrong_input_of_the_commands_after_it_is_explained(
+    name: str, daq_in_process: Runner, ident_in_process: Runner
+) -> None:
     imported, arguments, expected = AFTER[name]
     if imported:
-        code, errors = run(daq_main, "import", *imported, *OUT, *AXES)
-        assert code == 0, errors
-    code, errors = run(ident_main, *arguments)
-    assert code == 2, errors
-    assert expected in errors
+        assert daq_in_process("import", *imported, *OUT, *AXES).code == 0
+    done = ident_in_process(*arguments)
+    assert done.code == 2, done.err
+    assert expected in done.err
 
 
-def test_interrupted_import_leaves_no_recording(folder: Path) -> None:
-    with patch("recordings.blocks.encode", side_effect=KeyboardInterrupt):
-        code, errors = run(daq_main, "import", "table.csv", *OUT, *AXES)
-    assert (code, errors.strip()) == (1, "interrupted")
+def test_interrupted_import_leaves_no_recording(
+    folder: Path, daq_in_process: Runner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> NoReturn:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("recordings.blocks.encode", interrupted)
+    done = daq_in_process("import", "table.csv", *OUT, *AXES)
+    assert (done.code, done.err.strip()) == (1, "interrupted")
     assert not (folder / "new.mcap").exists()

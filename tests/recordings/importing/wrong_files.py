@@ -49,6 +49,7 @@ FILES: dict[str, Callable[[Path], object]] = {
     "huge-angle.csv": lambda path: path.write_text(efforts(f"{k},{1e160 if k == 8 else k},1" for k in range(40))),
     "six.csv": lambda path: path.write_text(joints(*(f"{{}}_{k}" for k in range(1, 7)))),
     "arm.csv": lambda path: path.write_text(joints("elbow_{}", "wrist_1_{}", "wrist_2_{}", "wrist_3_{}")),
+    "deep.json": lambda path: path.write_text(10_000 * "[" + 10_000 * "]"),
     "photo.jpg": lambda path: path.write_bytes(b"\xff\xd8\xff\xe0\x00\x10JFIF" + bytes(100)),
     "report.pdf": lambda path: path.write_bytes(b"%PDF-1.7\n1 0 obj\n"),
     "book.xlsx": lambda path: path.write_bytes(b"PK\x03\x04" + bytes(26) + b"xl/workbook.xml"),

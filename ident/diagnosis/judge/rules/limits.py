@@ -6,20 +6,27 @@ More than hardware usually has is not impossible: it has a price (`judge.price`)
 import numpy as np
 
 from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.improvement import MIN_T
+from ident.diagnosis.judge.rules.strength import local_entries
 from ident.dynamics.structure import Term
 from recordings.recording import Bools, Floats
 
 
 def reason(before: FittedModel, after: FittedModel, index: int) -> str | None:
     """Say whether a strength is outside of its physical limits."""
-    term, local = after.terms[index], after.solution.structure.local_values(index, after.solution.x)
-    return None if _possible(term, local).all() else "it would need a size or a sign that is not possible"
+    return None if _possible_in(after, index).all() else "it would need a size or a sign that is not possible"
 
 
 def plausible_instances(term: Term, local: Floats) -> list[bool]:
     """For each instance of `term`, whether its parameters `local` (instances, c) are possible and plausibly small."""
-    plausible: list[bool] = (_possible(term, local) & ~_extraordinary(term, local)).tolist()
-    return plausible
+    return (_within(term, local).all(axis=1) & ~_extraordinary(term, local)).tolist()
+
+
+def plausible_joints(model: FittedModel, index: int) -> tuple[int, ...]:
+    """Joints (from 0) on which the effect `index` of `model` is possible and plausibly small."""
+    term, local = model.terms[index], model.solution.structure.local_values(index, model.solution.x)
+    plausible = _possible_in(model, index) & ~_extraordinary(term, local)
+    return tuple(joint for joint, inside in zip(term.joints, plausible, strict=False) if inside)
 
 
 def extraordinary_joints(model: FittedModel, index: int) -> list[int]:
@@ -28,10 +35,24 @@ def extraordinary_joints(model: FittedModel, index: int) -> list[int]:
     return [joint for joint, large in zip(term.joints, _extraordinary(term, local), strict=False) if large]
 
 
-def _possible(term: Term, local: Floats) -> Bools:
-    """(instances,) whether all parameters `local` (instances, c) are within their physical limits."""
+def _possible_in(model: FittedModel, index: int) -> Bools:
+    """(instances,) whether the parameters of the effect `index` of `model` are within their physical limits.
+
+    Beside one that is, another with limits may lie beyond them by its error: a second coefficient that is zero.
+    """
+    term, local = model.terms[index], model.solution.structure.local_values(index, model.solution.x)
+    within, limited = _within(term, local), [np.isfinite([q.lower, q.upper]).any() for q in term.local_parameters]
+    possible, one = within.all(axis=1), (within & limited).any(axis=1)
+    if (one & ~possible).any():
+        errors = model.standard_errors[local_entries(model, index)]
+        possible |= one & _within(term, local, MIN_T * errors).all(axis=1)
+    return np.asarray(possible)
+
+
+def _within(term: Term, local: Floats, slack: Floats | float = 0.0) -> Bools:
+    """(instances, c) whether each parameter `local` (instances, c) is within its physical limits, but for `slack`."""
     lower, upper = ([getattr(quantity, side) for quantity in term.local_parameters] for side in ("lower", "upper"))
-    return np.asarray(((np.array(lower) <= local) & (local <= np.array(upper))).all(axis=1))
+    return np.asarray((np.array(lower) - slack <= local) & (local <= np.array(upper) + slack))
 
 
 def _extraordinary(term: Term, local: Floats) -> Bools:

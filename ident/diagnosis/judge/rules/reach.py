@@ -5,30 +5,25 @@ import numpy as np
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.dynamics.structure import Term
 from ident.dynamics.torque_map import voltage_from_torque
-from recordings.recording import Floats
 
 
 def reason(before: FittedModel, after: FittedModel, index: int) -> str | None:
     """Say which time constant, limit or wave is beyond the recordings."""
     term, model = after.terms[index], after
     shapes = model.solution.structure.shape_values(index, model.solution.x)
+    longest = max(float(each.prepared.time[-1] - each.prepared.time[0]) for each in model.split.train_predictors)
     for shape, value in zip(term.shapes, shapes, strict=True):
-        if shape.max_durations is not None and abs(value) > shape.max_durations * (longest := _duration(model)):
+        if shape.max_durations is not None and abs(value) > shape.max_durations * longest:
             return f"its {shape.name} of {value:.3g} {shape.unit} is far longer than the recording of {longest:.3g} s"
     for column, quantity in enumerate(term.local_parameters):
         if quantity.min_use is not None and _largest_use(model, index, column) < quantity.min_use:
             return "the level that it would need was never approached"
-    if term.effect.repeated and (wave := _longest_wave(term, shapes)) > (travel := _travel(model, term)):
+    wave = max((2 * np.pi / value for value in shapes if value > 0), default=0.0)  # of the line of a spectrum
+    if term.effect.repeated and wave > (travel := _travel(model, term)):
         return (
             f"its period of {wave:.3g} is longer than the travel of {travel:.3g}: a curve over the angle, no ripple"
         )
     return None
-
-
-def _duration(model: FittedModel) -> float:
-    """Duration of the longest training recording [s]."""
-    recordings = (model.split.recordings[i] for i in model.split.train_indices)
-    return max(float(recording.time[-1] - recording.time[0]) for recording in recordings)
 
 
 def _largest_use(model: FittedModel, index: int, column: int) -> float:
@@ -46,14 +41,8 @@ def _largest_use(model: FittedModel, index: int, column: int) -> float:
     return float((np.max(largest, axis=0) * local[:, column]).max())
 
 
-def _longest_wave(term: Term, shapes: Floats) -> float:
-    """Period of the line of a spectrum over the position [rad or m]; 0 for other effects."""
-    periods = [2 * np.pi / value for shape, value in zip(term.shapes, shapes, strict=True) if value > 0]
-    return max(periods, default=0.0)
-
-
 def _travel(model: FittedModel, term: Term) -> float:
     """Travel in the training rows of the joint of `term` that moves farthest [rad or m]."""
-    split, joints = model.split, list(term.joints)
-    positions = np.concatenate([split.predictors[i].prepared.motion.position[:, joints] for i in split.train_indices])
+    predictors, joints = model.split.train_predictors, list(term.joints)
+    positions = np.concatenate([each.prepared.motion.position[:, joints] for each in predictors])
     return float((np.nanmax(positions, axis=0) - np.nanmin(positions, axis=0)).max())

@@ -42,6 +42,7 @@ effect = Signal(
     symptom="The residual follows the rate of change of the torque.",
     causes="filters and cycle times in the amplifier or encoder, values of different cycles in one message",
     remedy="find out when the drive samples what it reports, and enter or compensate the delay",
+    record="fast changes of the torque: high accelerations, and two motions of different speed",
     equation="reported(t) = torque(t + delta); delta < 0: a measurement delay",
     axis="acceleration",
     memory=True,

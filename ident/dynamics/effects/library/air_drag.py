@@ -18,6 +18,7 @@ effect = Additive(
     symptom="The residual opposes the platform's motion where it is fast, in all joints.",
     causes="a large flat gripper or load, a cover, a fan or extraction that blows against it",
     remedy="slow down large loads, or add the drag to the feed-forward",
+    record="the platform as fast as it may go, with the large gripper or load on it, and once slowly",
     equation="J' c |P'| P', c >= 0",
     axis="velocity",
     mechanisms=("delta",),

@@ -22,6 +22,7 @@ effect = Signal(
     symptom="The residual steps where the torque changes its sign, and grows with the load.",
     causes="dead time between the transistors of the output stage, a deliberate dead zone in its settings",
     remedy="compensate the dead time in the amplifier, or report the voltage at the motor",
+    record="slow motion through places where the torque changes its sign, with the command recorded",
     equation="command = v + width sgn v",
     axis="load",
     parameters=(

@@ -34,6 +34,7 @@ effect = Signal(
     symptom="The residual grows steeply where the torque is largest.",
     causes="a supply that is too low or sags, a current limit, the back-EMF at high speed",
     remedy="slow the motion down, raise the supply, or report the voltage at the motor",
+    record="the hardest motion that is allowed, with the heaviest load, and a gentle one to compare",
     equation="command u: v = u / (1 + |u inverse_level|^n)^(1/n)",
     axis="load",
     multistart=4,

@@ -9,6 +9,7 @@ effect = Additive(
     symptom="The residual follows the sine of the joint's angle, standing or moving.",
     causes="a motor, valve or cable bracket mounted on one side of the arm",
     remedy="measure or balance the arm; add the term to the gravity compensation",
+    record="each joint slowly over its whole travel, in both directions",
     axis="position",
     mechanisms=("delta",),
     formula=lambda q: np.sin(q),

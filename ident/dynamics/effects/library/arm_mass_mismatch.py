@@ -9,6 +9,7 @@ effect = Additive(
     symptom="The residual of one joint follows the cosine of its angle, standing or moving.",
     causes="a repaired or reinforced arm, a cable harness that hangs on one arm only",
     remedy="weigh the arms; give each its own gravity torque",
+    record="each joint slowly over its whole travel, in both directions",
     axis="position",
     mechanisms=("delta",),
     formula=lambda q: np.cos(q),

@@ -9,6 +9,7 @@ effect = Additive(
     symptom="The residual is a V over the velocity: it rises to both sides of standstill.",
     causes="a gear or a seal that is not the same in both directions, a pump or fan that the joint drives",
     remedy="check the gear's preload and the seals; give the feed-forward a coefficient for each direction",
+    record="strokes of the same speed in both directions, at several speeds",
     axis="velocity",
     formula=lambda qd: np.abs(qd),
     parameters=(

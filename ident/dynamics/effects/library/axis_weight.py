@@ -19,6 +19,7 @@ effect = Additive(
     symptom="The residual follows sine and cosine of the joint's angle, standing or moving.",
     causes="an arm or tool on an axis that is not vertical",
     remedy="write gravity = true for this axis in the rig file, or import with --gravity",
+    record="the axis slowly through at least half a turn, in both directions",
     axis="position",
     mechanisms=("axes",),
     impossible=impossible,

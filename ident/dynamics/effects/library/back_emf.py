@@ -25,6 +25,7 @@ effect = Signal(
     symptom="The residual grows with speed, the more the harder the joint works at the time.",
     causes="an amplifier that reports the voltage at its terminals, not that which drives the current",
     remedy="record the current or the commanded torque, or take k_e from the motor's data sheet",
+    record="high speed at high and at low torque: strokes with and without a load",
     equation="v = map^-1(torque) + k_e velocity",
     axis="velocity",
     parameters=(

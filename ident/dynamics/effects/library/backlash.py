@@ -62,6 +62,7 @@ effect = Signal(
     symptom="The residual has short peaks where the torque of the joint changes its sign, and steps beside them.",
     causes="worn teeth, a loose key or coupling, a gear without preload",
     remedy="set or replace the gear; avoid changes of load direction where precision matters",
+    record="slow motion in which the torque changes its sign, without an offset of weight where possible",
     equation="arm free within +-b of the motor, where the encoder is; teeth hit without bounce",
     axis="load",
     mechanisms=("delta", "axes"),

@@ -28,6 +28,7 @@ effect = Additive(
     symptom="The residual is a wave over the angle, the same in both directions, at any speed.",
     causes="magnets that hold on to the teeth of the stator, current sensors out of balance, teeth of a gear",
     remedy="choose skewed motors, recalibrate the drive's current sensors, or add the wave to the feed-forward",
+    record="slow strokes at a constant speed over the whole travel, sampled at least ten times in a period",
     axis="motor angle",
     formula=lambda q, N: (np.sin(N * q), np.cos(N * q)),
     parameters=(

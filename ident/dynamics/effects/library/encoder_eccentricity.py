@@ -19,6 +19,7 @@ effect = Signal(
     symptom="The residual is a wave over the angle that grows with acceleration and with the square of speed.",
     causes="a disc or magnet that is not centred on its shaft, of the joint or of the motor",
     remedy="centre the encoder, or use one that compensates; a table of its error can be recorded once",
+    record="fast strokes over at least one turn of the shaft, and the same strokes slowly",
     axis="motor angle",
     impossible=impossible,
     max_amplitude=_MAX_AMPLITUDE,

@@ -19,6 +19,7 @@ effect = Signal(
     symptom="The residuals vary slowly with the platform's place, and with accelerations, in all joints.",
     causes="a drawing in place of a measurement, another gripper flange, forearms of another batch",
     remedy="measure arms, forearms and radii from joint centre to joint centre, and correct the rig file",
+    record="motion to the edges of the workspace, high and low, slowly and fast",
     equation="length = length in the rig file + e; which: 0 arms L1, 1 forearms L2, 2 radii R - r",
     axis="position",
     mechanisms=("delta",),

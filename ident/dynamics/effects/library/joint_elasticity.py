@@ -44,6 +44,7 @@ effect = Signal(
     symptom="The residual follows fast changes of the torque, like a mass that swings on a spring.",
     causes="a gear with a soft flexspline, a belt, a long shaft or coupling, a clamping that has come loose",
     remedy="check couplings and clamps; use smoother motion, or a controller that knows the spring",
+    record="sharp accelerations, or a sweep of frequencies up to the resonance, at 1 kHz or more",
     equation="arm angle = motor angle - compliance * torque of the arm; the motor's inertia is on the encoder's side",
     axis="acceleration",
     mechanisms=("delta", "axes"),

@@ -7,6 +7,7 @@ effect = Additive(
     symptom="The residual is a straight line over the joint's angle.",
     causes="a cable or hose that is bent, a balancing spring, a bellows or a stiff cover",
     remedy="lead cables so that they do not pull; if the spring is meant, add it to the feed-forward",
+    record="the joint slowly over its whole travel, in both directions",
     equation="k q + a, k >= 0 (rest angle -a / k)",
     axis="position",
     contains=("torque_offset",),

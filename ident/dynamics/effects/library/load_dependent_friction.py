@@ -9,6 +9,7 @@ effect = Additive(
     symptom="The residual opposes the motion, and is the larger the harder the joint works.",
     causes="sliding teeth (worm, hypoid or planetary gears), bearings under load, too little lubricant",
     remedy="lubricate, check the gear's efficiency; add the loss to the feed-forward",
+    record="the same motion with at least two payloads, in both directions",
     axis="load",
     formula=lambda load, direction: np.abs(load) * direction,
     parameters=(Quantity(name="a", unit="1", meaning="share of the torque that is lost", lower=0.0, upper=1.0),),

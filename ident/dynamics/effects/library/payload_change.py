@@ -20,7 +20,7 @@ _TINY = 1e-30
 
 
 def torque(t: Any, dt: Any, torque_per_mass: Any, t_c: Any, t_e: Any, t_r: Any) -> Any:
-    """That of 1 kg at the platform while it is there."""
+    """That of 1 kg at the platform or tool while it is there."""
     # At least one sample long, so that the derivative by the instants does not vanish.
     length = np.hypot(t_r, dt)
     since, until = (np.minimum(np.maximum((t - at) / length + 0.5, 0.0), 1.0) for at in (t_c, t_e))
@@ -29,7 +29,7 @@ def torque(t: Any, dt: Any, torque_per_mass: Any, t_c: Any, t_e: Any, t_r: Any) 
 
 def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, float]]:
     """Suggest the step and the interval of added mass that explain most of the `residual` (n, dof)."""
-    per_mass = inputs.platform.torque_per_mass
+    per_mass = inputs.torque_per_mass
     known = np.isfinite(residual) & np.isfinite(per_mass)
     # Cumulative sums up to each instant (n + 1,).
     product, square = (
@@ -68,13 +68,14 @@ def _cost_reductions(product: Floats, square: Floats, first: Ints | int, second:
 
 
 effect = Additive(
-    sentence="The platform becomes heavier or lighter at some moment of the run.",
-    symptom="From one moment on, the residual follows the weight and inertia of a mass at the platform.",
+    sentence="Platform or tool becomes heavier or lighter at some moment of the run.",
+    symptom="From one moment on, the residual follows the weight and inertia of a mass at the platform or tool.",
     causes="a gripper that picks something up or loses it, a part that came loose",
     remedy="record with the load fixed; tell the controller when the load changes",
+    record="a run long enough to hold the motion with and without the mass, repeated in cycles",
     equation="J' dm (P'' - g) from t_c to t_e, coming and going within t_r",
     axis="time",
-    mechanisms=("delta",),
+    mechanisms=("delta", "urdf"),
     whole_robot=True,
     formula=torque,
     parameters=(Quantity(name="dm", unit="kg", meaning="mass that is added"),),

@@ -16,6 +16,7 @@ effect = Additive(
     symptom="The residual opposes the motion by an amount that depends on the position alone.",
     causes="a cable or tendon that is bent or wraps around, a bent spindle, a guide that is out of line, worn places",
     remedy="look where it rubs: align guides, relieve cables; or give the feed-forward the curve over the position",
+    record="slow strokes over the whole travel, in both directions, at two speeds",
     equation="f(q) sgn v in place of c_c sgn v, f a spline through f_1, f_2, f_3, f_4, f_5, f_6, f_7, f_8, f_9 >= 0, "
     "evenly from low to high",
     curve=True,

@@ -8,6 +8,7 @@ effect = Additive(
     symptom="The residual is one smooth curve over the position, whatever the direction.",
     causes="a counterbalance, a gas spring, a cable or hose that is stretched, a stop of rubber, a bent guide",
     remedy="look what touches or pulls the joint there; or give the feed-forward the curve over the position",
+    record="slow strokes over the whole travel, in both directions",
     equation="g(q), g a spline through g_1, g_2, g_3, g_4, g_5, g_6, g_7, g_8, g_9, evenly from low to high",
     curve=True,
     axis="position",

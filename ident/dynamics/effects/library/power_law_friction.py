@@ -9,6 +9,7 @@ effect = Additive(
     symptom="Over the velocity the residual is bent, to opposite sides in the two directions, at all speeds.",
     causes="grease that gets thinner the faster it is sheared, rolling contacts, seals",
     remedy="nothing is broken; a feed-forward that follows the speed wants the power in place of the viscous term",
+    record="strokes at constant speeds over a wide range, ten to one or more, in both directions",
     axis="velocity",
     contains=("quadratic_friction",),
     replaces="c_v",

@@ -39,6 +39,7 @@ effect = Additive(
     symptom="The residual opposes Coulomb friction just behind each reversal, over the same angle each time.",
     causes="surfaces and seals that bend before they slide, gear teeth and bearings under preload",
     remedy="nothing is broken; a controller that holds position well wants the term in its feed-forward",
+    record="many small reversals, some of them shorter than the displacement, with a fine encoder",
     equation="a (z / z_s - sgn v), z' = v - |v| z / z_s, a >= 0",
     axis="position",
     memory=True,
@@ -60,7 +61,7 @@ effect = Additive(
         statements="""
             if (!first) {
                 const real decay = exp(-fabs(q - *last) / z_s);
-                *z = *z * decay + sign(q - *last) * (R(1.0) - decay);
+                *z = *z * decay + sign(q - *last) * (1.0 - decay);
             }
             *last = q;""",
         expression="a * (*z - direction)",

@@ -7,6 +7,7 @@ effect = Additive(
     symptom="The residual follows accelerations, in all joints, a few per mille to percent of the torque.",
     causes="every real delta robot has it; the base model of the paper leaves it out",
     remedy="add it to the model; nothing is wrong with the machine",
+    record="fast motion of the platform in all directions",
     equation="m_d times the inertia and weight of a uniform rod in each limb, m_d >= 0",
     axis="acceleration",
     mechanisms=("delta",),

@@ -31,6 +31,7 @@ effect = Additive(
     symptom="The residual peaks on both sides of a reversal and vanishes above some speed.",
     causes="grease that carries the sliding parts only at speed; seals; a dry or worn bearing",
     remedy="lubricate; keep reversals away from where precision matters; add the term to the feed-forward",
+    record="slow strokes with reversals, several of them below the speed at which the peak vanishes",
     axis="velocity",
     formula=lambda qd, direction, v_s: np.exp(-((qd / v_s) ** 2)) * direction,
     parameters=(Quantity(name="a", unit="{effort}", meaning="friction at standstill beyond Coulomb's", lower=0.0),),

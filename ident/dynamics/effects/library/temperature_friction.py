@@ -16,6 +16,7 @@ effect = Additive(
     symptom="The residual opposes the motion, and falls as the measured temperature rises.",
     causes="grease and oil that get thinner with warmth, seals that soften, clearances that open",
     remedy="warm the machine up before recording; give the feed-forward the temperature",
+    record="one motion from cold to warm, with the temperature of the drives recorded",
     equation="(c_v v + c_c sgn v) k (T - 25 degC), k <= 0",
     axis="velocity",
     needs=("temperature",),

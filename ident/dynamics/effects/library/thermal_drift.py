@@ -29,6 +29,7 @@ effect = Additive(
     symptom="The residual opposes the motion, and shrinks or grows from cycle to cycle.",
     causes="cold grease that warms up; a brake or seal that heats up and grips",
     remedy="warm the machine up before recording; let the feed-forward follow the temperature",
+    record="one motion repeated from a cold start until nothing changes any more",
     axis="time",
     same_sign=True,
     formula=friction,

@@ -15,6 +15,7 @@ effect = Signal(
     symptom="The residual of one joint follows the torque of that joint, standing or moving.",
     causes="a weak magnet, another motor type, a wrong scale of the voltage or current, a gear with another ratio",
     remedy="calibrate the gain of each joint (ident calibrate-gain) and write it into the rig file",
+    record="the same motion with and without a known payload",
     equation="torque = (1 + e) gain v |v|",
     axis="load",
     parameters=(

@@ -24,6 +24,7 @@ effect = Signal(
     symptom="The residual bends away over the load, to opposite sides for the two signs of the torque.",
     causes="a motor near magnetic saturation, a voltage that stands for current in another way than assumed",
     remedy="calibrate torque against voltage at several loads, and correct the map in the rig file",
+    record="the same motion with several known payloads, up to the largest torque",
     equation="torque = gain |v|^(p + excess) sgn v, p = 2 (square) or 1 (linear)",
     axis="load",
     parameters=(

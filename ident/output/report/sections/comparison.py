@@ -1,11 +1,14 @@
-"""Sections of a comparison of models with recordings: torque over time, and where the models fail."""
+"""Sections on models and recordings: torque over time, where models fail, parameters, data quality, rig and runs."""
 
 from dataclasses import replace
 
+from ident.output.assessment import summary_lines
+from ident.output.figures import parameters as figures
 from ident.output.figures import quality, residuals, spectrum, torque
 from ident.output.report.blocks import Fold, Notes, Plot, ReportBlock, ReportSection, Text
 from ident.output.report.contents import ReportContents
 from ident.output.report.detail import ZOOM, detail, points
+from ident.output.tables import parameters, recordings
 from ident.output.tables.residuals import summary, windows
 
 
@@ -80,3 +83,46 @@ def noise(contents: ReportContents) -> tuple[ReportBlock, ...]:
     if all(joint.noise_rms is None for analysis in analyses.values() for joint in analysis.joints):
         return table, Text(("No motion is repeated in these recordings, so their noise floor is unknown.",))
     return table, Plot("split", quality.mean_square_shares(analyses), "Components of the residual's mean square.")
+
+
+def fitted_parameters(contents: ReportContents) -> ReportSection:
+    """Return values with intervals, several models side by side."""
+    models = contents.models
+    blocks: list[ReportBlock] = [parameters.side_by_side(models)]
+    if any(figures.relative_half_width(entry) for model in models.values() for entry in model.all_parameters):
+        caption = "Uncertainty of each parameter; beyond the dotted line not even its sign is known."
+        blocks.append(Plot("precision", figures.precision(models), caption))
+    for index, (name, model) in enumerate(models.items(), start=1):
+        if model.assessment:
+            sentences = Notes(tuple(summary_lines(model, model.assessment)))
+            caption = "near -1 or 1, this motion determines only a combination of two parameters."
+            plot = Plot(f"correlation-{index}", figures.correlation(model), f"Correlation of the errors: {caption}")
+            blocks.append(Fold(f"Assessment of {name}", (sentences, plot), open=index == 1))
+    return ReportSection("parameters", "Parameters", tuple(blocks))
+
+
+def data_quality(contents: ReportContents) -> ReportSection:
+    """Return gaps, lateness and noise of all recordings."""
+    blocks: list[ReportBlock] = []
+    for index, recording in enumerate(contents.recordings, start=1):
+        if quality.has_timing(recording):
+            caption = f"{recording.path.name}: how late the host began each cycle, and where samples were lost."
+            blocks.append(Plot(f"timing-{index}", quality.timing(recording), caption))
+    return ReportSection("quality", "Data quality", (*blocks, *noise(contents)))
+
+
+def rig_and_runs(contents: ReportContents) -> ReportSection:
+    """Return the facts and the motion of each recording, and what the models used it for."""
+    roles = []
+    for index, source in enumerate(contents.sources):
+        fitted = [name for name, model in contents.models.items() if source in model.train.recordings]
+        held_out = index >= len(contents.request.recordings)
+        roles.append(
+            "held out" if held_out else f"fitted by {', '.join(fitted)}" if fitted else "not used by the models"
+        )
+    blocks: list[ReportBlock] = [recordings.side_by_side(contents.recordings, {"Role": roles})]
+    for index, recording in enumerate(contents.recordings, start=1):
+        caption = "The whole run. Click a joint in the legend to hide it."
+        plot = Plot(f"motion-{index}", quality.motion(recording), caption)
+        blocks.append(Fold(f"The motion in {recording.path.name}", (plot,), open=index == 1))
+    return ReportSection("rig", "Rig and run", tuple(blocks))

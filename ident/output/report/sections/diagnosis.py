@@ -8,9 +8,8 @@ from ident.diagnosis.ripple.ripple import EFFECT
 from ident.diagnosis.search.selection import Finding
 from ident.output.console.diagnosis import is_parameter_of
 from ident.output.digits import percent
-from ident.output.figures import residuals, spectrum, steps, torque, unexplained_residual
-from ident.output.figures.finding import before_after
-from ident.output.figures.learned_curves import learned_curves
+from ident.output.figures import residuals, spectrum, steps, torque
+from ident.output.figures.finding import before_after, learned_curves
 from ident.output.report.blocks import Card, Code, Fold, Notes, Plot, ReportBlock, ReportSection, Text
 from ident.output.report.detail import ZOOM, detail, points
 from ident.output.tables.diagnosis import rejected
@@ -98,7 +97,7 @@ def before_and_after(result: DiagnosisResult) -> ReportSection:
 def remaining(result: DiagnosisResult) -> ReportSection:
     """Return the residual of the last model."""
     diagnosis, document = result.diagnosis, result.document
-    analysis = unexplained_residual.last_residual(diagnosis)
+    analysis = steps.last_residual(diagnosis)
     summary = document.remaining
     sentences = [f"{summary.why[0].upper()}{summary.why[1:]}"]
     if document.verdict not in ("adequate", "missing-effect"):
@@ -110,7 +109,7 @@ def remaining(result: DiagnosisResult) -> ReportSection:
         Text(tuple(sentences)),
         Plot(
             "unexplained",
-            unexplained_residual.rms_components(diagnosis, document),
+            steps.rms_components(diagnosis, document),
             "Noise, effect of quantization, and structured residual of all rows (their squares add up), beside the "
             "error on rows held out.",
         ),

@@ -1,7 +1,7 @@
 """Section with the frequency response of an axis: is it a delay, or elasticity?"""
 
 from ident.estimation.axis_response import AxisResponse
-from ident.output.figures.bode import bode
+from ident.output.figures.spectrum import bode
 from ident.output.report.blocks import Plot, ReportBlock, ReportSection, Text
 from ident.output.tables import ResultTable
 

@@ -12,7 +12,7 @@ from ident.commands.fit import command as fit
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.document import FindingEntry
 from ident.diagnosis.document.findings import fit_command, next_motion
-from ident.diagnosis.unknown.unexplained_residual import estimate_unexplained
+from ident.diagnosis.unknown.residual_test import estimate_unexplained
 from ident.dynamics.effects.library import library
 from recordings.recording import Recording
 from tests.ident import building

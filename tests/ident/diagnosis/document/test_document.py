@@ -22,7 +22,7 @@ from ident.diagnosis.document.document import (
 )
 from ident.diagnosis.document.findings import above_low_pass, with_ripple
 from ident.diagnosis.document.verdict import conclusion, step_entry, to_document
-from ident.diagnosis.judge.evidence import Evidence
+from ident.diagnosis.judge.judge import Evidence
 from ident.diagnosis.ripple.ripple import Ripple
 from ident.dynamics.effects.base import INFINITE_TIME
 from ident.dynamics.effects.library import library

@@ -13,7 +13,7 @@ from ident.diagnosis.document.result import METHOD, DiagnosisResult, model_file
 from ident.diagnosis.document.verdict import to_document
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.split.split_data import rms
-from ident.diagnosis.unknown.unexplained_residual import estimate_unexplained
+from ident.diagnosis.unknown.residual_test import estimate_unexplained
 from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats, Recording

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from ident.diagnosis.document.document import ParameterValue
 from ident.diagnosis.document.warnings import bound_warnings, data_warnings
@@ -26,6 +28,13 @@ def warnings(split: SplitData, *effects: str, **changes: Any) -> str:
     return " ".join(data_warnings(diagnosis))
 
 
+def averaged(recording: Recording) -> Recording:
+    """The `recording` of a drive that reports the mean of two samples."""
+    assert recording.effort is not None
+    mean = (recording.effort[1:] + recording.effort[:-1]) / 2
+    return replace(recording, effort=np.concatenate([recording.effort[:1], mean]))
+
+
 def of_voltage(recording: Recording) -> Recording:
     assert recording.effort is not None
     return replace(recording, voltage=np.sign(recording.effort) * np.sqrt(np.abs(recording.effort)), effort=None)
@@ -43,6 +52,17 @@ def of_voltage(recording: Recording) -> Recording:
 def test_what_limits_a_recording_is_reported(recording: Recording, changes: dict[str, Any], expected: str) -> None:
     assert expected in warnings(building.split([recording]), **changes)
     assert warnings(building.split([GOOD]), standstill_share=0.0) == ""
+
+
+@pytest.mark.parametrize(
+    ("cycles", "change", "falls"),
+    [(1, averaged, True), (1, lambda recording: recording, False), (2, averaged, False)],
+)
+def test_noise_that_is_not_white_is_told_where_the_floor_needs_it(
+    cycles: int, change: Callable[[Recording], Recording], falls: bool
+) -> None:
+    text = warnings(building.split([change(building.record(cycles=cycles, noise=0.05))]))
+    assert ("The noise of joint 1 falls off" in text) is falls
 
 
 @pytest.mark.parametrize("purpose", ["training", "held-out"])
@@ -119,3 +139,18 @@ def test_parameter_outside_of_its_bounds_is_named_with_value_and_interval(
     )
     text = " ".join(bound_warnings({"a": limited, "b": free}, {"a": (1.0, 5.0)}))
     assert text.split(". ")[0] == expected
+
+
+@given(
+    value=st.floats(-1e3, 1e3),
+    bounds=st.tuples(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3)).map(sorted),
+    half=st.floats(0, 1e3),
+)
+def test_no_parameter_is_outside_of_its_bounds_without_a_caution(
+    value: float, bounds: list[float], half: float
+) -> None:
+    lower, upper = bounds
+    interval = (value - half, value + half)
+    parameter = ParameterValue(value=value, unit="m", ci95=interval, meaning="", lower=lower, upper=upper)
+    text = " ".join(bound_warnings({"a": parameter}, {}))
+    assert ("Impossible" in text) == (not lower <= value <= upper)

@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 
 from ident.diagnosis.ripple.high_band import HIGHEST_SHARE, high_bands
-from ident.diagnosis.ripple.lines import RippleLine, Vibration
-from ident.diagnosis.ripple.ripple import EFFECT, Ripple, find_ripple
+from ident.diagnosis.ripple.ripple import EFFECT, VIBRATION, Ripple, find_ripple, with_vibration_alternatives
 from ident.diagnosis.ripple.ripple_search import search
-from ident.diagnosis.ripple.vibration_check import VIBRATION, with_vibration_alternatives
-from ident.diagnosis.ripple.waves import JointSignal
+from ident.diagnosis.ripple.waves import JointSignal, RippleLine, Vibration
 from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats
@@ -27,7 +25,7 @@ def test_only_what_the_low_pass_removes_is_left(hertz: float, share: float) -> N
     model = building.fitted(building.split([building.record(extra=lambda motion: _sine(hertz))]))
     (band,) = high_bands(model.split, model.solution)
     assert np.nanstd(band.residual) == pytest.approx(share / np.sqrt(2), abs=0.05)
-    assert (band.low, band.highest) == (building.CUTOFF, HIGHEST_SHARE * building.RATE)
+    assert (band.prepared.bandwidth, band.highest) == (building.CUTOFF, HIGHEST_SHARE * building.RATE)
     assert np.nanstd(band.below(_sine(FAST), 40.0)) < 0.05
     assert band.train.any()
     assert band.test.any()

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ident.diagnosis.judge.judge import judge
-from ident.diagnosis.search.fits import added_term
+from ident.diagnosis.search.candidates import added_term
 from ident.diagnosis.search.largest_gain import LargestGain
 from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion

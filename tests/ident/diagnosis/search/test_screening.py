@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from ident.diagnosis.search.initial_guesses import initial_guesses
 from ident.diagnosis.search.joint_subsets import Products, choose_joints
-from ident.diagnosis.search.screening import Candidate, Screener
+from ident.diagnosis.search.screening import Candidate, Screener, initial_guesses
 from ident.diagnosis.search.selection import Exclusion, FittedModel
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Effect
@@ -24,8 +23,8 @@ def effects(*names: str) -> dict[str, Effect]:
 
 
 def screened(data: SplitData, model: FittedModel, *names: str) -> tuple[dict[str, Candidate], dict[str, Exclusion]]:
-    candidates, excluded = Screener(data, model.solution).screen(effects(*names))
-    return {candidate.term.name: candidate for candidate in candidates}, excluded
+    screening = Screener(data, model.solution).screen(effects(*names))
+    return screening.best, dict(screening.excluded)
 
 
 def test_promised_loss_of_a_linear_effect_is_that_of_the_fit() -> None:
@@ -40,9 +39,8 @@ def test_promised_loss_of_a_linear_effect_is_that_of_the_fit() -> None:
 def test_true_effect_is_the_most_promising_and_only_on_its_joint() -> None:
     data = building.split([building.record(2, 6, noise=0.05, extra=lambda motion: drag(motion) * [1.0, 0.0])])
     model = building.fitted(data)
-    candidates, _ = Screener(data, model.solution).screen(
-        effects("torque_offset", "joint_spring", "quadratic_friction")
-    )
+    library = effects("torque_offset", "joint_spring", "quadratic_friction")
+    candidates = Screener(data, model.solution).screen(library).candidates
     assert candidates[0].term.name == "quadratic_friction"
     assert 0 in candidates[0].term.joints
     assert [candidate.loss for candidate in candidates] == sorted(candidate.loss for candidate in candidates)
@@ -135,3 +133,28 @@ def test_joints_that_add_much_with_a_possible_sign_are_chosen(
     assert (choice and choice[0]) == chosen
     if choice and not positive:
         np.testing.assert_allclose(choice[2], np.array(strengths)[list(choice[0])], atol=0.01)
+
+
+@pytest.mark.parametrize(
+    ("strengths", "chosen"),
+    [
+        ([2.0, -0.01, 1.0, 1.0], (0, 1)),
+        ([2.0, -0.01, -1.0, -1.0], (0,)),
+        ([-2.0, -0.01, -1.0, -1.0], None),
+    ],
+)
+def test_of_several_coefficients_with_a_sign_one_may_be_zero(
+    strengths: list[float], chosen: tuple[int, ...] | None
+) -> None:
+    """Two joints with two coefficients each; those of the wrong sign are zero, and the others fitted without them."""
+    columns = np.random.default_rng(3).normal(size=(60, 4))
+    residual = columns @ strengths
+    products = Products(columns.T @ columns, columns.T @ residual, 0.0, np.ones(2), np.arange(0))
+    choice = choose_joints(products, range(2))
+    assert (choice and choice[0]) == chosen
+    if choice:
+        own = [2 * joint + column for joint in choice[0] for column in range(2)]
+        positive = [entry for entry in own if strengths[entry] > 0]
+        fitted = np.linalg.lstsq(columns[:, positive], residual, rcond=None)[0]
+        np.testing.assert_allclose(choice[2][np.isin(own, positive)], fitted)
+        assert not choice[2][~np.isin(own, positive)].any()

@@ -8,7 +8,7 @@ import pytest
 
 from ident.diagnosis.search.selection import Selection
 from ident.diagnosis.split.split_data import SplitData
-from ident.dynamics.effects.base import Effect
+from ident.dynamics.effects.base import Effect, Quantity
 from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
@@ -87,6 +87,13 @@ DRAG = {"quadratic_friction": USUAL["quadratic_friction"]}
 PARTS = {**DRAG, "joint_spring": USUAL["joint_spring"]}
 POWERS = {**DRAG, "power_law_friction": LIBRARY["power_law_friction"]}
 CANCELLING = {"ripple": building.effect(ripple), "opposite": building.effect(opposite)}
+EACH_WAY = building.effect(
+    drag,
+    parameters=tuple(Quantity(name=name, unit="{effort}", meaning="", lower=0.0) for name in ("forward", "back")),
+    columns=lambda inputs, _: np.stack(
+        [drag(inputs.motion) * (sign * inputs.motion.velocity > 0) for sign in (1, -1)], axis=2
+    ),
+)
 PLANTED = {
     "nothing is added to a correct model": Planted(lambda motion: 0 * motion.position, USUAL, {}),
     "only the joint that has it": Planted(
@@ -114,6 +121,12 @@ PLANTED = {
     ),
     "a power law beside the quadratic friction that it contains": Planted(
         lambda motion: drag(motion) + root(motion), POWERS, dict.fromkeys(POWERS, ONE), noise=0.02
+    ),
+    "of two coefficients with a limit one is zero": Planted(
+        lambda motion: drag(motion) * (motion.velocity > 0), {"each way": EACH_WAY}, {"each way": (0, 1, 2)}, joints=3
+    ),
+    "of two coefficients with a limit one would be far beyond it": Planted(
+        lambda motion: np.abs(drag(motion)), {"each way": EACH_WAY}, {}
     ),
     "a minor effect alone": Planted(lambda motion: drag(motion) / 15, DRAG, {"quadratic_friction": ONE}, noise=0.02),
     "a minor effect beside a large error": Planted(
@@ -229,3 +242,32 @@ def test_selection_without_an_effect_has_the_findings_of_the_others() -> None:
     assert added(other) == [None, "quadratic_friction"]
     assert [finding.term.name for finding in other.findings] == ["quadratic_friction"]
     assert other.rejected["torque_offset"].why.endswith("of a test.")
+
+
+@pytest.mark.parametrize(
+    ("torque", "noise", "rule"),
+    [
+        (lambda motion: drag(motion) / 15 + ripple(motion), 0.05, "size"),
+        (drag, 0.2, "screening"),
+    ],
+)
+def test_rejected_effects_have_the_evidence_that_they_have_when_they_are_asked_for(
+    torque: building.Torque, noise: float, rule: str
+) -> None:
+    data, rules = split(torque, noise), set[str]()
+    selection = select(data)
+    last = selection.model.solution
+    for name, rejection in selection.rejected.items():
+        search, _ = building.search(data, USUAL)
+        findings = search.select_forced(last.structure, last.x, [name]).findings
+        asked = next(each.judgement.evidence for each in findings if each.term.name == name)
+        stated = rejection.evidence
+        assert stated is not None
+        rules.add(stated.decided_by)
+        if stated.decided_by == "screening":
+            assert asked.gain <= stated.gain + 0.01
+        else:
+            assert asked.decided_by == stated.decided_by
+            for field in ("gain", "gain_ci95", "t", "power"):
+                assert getattr(asked, field) == pytest.approx(getattr(stated, field), abs=1e-3)
+    assert rule in rules

@@ -5,7 +5,7 @@ import pytest
 
 from ident.diagnosis.search.selection import Selection
 from ident.diagnosis.unknown.imitation import analyse_unexplained
-from ident.diagnosis.unknown.nonparametric_fit import NonparametricFit
+from ident.diagnosis.unknown.residual_dependence import NonparametricFit
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import Term
 from recordings.recording import Floats
@@ -78,7 +78,7 @@ def test_effects_that_only_imitate_an_unknown_one_are_left_out(
     assert [step.added for step in result.steps] == [None]
     assert result.rejected[added[0]].why.endswith(why)
     assert curves is not None
-    assert curves.supported
+    assert curves.improvement.is_supported
     assert curve in {each.variables for each in curves.dependences}
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ident.diagnosis.unknown.proposal import Proposal, propose
-from ident.diagnosis.unknown.unexplained_residual import estimate_unexplained
+from ident.diagnosis.unknown.residual_test import estimate_unexplained
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats
 from tests.ident import building

@@ -3,9 +3,13 @@
 import numpy as np
 import pytest
 
-from ident.diagnosis.unknown.nonparametric_fit import NonparametricFit, fit_curves
-from ident.diagnosis.unknown.residual_dependence import ResidualDependence, find_dependences
-from ident.diagnosis.unknown.unexplained_residual import estimate_unexplained
+from ident.diagnosis.unknown.residual_dependence import (
+    NonparametricFit,
+    ResidualDependence,
+    find_dependences,
+    fit_curves,
+)
+from ident.diagnosis.unknown.residual_test import estimate_unexplained
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats
 from tests.ident import building
@@ -56,7 +60,7 @@ def test_explained_share_of_a_partly_noisy_residual() -> None:
 def curves(extra: building.Torque) -> NonparametricFit:
     model = building.fitted(building.split([building.record(2, noise=0.02, extra=extra)]))
     result = fit_curves(model, estimate_unexplained(model).dependences)
-    assert result.supported
+    assert result.improvement.is_supported
     return result
 
 

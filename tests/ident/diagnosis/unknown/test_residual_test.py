@@ -6,10 +6,16 @@ import numpy as np
 import pytest
 
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.ripple.lines import Vibration
+from ident.diagnosis.ripple.waves import Vibration
 from ident.diagnosis.split.train_test_split import split_recordings
-from ident.diagnosis.unknown.residual_test import check_residual, residual_test, score
-from ident.diagnosis.unknown.unexplained_residual import UnexplainedResidual, estimate_unexplained, with_vibrations
+from ident.diagnosis.unknown.residual_test import (
+    UnexplainedResidual,
+    check_residual,
+    estimate_unexplained,
+    residual_test,
+    score,
+    with_vibrations,
+)
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import ModelStructure
 from ident.identification.prediction import Prediction

@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ident.basics import slicing
 from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Signal
 from ident.dynamics.effects.library import library
-from ident.dynamics.motion import Motion
-from ident.dynamics.structure import ModelStructure, Term
+from ident.dynamics.effects.validation import validation_error
+from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import nonlinear_least_squares
 from ident.estimation.predicted_torque import TorquePredictor
 from recordings.errors import BadInput
@@ -42,9 +43,9 @@ def inputs(prepared: PreparedRecording, truth: Floats) -> EffectInputs:
 @pytest.mark.parametrize("name", LIBRARY)
 def test_every_effect_is_documented(name: str) -> None:
     effect = LIBRARY[name]
-    for text in (effect.sentence, effect.symptom, effect.causes, effect.remedy, effect.equation):
-        assert text.strip() == text != ""
+    assert validation_error(effect) is None
     assert effect.sentence.endswith(".")
+    assert effect.record
     assert effect.symptom.endswith(".")
     for quantity in (*Term(name, effect, (0, 1, 2)).local_parameters, *effect.shapes):
         assert quantity.meaning
@@ -68,33 +69,23 @@ def _shapes(name: str) -> list[dict[str, float]]:
 
 
 @pytest.mark.parametrize("name", ADDITIVE)
-def test_columns_have_the_shape_of_the_motion_and_are_finite_where_it_is(name: str, inputs: EffectInputs) -> None:
+def test_columns_are_known_where_the_motion_is_and_nowhere_else(name: str, inputs: EffectInputs) -> None:
     effect = LIBRARY[name]
     assert isinstance(effect, Additive)
-    for shapes in _shapes(name):
-        columns = effect.columns(inputs, shapes)
-        assert columns.shape == (*inputs.motion.position.shape, len(effect.parameters))
-        known = np.isfinite(inputs.motion.acceleration).all(axis=1) & np.isfinite(inputs.motion.direction).all(axis=1)
-        assert np.isfinite(columns[known]).all()
-
-
-@pytest.mark.parametrize("name", ADDITIVE)
-def test_columns_are_nan_in_a_gap_of_the_motion_and_nowhere_else(name: str, inputs: EffectInputs) -> None:
-    effect = LIBRARY[name]
-    assert isinstance(effect, Additive)
-    signals = [
-        np.array(getattr(inputs.motion, field)) for field in ("position", "velocity", "acceleration", "direction")
-    ]
-    for signal in signals:
+    gapped = slicing.along_time(inputs.motion, np.arange(len(inputs.time)))
+    for signal in (gapped.position, gapped.velocity, gapped.acceleration, gapped.direction):
         signal[700] = np.nan
-    columns = effect.columns(replace(inputs, motion=Motion(*signals)), _shapes(name)[0])
-    assert np.isnan(columns[700]).all()
-    assert np.isfinite(columns[750:800]).all()
+    known = np.isfinite(gapped.acceleration).all(axis=1) & np.isfinite(gapped.direction).all(axis=1)
+    for shapes in _shapes(name):
+        columns = effect.columns(replace(inputs, motion=gapped), shapes)
+        assert columns.shape == (*gapped.position.shape, len(effect.parameters))
+        assert np.isfinite(columns[known]).all()
+        assert np.isnan(columns[700]).all()
 
 
 @pytest.mark.parametrize("name", SIGNALS)
 def test_a_signal_with_zero_parameters_changes_nothing(name: str, prepared: PreparedRecording, truth: Floats) -> None:
-    bare = ModelStructure(prepared.as_recorded.mechanism, prepared.as_recorded.rig)
+    bare = prepared.base_structure
     structure = bare.with_term(Term(name, LIBRARY[name], (0, 1, 2)))
     x = np.zeros(len(structure.parameters))
     x[: len(truth)] = truth
@@ -112,7 +103,7 @@ def test_planted_parameters_are_recovered(name: str, prepared: PreparedRecording
     """A fit to torque that was computed from known parameters recovers it."""
     effect = LIBRARY[name]
     joints = (0, 1, 2) if effect.whole_robot else (1,)
-    bare = ModelStructure(prepared.as_recorded.mechanism, prepared.as_recorded.rig)
+    bare = prepared.base_structure
     structure = bare.with_term(Term(name, effect, joints))
     x = np.zeros(len(structure.parameters))
     x[: len(truth)] = truth

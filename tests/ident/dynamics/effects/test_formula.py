@@ -62,7 +62,7 @@ def test_a_correction_inverts_the_reading(name: str, q: float, size: float) -> N
 @pytest.mark.parametrize(
     ("formula", "code", "text", "latex"),
     [
-        (lambda a, b: a - (b - 1.5), "a - (b - R(1.5))", "a - (b - 1.5)", "a - (b - 1.5)"),
+        (lambda a, b: a - (b - 1.5), "a - (b - 1.5)", "a - (b - 1.5)", "a - (b - 1.5)"),
         (
             lambda a, qd: a / (2 * np.abs(qd)),
             "a / (2 * fabs(qd))",

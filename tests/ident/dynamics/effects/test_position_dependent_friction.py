@@ -1,39 +1,19 @@
 """Dry friction that changes along the travel of one axis."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from ident.diagnosis.search.candidates import Candidates
-from ident.diagnosis.search.fits import Fits
+from ident.diagnosis.search.candidates import Candidates, Fits
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Additive
 from ident.dynamics.effects.library import load
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats
 from tests.ident import building
-from tests.ident.dynamics.effects import test_named_on_one_axis
 
 NAME = "position_dependent_friction"
-
-
-def rubbing(seed: int) -> building.Torque:
-    return building.of_size(test_named_on_one_axis.rubbing(np.random.default_rng(seed)), 0.03, shape=seed)
-
-
-def test_its_values_are_the_dry_friction_along_the_travel() -> None:
-    recording = building.record(noise=0.02, extra=rubbing(0))
-    model = building.structure(recording, "position_dependent_friction")
-    x = building.start(model)
-    x[-2:] = recording.position.min(), recording.position.max()
-    x = building.split([recording]).fit(model, x).x
-    at = np.linspace(x[-2], x[-1], 9)[1:-1]
-    still = np.zeros_like(at[:, None])
-    motion = replace(building.motion_of(), position=at[:, None], velocity=still, direction=still + 1.0)
-    expected = building.COULOMB + rubbing(0)(motion)[:, 0]
-    np.testing.assert_allclose(x[4:11], expected, atol=0.05)
 
 
 def wavy(motion: Motion) -> Floats:

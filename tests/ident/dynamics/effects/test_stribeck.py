@@ -41,8 +41,3 @@ def test_short_sample_is_an_instant() -> None:
     np.testing.assert_allclose(instant, np.exp(-((velocity / SPEED) ** 2)) * np.sign(velocity))
     for sample_time in (1e-7, 1e-5):  # below and above the limit
         np.testing.assert_allclose(_columns(_motion(velocity, sample_time)), instant, rtol=1e-5)
-
-
-def test_unknown_motion_stays_unknown() -> None:
-    motion = _motion(np.array([[np.nan], [0.1]]), 0.01)
-    assert np.isnan(_columns(motion)[:, 0]).tolist() == [True, False]

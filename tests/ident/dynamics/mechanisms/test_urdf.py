@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from ident.dynamics import mechanisms
+from ident.dynamics.effects.library import load
 from ident.dynamics.mechanisms import RigidMechanism
+from ident.dynamics.mechanisms.urdf import Urdf
 from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
 from recordings.recording import Floats
@@ -128,13 +130,8 @@ def test_order_of_the_joints_is_the_users() -> None:
     np.testing.assert_allclose(other, straight[:, [2, 0, 1]], atol=1e-12)
 
 
-def test_unknown_instants_are_nan_and_links_without_inertia_have_no_reference() -> None:
-    robot, at = mechanisms.create(rig(urdf(inertial=False))), motion()
-    at.position[3, 1] = np.nan
-    columns = robot.regressor(at)
-    assert np.isnan(columns[3]).any()
-    assert np.isfinite(np.delete(columns, 3, axis=0)).all()
-    assert robot.nominal_torque(at) is None
+def test_links_without_inertia_have_no_reference() -> None:
+    assert mechanisms.create(rig(urdf(inertial=False))).nominal_torque(motion()) is None
 
 
 def test_continuous_joint_is_a_revolute_one() -> None:
@@ -153,3 +150,39 @@ def test_missing_package_is_named_with_its_command(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "pinocchio" else find(name))
     with pytest.raises(BadInput, match=r"pip install 'delta-workbench\[urdf\]'"):
         mechanisms.create(rig(gravity=(0.0, 0.0, -1.0)))
+
+
+def test_sideways_gravity_is_that_of_a_tilted_robot() -> None:
+    level, tilted = (mechanisms.create(rig(gravity=gravity)) for gravity in ((0.0, 0.0, -9.8), (0.3, -0.2, -9.8)))
+    assert isinstance(level, Urdf)
+    at = motion()
+    nominal, changed = level.nominal_torque(at), tilted.nominal_torque(at)
+    assert nominal is not None
+    assert changed is not None
+    values = fitted(level, at, nominal)
+    np.testing.assert_allclose(level.sideways(at, values) @ [0.3, -0.2], changed - nominal, atol=1e-9)
+
+
+@pytest.mark.parametrize("gravity", [(0.0, 0.0, 0.0), (0.0, 9.8, 0.0)])
+def test_any_stated_gravity_has_two_directions_across_it(gravity: tuple[float, float, float]) -> None:
+    robot = mechanisms.create(rig(gravity=gravity))
+    assert isinstance(robot, Urdf)
+    turned = robot.sideways(motion(), np.ones(len(robot.parameters)))
+    assert np.linalg.matrix_rank(turned.reshape(-1, 2)) == 2
+
+
+def test_mass_at_a_place_is_the_payload_there() -> None:
+    place, at = (0.1, -0.2, 0.3), motion()
+    bare = mechanisms.create(rig())
+    loaded = mechanisms.create(rig(payload={"mass": 2.0, "com": place})).nominal_torque(at)
+    empty = bare.nominal_torque(at)
+    assert loaded is not None
+    assert empty is not None
+    np.testing.assert_allclose(2.0 * bare.torque_per_mass(at, place), loaded - empty, atol=1e-9)
+
+
+def test_a_zero_that_the_links_replace_is_no_effect() -> None:
+    """The first joint of an upright arm turns nothing that weight pulls at; the last one turns its own link alone."""
+    zero = load("encoder_zero_offset")
+    assert zero.possible_joints(rig()) == (0, 1)
+    assert zero.possible_joints(rig(gravity=(0.0, -9.8, 0.0))) == (1,)

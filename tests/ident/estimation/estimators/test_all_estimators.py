@@ -52,6 +52,28 @@ def test_only_the_baselines_identify_the_linear_form_of_the_paper() -> None:
     assert set(forms.values()) == {None, "lagrange14"}
 
 
+@pytest.mark.parametrize(
+    ("name", "invalid", "message"),
+    [
+        ("rls", {"forgetting": 1.1}, "forgetting: a number from 0.5 to 1 expected, 1.1 found"),
+        ("rls", {"covariance": 0.0}, "covariance: a number above 0 expected, 0.0 found"),
+        ("dls", {"damping": -1.0}, "damping: a number from 0 expected, -1.0 found"),
+        ("dls", {"damping": np.nan}, "damping: a number from 0 expected, nan found"),
+        ("svd", {"threshold": 1.0}, "threshold: a number from 0 to below 1 expected, 1.0 found"),
+        *(("pso", {"neighbours": n}, f"an even number below .* 300, expected, {n} found") for n in (7, 300)),
+        ("pso", {"neighbours": -2}, "neighbours: an integer from 0 expected, -2 found"),
+        ("pso_classic", {"particles": 1}, "particles: an integer from 2 to 100000 expected, 1 found"),
+        ("pso_classic", {"iterations": 0}, "iterations: an integer from 1 expected, 0 found"),
+        ("pso_classic", {"inertia": 1.5}, "inertia: a number from 0 to 1 expected, 1.5 found"),
+        ("pso_classic", {"social": -1.0}, "social: a number from 0 to 1e.06 expected, -1.0 found"),
+        ("pso_classic", {"tolerance": 1.0}, "tolerance: a number from 0 to below 1 expected, 1.0 found"),
+    ],
+)
+def test_invalid_settings_are_refused(name: str, invalid: dict[str, float], message: str) -> None:
+    with pytest.raises(BadInput, match=message):
+        estimators.settings(name, invalid)
+
+
 def test_the_error_for_an_unknown_estimator_lists_the_known_ones() -> None:
     with pytest.raises(BadInput, match="pso"):
         estimators.load("magic")

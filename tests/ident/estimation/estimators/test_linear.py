@@ -1,6 +1,5 @@
 """Closed-form estimators against independent implementations."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,6 @@ from scipy.optimize import lsq_linear
 
 from ident.estimation import estimators
 from ident.estimation.problem import Estimate, Problem
-from recordings.errors import BadInput
 from recordings.recording import Floats
 
 BOUNDS = np.tile([-50.0, 50.0], (6, 1))
@@ -107,28 +105,3 @@ def test_recursive_least_squares_matches_the_published_recursion(forgetting: flo
         weight = forgetting ** (132 - np.arange(399) // 3)
         residual = data.torque[:399] - data.regressor[:399] @ theta
         assert result.objective == pytest.approx(weight @ residual**2 + forgetting**132 * theta @ theta / 1e3)
-
-
-def test_least_absolute_deviations_matches_the_linear_program(
-    least_absolute_deviations: Callable[[Floats, Floats, Floats], tuple[Floats, float]],
-) -> None:
-    data = problem()
-    result = solve("lad", data)
-    parameters, minimum = least_absolute_deviations(data.regressor, data.torque, data.bounds)
-    assert result.objective == pytest.approx(minimum, rel=1e-10)
-    np.testing.assert_allclose(result.parameters, parameters, rtol=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("name", "setting", "value"),
-    [
-        ("rls", "forgetting", 1.1),
-        ("dls", "damping", -1.0),
-        ("svd", "threshold", 1.0),
-        ("rls", "covariance", 0.0),
-        ("dls", "damping", np.nan),
-    ],
-)
-def test_invalid_settings_are_refused(name: str, setting: str, value: float) -> None:
-    with pytest.raises(BadInput, match="expected"):
-        estimators.settings(name, {setting: value})

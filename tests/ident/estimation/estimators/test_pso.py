@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ident.estimation.estimators import pso, pso_classic
+from ident.estimation.particle_swarm import Swarm
 from ident.estimation.problem import Estimate, Problem
-from recordings.errors import BadInput
 from recordings.recording import Floats
 
 LinearProgram = Callable[[Floats, Floats, Floats], tuple[Floats, float]]
@@ -77,23 +77,8 @@ def test_results_depend_on_draws_neighbourhood_and_seed() -> None:
 @given(st.lists(st.floats(-9, 9), min_size=9, max_size=20, unique=True), st.sampled_from([0, 2, 4, 8]))
 def test_the_best_neighbour_is_taken_from_a_ring_of_indices(values: list[float], neighbours: int) -> None:
     n, half = len(values), neighbours // 2
-    result = pso._best_neighbour(np.array(values), neighbours)
+    value = np.array(values)
+    swarm = Swarm(current=value[:, None], value=value, personal=-value[:, None], personal_value=value)
+    leaders = pso.topology(pso.Settings(particles=n, neighbours=neighbours))(swarm)
     for i in range(n):
-        neighbourhood = [(i + shift) % n for shift in range(-half, half + 1)]
-        assert result[i] == min(neighbourhood, key=lambda j: values[j])
-
-
-@pytest.mark.parametrize(
-    "invalid",
-    [
-        {"neighbours": 7},
-        {"neighbours": 300},
-        {"neighbours": -2},
-        {"particles": 1, "neighbours": 0},
-        {"inertia": 1.5},
-        {"social": -1.0},
-    ],
-)
-def test_invalid_settings_are_refused(invalid: dict[str, int]) -> None:
-    with pytest.raises(BadInput, match="expected"):
-        pso.Settings(**invalid)  # type: ignore[arg-type]
+        assert leaders[i, 0] == min(values[(i + shift) % n] for shift in range(-half, half + 1))

@@ -10,7 +10,6 @@ import pytest
 
 from ident.basics import plugins
 from ident.export import tables
-from recordings.errors import BadInput
 from recordings.recording import Floats
 
 CHUNKS = [
@@ -50,8 +49,3 @@ def test_every_format_keeps_numbers_and_gaps(name: str, tmp_path: Path) -> None:
     columns = READERS[name](path)
     assert list(columns) == ["time", "torque_1"]
     np.testing.assert_array_equal(columns["torque_1"], [1 / 3, np.nan, 2.0])
-
-
-def test_other_endings_are_refused() -> None:
-    with pytest.raises(BadInput, match=r"an ending of .csv, .json, .parquet expected"):
-        tables.format_of(Path("a.xlsx"))

@@ -1,5 +1,6 @@
 """MuJoCo's inverse dynamics of the exported robot is the model's, in a motion that keeps the chain closed."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -7,8 +8,7 @@ import numpy as np
 import pytest
 
 import ident
-from ident.export import paths
-from ident.export.targets import ExportRequest, mjcf
+from ident.export import exporting, paths
 from ident.identification.model import Model, rig_of
 from recordings.errors import BadInput
 from recordings.recording import Floats
@@ -71,10 +71,17 @@ def inverse(path: Path, geometry: Geometry, q: Floats, qd: Floats, qdd: Floats, 
     return torque
 
 
+def exported(model: Model, folder: Path) -> mujoco.MjModel:
+    """The robot as MuJoCo reads it."""
+    path = paths.from_trajectory("fig5a", rig_of(model.file), 1, 100.0)
+    exporting.export(model, "mjcf", folder / "robot.xml", path)
+    return mujoco.MjModel.from_xml_path(str(folder / "robot.xml"))
+
+
 def difference(model: Model, name: str, out: Path, dry: bool) -> Floats:
     """RMS difference (3,) from the model's torque along a trajectory, over the RMS of that torque."""
     path = paths.from_trajectory(name, rig_of(model.file), 1, 250.0)
-    carried = mjcf.write(ExportRequest(model, path, out))
+    carried = exporting.export(model, "mjcf", out, path)
     assert not carried.lost
     motion = (path.motion.position, path.motion.velocity, path.motion.acceleration)
     rig, corrections = model.dynamics.structure.corrections(model.dynamics.values)
@@ -102,9 +109,7 @@ def test_every_carried_effect_is_in_the_inverse_dynamics(name: str, tmp_path: Pa
 
 def test_the_robot_hangs_together_in_a_simulation(tmp_path: Path) -> None:
     model = ident.load_model(MODELS / "diagnosed.model.json")
-    path = paths.from_trajectory("fig5a", rig_of(model.file), 1, 100.0)
-    mjcf.write(ExportRequest(model, path, tmp_path / "robot.xml"))
-    robot = mujoco.MjModel.from_xml_path(str(tmp_path / "robot.xml"))
+    robot = exported(model, tmp_path)
     data = mujoco.MjData(robot)
     torque = model.torque(*np.zeros((3, 1, 3)))[0]
     for _ in range(500):
@@ -117,10 +122,25 @@ def test_the_robot_hangs_together_in_a_simulation(tmp_path: Path) -> None:
     assert robot.actuator_gear.shape[0] == 3
 
 
+@pytest.mark.parametrize("names", [(), ("encoder_zero_offset", "base_tilt", "joint_spring")])
+def test_the_key_frame_holds_the_arms_level_within_the_limits_of_the_rig(
+    names: tuple[str, ...], tmp_path: Path
+) -> None:
+    model = model_with(["rod_inertia", *names])
+    robot = exported(model, tmp_path)
+    data = mujoco.MjData(robot)
+    mujoco.mj_resetDataKeyframe(robot, data, robot.key("level").id)
+    start = data.qpos.copy()
+    for _ in range(500):
+        mujoco.mj_step(robot, data)
+    assert np.abs(data.qpos - start).max() < 0.002
+    np.testing.assert_array_equal(robot.actuator_ctrlrange, [[-60.0, 60.0]] * 3)
+    for joint in (1, 2, 3):
+        np.testing.assert_array_equal(robot.joint(f"joint_{joint}").range, [-1.2, 1.4])
+
+
 def test_bodies_are_physically_consistent(tmp_path: Path) -> None:
-    path = paths.from_trajectory("fig5a", rig_of(ident.load_model(MODELS / "lad.model.json").file), 1, 100.0)
-    mjcf.write(ExportRequest(model_with(CARRIED), path, tmp_path / "robot.xml"))
-    robot = mujoco.MjModel.from_xml_path(str(tmp_path / "robot.xml"))
+    robot = exported(model_with(CARRIED), tmp_path)
     moments = np.sort(robot.body_inertia[1:], axis=1)
     assert (robot.body_mass[1:] > 0).all()
     assert (moments > 0).all()
@@ -135,7 +155,8 @@ def test_friction_that_drives_is_lost_and_other_mechanisms_are_refused(tmp_path:
     parameters = tuple(worse.get(entry.name, entry) for entry in model.file.parameters)
     driven = Model(model.file.model_copy(update={"parameters": parameters}), model.library)
     path = paths.from_trajectory("fig5a", rig_of(model.file), 1, 100.0)
-    carried = mjcf.write(ExportRequest(driven, path, tmp_path / "robot.xml"))
+    carried = exporting.export(driven, "mjcf", tmp_path / "robot.xml", path)
     assert set(carried.lost) == {"stribeck", "viscous"}
-    with pytest.raises(BadInput, match="'delta' expected for MJCF"):
-        mjcf.write(ExportRequest(model_with([], [Axis()]), path, tmp_path / "axis.xml"))
+    swing = replace(path, motion=paths.Motion(*np.zeros((4, len(path.time), 1))))
+    with pytest.raises(BadInput, match="'delta' or 'urdf' expected for MJCF"):
+        exporting.export(model_with([], [Axis()]), "mjcf", tmp_path / "axis.xml", swing)

@@ -5,6 +5,7 @@ import resource
 import signal
 from pathlib import Path
 
+import dask.config
 import numpy as np
 import pytest
 
@@ -89,9 +90,15 @@ def test_scheduler_that_does_not_exist_is_named(monkeypatch: pytest.MonkeyPatch)
 
 def test_encryption_needs_the_settings_of_dask(tmp_path: Path) -> None:
     (tmp_path / "scheduler.json").write_text('{"address": "tls://127.0.0.1:9"}')
+    none, tls = str(tmp_path / "none.pem"), "distributed.comm.tls"
     for told in (
         EngineOptions(scheduler="tls://127.0.0.1:9"),
         EngineOptions(scheduler_file=tmp_path / "scheduler.json"),
     ):
-        with pytest.raises(BadInput, match=r"Dask's TLS settings expected .*COMM__TLS__CA_FILE"):
+        with pytest.raises(BadInput, match=r"^Dask's TLS settings expected .*COMM__TLS__CA_FILE"):
+            list(engines.load("dask").run(square, [1], told))
+        with (
+            dask.config.set(dict.fromkeys((f"{tls}.ca-file", f"{tls}.client.cert", f"{tls}.client.key"), none)),
+            pytest.raises(BadInput, match=r"certificates and a key .* expected, .*No such file.* check its settings"),
+        ):
             list(engines.load("dask").run(square, [1], told))

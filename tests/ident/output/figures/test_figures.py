@@ -70,7 +70,6 @@ def test_parameters_show_half_width_in_percent(model: ModelFile) -> None:
     figure = parameters.precision({"a": model})
     shown = {name: x for trace in figure.data for name, x in zip(trace.y, trace.x, strict=True)}
     first = model.parameters[0]
-    assert first.ci95 is not None
     assert shown[first.name] == pytest.approx(50 * (first.ci95[1] - first.ci95[0]) / first.value)
     heat = parameters.correlation(model).data[0]
     assert np.asarray(heat.z).shape == (11, 11)

@@ -7,12 +7,12 @@ from pathlib import Path
 from ident.cli import program
 from recordings.rig import simulated_rig
 from tests.ident.conftest import make_recording, write_recording
-from tests.running import invoke
+from tests.running import ran
 
 HOSTILE = "<script>alert('x')</script>&amp;"
 
 
-run = partial(invoke, program)
+run = partial(ran, program)
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,5 @@ def make_case(folder: Path) -> Case:
         hostile = recording.run.model_copy(update={"trajectory": HOSTILE, "reason": HOSTILE, "software": HOSTILE})
         write_recording(replace(recording, run=hostile))
     model = folder / "<i>a.json"
-    fitted = run("fit", paths[0], "--method", "ls", "-o", model)
-    assert fitted.exit_code == 0, fitted.output
+    run("fit", paths[0], "--method", "ls", "-o", model)
     return Case(folder, model, paths[0], paths[1])

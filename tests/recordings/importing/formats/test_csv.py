@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from recordings.errors import BadInput
 from recordings.importing import formats
-from recordings.importing.table import BagPart, Table
+from recordings.importing.table import Table
 
 NUMBERS = np.array([[0.0, -1.5, 2.25], [0.002, 1e-3, np.nan], [0.004, 12.0, -3.0]])
 
@@ -17,7 +17,7 @@ NUMBERS = np.array([[0.0, -1.5, 2.25], [0.002, 1e-3, np.nan], [0.004, 12.0, -3.0
 def table_of(folder: Path, content: str | bytes) -> Table:
     path = folder / "data.txt"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    return formats.read(path, BagPart())
+    return formats.read(path)
 
 
 MAKES: dict[str, str | bytes] = {

@@ -11,8 +11,7 @@ from rosbags.rosbag2 import Writer
 from rosbags.typesys import Stores, get_typestore
 
 from recordings.errors import BadInput
-from recordings.importing import formats
-from recordings.importing.table import BagPart, Table
+from recordings.importing.formats import read
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 TYPE = "sensor_msgs/msg/JointState"
@@ -47,10 +46,6 @@ def states(stamps: Sequence[int], names: Sequence[str] = NAMES) -> list[tuple[st
     return [
         ("/joint_states", message(s, names, [10 * k + i for i in count], list(count))) for k, s in enumerate(stamps)
     ]
-
-
-def read(path: Path, topic: str | None = None, names: tuple[str, ...] = ()) -> Table:
-    return formats.read(path, BagPart(topic, names))
 
 
 TOPICS = ("/left/joint_states", "/right/joint_states")

@@ -7,7 +7,7 @@ import pytest
 
 from recordings.errors import BadInput
 from recordings.importing import formats
-from recordings.importing.table import BagPart, Table
+from recordings.importing.table import Table
 
 HEAD = [
     "Name|scope",
@@ -34,7 +34,7 @@ def exported(channels: dict[str, tuple[str, str]], rows: list[str]) -> list[str]
 def table_of(folder: Path, lines: list[str], delimiter: str = "\t") -> Table:
     path = folder / "scope.csv"
     path.write_text("\n".join(lines).replace("|", delimiter) + "\n", encoding="utf-8")
-    return formats.read(path, BagPart())
+    return formats.read(path)
 
 
 CHANNELS = {"ActPos": ("1", "° (Angle)"), "Torque": ("1", "(None)")}
@@ -74,7 +74,7 @@ def test_exports_become_columns(name: str, delimiter: str, tmp_path: Path) -> No
     [
         (HEAD, "a line 'Name' with the channels expected"),
         (exported(CHANNELS, []), "rows of numbers behind the header expected"),
-        (exported(CHANNELS, ["0|1|0|x"]), r"row 1 of the data .* a number expected, 'x' found"),
+        (exported(CHANNELS, ["0|1|0|x"]), "column '#4': a number expected, 'x' found"),
         (exported({**CHANNELS, "third": ("1", "")}, ["0|1|2", "1|2|2"]), "export with Timelines 'All'"),
     ],
 )

@@ -1,0 +1,211 @@
+"""Bodies of an identified arm: links whose pseudo-inertia is positive definite, nearest to the base parameters.
+
+Nearest means: the torque along a motion differs least, on each joint over its held-out error. Every link's matrix is
+L L' with a small addition, and every motor's inertia a square, so that any L is a body. What the torque does not tell
+stays near the URDF's values.
+
+P. M. Wensing, S. Kim, J.-J. E. Slotine, "Linear matrix inequalities for physically consistent inertial parameter
+identification" (2018): a link's ten parameters belong to a body exactly where its pseudo-inertia [[S, h], [h', m]] is
+positive definite, with the mass m, the first moments h, and S = tr(I) / 2 - I.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.dynamics.mechanisms.urdf import Urdf
+from ident.dynamics.motion import Motion
+from ident.dynamics.rigid_chain import LINK_PARAMETERS
+from ident.export.losses import Carried, sorted_by
+from ident.export.paths import TorquePath
+from ident.identification.model import Model
+from recordings.errors import BadInput
+from recordings.recording import Floats
+
+_ROWS = 2000
+"""Instants of the motion along which the torques are compared."""
+_LEAST = np.diag([1e-6, 1e-6, 1e-6, 1e-4])
+"""Addition to each pseudo-inertia [kg m^2, kg]: simulators refuse bodies of no mass."""
+_NEAR = (1e-2, 1e-5)
+"""Weights of the distance [kg, kg m, kg m^2] from the beginning, beside the torque's over its error: the first leads
+the search, the second leaves the torque free."""
+_ENTRIES = np.tril_indices(4)
+_INERTIA = (np.array([0, 0, 1, 0, 1, 2]), np.array([0, 1, 1, 2, 2, 2]))
+"""Rows and columns of Ixx, Ixy, Iyy, Ixz, Iyz, Izz."""
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """Physical parameters of an identified arm of dof joints."""
+
+    mechanism: Urdf
+    links: Floats
+    """(dof, 10) `LINK_PARAMETERS` of the link that each joint moves."""
+    motors: Floats
+    """(dof,) inertia of each motor at its joint [kg m^2 or kg]."""
+    friction: dict[str, Floats]
+    """(dof,) viscous and Coulomb friction at the joints, at least 0."""
+    offset: Floats
+    """(dof,) constant torque [N m or N]."""
+    lost: dict[str, str]
+    """Causes of torque that no body has, and why."""
+
+
+def arm_of(model: Model, path: TorquePath) -> Arm:
+    """Return the bodies of `model`, compared along `path`.
+
+    Raises:
+        BadInput: as `tree_of`.
+    """
+    mechanism = tree_of(model)
+    values = base_values(model)
+    dof, base = len(model.file.joints), len(mechanism.base.columns)
+    agreement = (model.file.validate_ or model.file.train).fitted
+    physical = _nearest(mechanism, values[:base], path.excerpt().motion, np.array(agreement.rms))
+    viscous, coulomb, offset = np.split(values[base:], 3)
+    coupled = np.isin(np.arange(1, dof + 1), [coupling.of for coupling in mechanism.chain.couplings])
+    friction, lost = {}, {}
+    for name, row in (("viscous", viscous), ("coulomb", coulomb)):
+        friction[name] = np.where(coupled, 0.0, np.maximum(row, 0.0))
+        if coupled.any() or (row < 0).any():
+            lost[name] = (
+                "that of a motor that turns with another joint" if coupled.any() else "negative: 0 is written"
+            )
+    links, motors = physical[: 10 * dof].reshape(dof, 10), np.zeros(dof)
+    motors[: len(physical) - 10 * dof] = physical[10 * dof :]
+    return Arm(mechanism, links, np.where(coupled, 0.0, motors), friction, offset, lost)
+
+
+def tree_of(model: Model) -> Urdf:
+    """Return the tree of links of `model`.
+
+    Raises:
+        BadInput: the model is not one of a URDF, or has closed loops.
+    """
+    mechanism = model.dynamics.structure.mechanism
+    if not isinstance(mechanism, Urdf):
+        raise BadInput(f"a model of the mechanism 'urdf' expected, '{model.file.mechanism}' found")
+    if mechanism.links.loops:
+        raise BadInput(
+            "a tree of links expected, closed loops found, which this export cannot carry; export its torque along a "
+            "motion with --to csv"
+        )
+    return mechanism
+
+
+def base_values(model: Model) -> Floats:
+    """(k,) parameters of the mechanism of `model`; 0 where an effect stands in their place."""
+    structure = model.dynamics.structure
+    return structure.mechanism_values(model.dynamics.values[structure.linear])
+
+
+def carried_by(model: Model, arm: Arm, bodies: Sequence[str], target: str) -> Carried:
+    """Sort the effects of `model` by what becomes of them where only `bodies` can be written."""
+    structure = model.dynamics.structure
+    reasons = {
+        name: f"no element of {target}"
+        for name, term in zip(structure.term_names, structure.terms, strict=True)
+        if term.effect.bodies is None or not set(term.effect.bodies) <= set(bodies)
+    }
+    return sorted_by(model, reasons, arm.lost)
+
+
+def added_to_bodies(model: Model, names: Sequence[str]) -> dict[str, Floats]:
+    """What the effects of `model` add (dof,) to the properties of bodies called `names`, joint by joint."""
+    structure, dof = model.dynamics.structure, len(model.file.joints)
+    added = {name: np.zeros(dof) for name in names}
+    for index, term in enumerate(structure.terms):
+        rows = list(range(dof)) if term.effect.whole_robot else list(term.joints)
+        values = structure.local_values(index, model.dynamics.values)
+        for name, column in zip(term.effect.bodies or (), values.T, strict=False):
+            if name in added:
+                added[name][rows] += column
+    return added
+
+
+def about_centre(parameters: Floats) -> tuple[float, Floats, Floats]:
+    """Mass, centre of mass (3,) and inertia (3, 3) about it of a link with `LINK_PARAMETERS` (10,)."""
+    mass, place = float(parameters[0]), parameters[1:4] / parameters[0]
+    Ixx, Ixy, Iyy, Ixz, Iyz, Izz = parameters[4:]
+    inertia = np.array([[Ixx, Ixy, Ixz], [Ixy, Iyy, Iyz], [Ixz, Iyz, Izz]])
+    return mass, place, inertia - mass * (place @ place * np.eye(3) - np.outer(place, place))
+
+
+def _nearest(mechanism: Urdf, base: Floats, motion: Motion, error: Floats) -> Floats:
+    """(k,) physical parameters: of the links, and of the motors where they are parameters.
+
+    error: (dof,) of the model's torque, which weighs the joints.
+    """
+    from scipy.optimize import least_squares
+
+    step = max(1, len(motion.position) // _ROWS)
+    thinned = Motion(
+        *(getattr(motion, name)[::step] for name in ("position", "velocity", "acceleration", "direction"))
+    )
+    columns = mechanism.regressor(thinned)[:, :, : len(base)] / error[:, None]
+    known = columns[np.isfinite(columns).all(axis=(1, 2))]
+    root = np.linalg.qr(known.reshape(-1, len(base)), mode="r") / np.sqrt(len(known))
+    per_parameter = root @ mechanism.base.combination
+    wanted = mechanism.physical_parameters(base)
+    theta = _beginning(mechanism, wanted)
+    reference = _physical(mechanism, theta)[0]
+    for weight in _NEAR:
+
+        def residual(x: Floats, weight: float = weight) -> Floats:
+            parameters = _physical(mechanism, x)[0]
+            return np.concatenate([per_parameter @ (parameters - wanted), weight * (parameters - reference)])
+
+        def derivative(x: Floats, weight: float = weight) -> Floats:
+            slopes = _physical(mechanism, x)[1]
+            return np.concatenate([per_parameter @ slopes, weight * slopes])
+
+        theta = least_squares(residual, theta, derivative, x_scale="jac", max_nfev=500).x
+    return _physical(mechanism, theta)[0]
+
+
+def _beginning(mechanism: Urdf, parameters: Floats) -> Floats:
+    """Entries of L and roots of the motors' inertias, near the `parameters`, which no body may have."""
+    count = mechanism.links.nominal_parameters.size
+    values, vectors = np.linalg.eigh(pseudo_inertia(parameters[:count].reshape(-1, len(LINK_PARAMETERS))))
+    kept = np.maximum(values, 1e-3 * max(1.0, float(values.max())))
+    factors = np.linalg.cholesky(np.einsum("nij,nj,nkj->nik", vectors, kept, vectors))
+    entries = factors[:, _ENTRIES[0], _ENTRIES[1]].ravel()
+    return np.concatenate([entries, np.sqrt(np.maximum(parameters[count:], 1e-3))])
+
+
+def _physical(mechanism: Urdf, theta: Floats) -> tuple[Floats, Floats]:
+    """Physical parameters (k,) of `theta` (k,), and their derivatives (k, k)."""
+    count = mechanism.links.nominal_parameters.size
+    factors = np.zeros((count // 10, 4, 4))
+    factors[:, _ENTRIES[0], _ENTRIES[1]] = theta[:count].reshape(-1, 10)
+    motors = theta[count:]
+    slopes = np.zeros((len(theta), len(theta)))
+    units = np.zeros((10, 4, 4))
+    units[np.arange(10), _ENTRIES[0], _ENTRIES[1]] = 1.0
+    for link, L in enumerate(factors):
+        turned = units @ L.T
+        here = slice(10 * link, 10 * link + 10)
+        slopes[here, here] = link_parameters(turned + turned.swapaxes(1, 2)).T
+    slopes[count:, count:] = np.diag(2 * motors)
+    links = link_parameters(factors @ factors.swapaxes(1, 2) + _LEAST)
+    return np.concatenate([links.ravel(), motors**2]), slopes
+
+
+def pseudo_inertia(parameters: Floats) -> Floats:
+    """Return the matrices (..., 4, 4) of links with the parameters (..., 10), `LINK_PARAMETERS`."""
+    result = np.zeros((*parameters.shape[:-1], 4, 4))
+    inertia = np.zeros((*parameters.shape[:-1], 3, 3))
+    inertia[..., _INERTIA[0], _INERTIA[1]] = inertia[..., _INERTIA[1], _INERTIA[0]] = parameters[..., 4:]
+    trace = np.trace(inertia, axis1=-2, axis2=-1)[..., None, None]
+    result[..., :3, :3] = trace / 2 * np.eye(3) - inertia
+    result[..., :3, 3] = result[..., 3, :3] = parameters[..., 1:4]
+    result[..., 3, 3] = parameters[..., 0]
+    return result
+
+
+def link_parameters(pseudo: Floats) -> Floats:
+    """Return the parameters (..., 10) of links with the pseudo-inertia (..., 4, 4)."""
+    S = pseudo[..., :3, :3]
+    inertia = np.trace(S, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - S
+    return np.concatenate([pseudo[..., 3:, 3], pseudo[..., :3, 3], inertia[..., _INERTIA[0], _INERTIA[1]]], axis=-1)

@@ -1,0 +1,107 @@
+"""Recordings with different payloads are fitted together: what is known enters the model, all else is shared."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import ident
+from ident.dynamics import mechanisms
+from ident.dynamics.motion import Motion
+from recordings.errors import BadInput
+from recordings.recording import Floats
+from recordings.rig import Axis, Rig
+from tests.ident.conftest import TRUTH
+from tests.ident.identification.test_urdf_robot import URDF
+
+PLACE = (0.2, 0.0, 0.1)
+ROBOTS: dict[str, dict[str, Any]] = {
+    "delta": {},
+    "axes": {"mechanism": "axes", "axes": (Axis(gravity=True), Axis(gravity=True))},
+    "slide": {"mechanism": "axes", "axes": (Axis(type="prismatic", gravity=True),)},
+    "urdf": {"mechanism": "urdf", "urdf": URDF, "joints": ("turn", "lift", "push")},
+}
+
+
+def rig(kind: str, mass: float, told: bool = True) -> Rig:
+    payload = {"mass": mass if told else "unknown", "com": PLACE} if mass else None
+    return Rig(name=kind, payload=payload, **ROBOTS[kind])
+
+
+def truth(kind: str) -> Floats:
+    """Parameters of the robot without a payload."""
+    count = len(mechanisms.create(rig(kind, 0)).parameters)
+    return np.abs(TRUTH) if kind == "delta" else np.random.default_rng(3).uniform(0.5, 2.0, count)
+
+
+def record(kind: str, mass: float, seed: int, load_friction: float = 0.0, told: bool = True) -> ident.Recording:
+    """A motion of random sines with the torque of the robot and its payload, with a little noise."""
+    generator, t = np.random.default_rng(seed), np.arange(0, 10, 4e-3)[:, None]
+    robot = rig(kind, mass)
+    omega, phase = (generator.uniform(*limits, (5, 1, robot.dof)) for limits in ((0.2, 1.5), (0, 6)))
+    omega = 2 * np.pi * omega
+    wave = np.exp(1j * (omega * t + phase)) * 0.12
+    q, qd, qdd = (np.imag(wave * (1j * omega) ** k).sum(axis=0) for k in range(3))
+    at, mechanism = Motion(q, qd, qdd, np.sign(qd)), mechanisms.create(robot)
+    still = [0.0 if each.friction else 1.0 for each in mechanism.parameters]
+    columns, payload = mechanism.regressor(at), mass * mechanism.torque_per_mass(at, PLACE)
+    torque = columns @ truth(kind) + payload
+    torque += load_friction * np.abs(columns @ (still * truth(kind)) + payload) * np.sign(qd)
+    torque += 1e-3 * torque.std(axis=0) * generator.standard_normal(torque.shape)
+    return ident.Recording.from_arrays(t[:, 0], q, effort=torque, rig=rig(kind, mass, told))
+
+
+@pytest.mark.parametrize("kind", ROBOTS)
+def test_parameters_are_those_of_the_first_set_up(kind: str) -> None:
+    model = ident.fit([record(kind, 0.0, 1), record(kind, 1.5, 2)], validate=record(kind, 3.0, 3), method="wls")
+    assert model.file.payload is None
+    values = np.array([float(each) for each in model.parameters.values()])
+    expected = truth(kind)
+    if kind == "delta":
+        expected = np.append(expected, 0.0)  # its rods are points here
+    np.testing.assert_allclose(values, expected, atol=0.03 * np.abs(expected).max())
+    comparison = ident.compare(model, record(kind, 0.7, 4))
+    assert all(joint.summary.share < 0.02 for joint in comparison.joints)
+
+
+def test_friction_of_the_load_includes_that_of_the_payload() -> None:
+    recordings = [record("urdf", 4.0 * k, k + 1, load_friction=0.1) for k in range(3)]
+    model = ident.fit(recordings[:2], validate=recordings[2], method="wls", effects=["load_dependent_friction"])
+    for joint in (1, 2, 3):
+        assert float(model.parameters[f"load_dependent_friction.a{joint}"]) == pytest.approx(0.1, rel=0.1)
+
+
+def test_a_first_payload_is_part_of_the_model() -> None:
+    model = ident.fit([record("slide", 1.0, 1), record("slide", 2.0, 2)], method="wls")
+    assert model.file.payload is not None
+    assert float(model.parameters["m_1"]) == pytest.approx(truth("slide")[0] + 1.0, rel=0.02)
+
+
+def test_another_robot_stays_another_robot() -> None:
+    with pytest.raises(BadInput, match="recordings of the same rig expected"):
+        ident.fit([record("slide", 1.0, 1), record("axes", 1.0, 2)], method="wls")
+
+
+@pytest.mark.parametrize("kind", ROBOTS)
+def test_an_unknown_payload_is_a_parameter(kind: str, tmp_path: Path) -> None:
+    recordings = [record(kind, mass, seed, told=mass != 2.2) for seed, mass in enumerate((2.2, 0.0, 1.5), start=1)]
+    model = ident.fit(recordings, validate=record(kind, 2.2, 4, told=False), method="wls")
+    model.save(tmp_path / "model.json")
+    mass = ident.load_model(tmp_path / "model.json").parameters["unknown_payload.m"]
+    assert mass.ci95 is not None
+    low, high = mass.ci95
+    assert low - 0.01 < 2.2 < high + 0.01
+    assert high - low < 0.3
+    comparison = ident.compare(model, record(kind, 2.2, 5, told=False))
+    assert all(joint.summary.share < 0.02 for joint in comparison.joints)
+
+
+def test_an_unknown_payload_needs_another_set_up_and_is_fitted_before_a_diagnosis() -> None:
+    unknown, empty = record("slide", 2.0, 1, told=False), record("slide", 0.0, 2)
+    with pytest.raises(BadInput, match=r'only payload\.mass = "unknown" found'):
+        ident.fit([unknown], method="wls")
+    with pytest.raises(BadInput, match="payload of known mass expected"):
+        ident.diagnose([unknown], validate=empty)
+    with pytest.raises(BadInput, match="payload of known mass expected"):
+        ident.compare(ident.fit([empty], method="wls"), unknown)
