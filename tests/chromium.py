@@ -8,7 +8,9 @@ from typing import Any
 
 import pytest
 
-PATIENCE = 600.0
+from tests.patience import patient
+
+PATIENCE = patient(120)
 """Longest time that a page may take on a busy machine [s]."""
 
 

@@ -8,7 +8,6 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,9 @@ from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+from tests.machinery import draw, hand_over
+from tests.patience import patient
 
 # Each worker of pytest-xdist has its own persistent Numba cache: if two processes compile a function for different
 # arguments at the same time, one overwrites the code of the other. It begins with what the programs of this checkout
@@ -45,21 +47,32 @@ settings.register_profile("ci", derandomize=True, **_ANY_SPEED)
 settings.load_profile("ci" if os.environ.get("CI") == "true" else "desk")
 
 
+_DEADLINE, _SLOW_DEADLINE = 300.0, 900.0
+"""Time that a test may take [s] if it has none of its own; it is ended and named then."""
+
+pytest_runtest_makereport = hand_over.note_safety
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add what `make test-slow` asks for."""
-    parser.addoption("--one-in", type=int, default=1, help="run one in so many variations of each slow test")
+    """Add what `make` and `.ci/run` ask for."""
+    parser.addoption("--share", default="1/1", help="run such a share of the modules with slow tests")
+    parser.addoption("--draw", default="always the same", help="digest that draws it")
+    parser.addoption("--hand-to", metavar="FOLDER", help="hand failures to tests.machinery.second_look, and succeed")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Hand failures over, where it is asked for."""
+    hand_over.begin(config)
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Of the variations of each slow test, keep the first, and one in `--one-in` of the others."""
-    seen: Counter[str] = Counter()
-    kept = []
+    """Draw the slow tests, and give each test a deadline."""
+    draw.keep_share(config, items)
     for item in items:
-        name = item.nodeid.partition("[")[0]
-        seen[name] += (slow := item.get_closest_marker("slow") is not None)
-        if not slow or (seen[name] - 1) % config.getoption("--one-in") == 0:
-            kept.append(item)
-    items[:] = kept
+        if item.get_closest_marker("timeout") is None:
+            long = any(map(item.get_closest_marker, ("slow", "realtime", "vcan")))
+            deadline = _SLOW_DEADLINE if long else _DEADLINE
+            item.add_marker(pytest.mark.timeout(patient(deadline)))
 
 
 def pytest_runtest_setup() -> None:
@@ -112,9 +125,13 @@ def launcher(program: str) -> list[str]:
 
 
 def _runner(program: str, folder: Path) -> Runner:
-    def run(*arguments: object, timeout: float = 900) -> Finished:
+    def run(*arguments: object) -> Finished:
         done = subprocess.run(
-            [*launcher(program), *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=timeout
+            [*launcher(program), *map(str, arguments)],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            timeout=patient(900),
         )
         assert "Traceback" not in done.stderr, done.stderr
         return Finished(done.returncode, done.stdout, done.stderr)
@@ -155,7 +172,7 @@ def daq_in_process(in_process: Callable[[str], Runner], monkeypatch: pytest.Monk
     from canopen.sdo import SdoClient
 
     # A simulated drive in a process of many tests may be late, a lost one is not.
-    monkeypatch.setattr(SdoClient, "RESPONSE_TIMEOUT", 5.0)
+    monkeypatch.setattr(SdoClient, "RESPONSE_TIMEOUT", patient(5.0))
     return in_process("daq")
 
 

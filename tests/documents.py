@@ -11,6 +11,8 @@ import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from tests.patience import patient
+
 ROOT = Path(__file__).parent.parent
 
 _BLOCK = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -46,7 +48,7 @@ class Session:
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 text=True,
-                timeout=900,
+                timeout=patient(900),
             )
             assert "Traceback" not in done.stdout, done.stdout
             self.outputs[command] = done.stdout

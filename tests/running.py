@@ -1,10 +1,12 @@
 """Commands that run in the process of a test, and programs that run beside it: `daq record --status`, `daq sim`."""
 
+import itertools
 import json
+import os
 import socket
 import subprocess
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -61,12 +63,18 @@ def last_told(lines: Iterable[str]) -> dict[str, Any]:
     return statuses[-1] if statuses else {}
 
 
+_WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
+_PORTS = itertools.cycle(range(20_000 + 500 * _WORKER, 20_500 + 500 * _WORKER))
+"""Ports of this worker alone, below those that the system gives to anybody."""
+
+
 def free_port(kind: socket.SocketKind = socket.SOCK_DGRAM) -> int:
-    """A port that is free now, of UDP unless another kind is asked for."""
-    with socket.socket(socket.AF_INET, kind) as probe:
-        probe.bind(("", 0))
-        port: int = probe.getsockname()[1]
-        return port
+    """A port that nobody uses, and no other worker gets; of UDP unless another kind is asked for."""
+    for port in _PORTS:
+        with socket.socket(socket.AF_INET, kind) as probe, suppress(OSError):
+            probe.bind(("", port))
+            return port
+    raise AssertionError
 
 
 def udp_bus() -> str:

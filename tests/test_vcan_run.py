@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import Finished
+from tests.patience import patient
 
 VCAN = Path(__file__).parent / "vcan"
 _NEEDED = ("ip", "candump", "cansend", "cangen", "insmod")
@@ -34,7 +35,7 @@ def _run(folder: Path, programs: dict[str, str], **environment: str) -> Finished
     path = f"{folder}:{os.environ['PATH']}"
     settings = {"PATH": path, "PYTHON": sys.executable, "VCAN_UML": "1", **environment}
     done = subprocess.run(
-        [VCAN / "run", folder / "out"], env=os.environ | settings, capture_output=True, text=True, timeout=60
+        [VCAN / "run", folder / "out"], env=os.environ | settings, capture_output=True, text=True, timeout=patient(60)
     )
     return Finished(done.returncode, done.stdout, done.stderr)
 

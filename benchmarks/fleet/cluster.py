@@ -11,9 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ident.fleet.engines import EngineOptions
+from recordings.errors import RunFailed
 
 _PATIENCE = 120.0
 """Time in which a scheduler has to start [s]."""
+_GRACE = 30.0
+"""Time in which a process has to end by itself [s]."""
 _SETTINGS = {
     "DASK_DISTRIBUTED__WORKER__PROFILE__INTERVAL": "1s",
     "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
@@ -43,14 +46,24 @@ def started(workers: int) -> Iterator[Cluster]:
         processes = [_start("dask_scheduler", "--host", "127.0.0.1", "--port", "0", *common)]
         try:
             end = time.monotonic() + _PATIENCE
-            while not file.exists() and time.monotonic() < end:
+            while not file.exists():
+                if time.monotonic() > end:
+                    raise RunFailed(f"the scheduler has not started within {_PATIENCE:.0f} s")
                 time.sleep(0.1)
             processes += [_start("dask_worker", *common, "--nthreads", "1") for _ in range(workers)]
             yield Cluster(EngineOptions(scheduler_file=file), processes[0], tuple(processes[1:]))
         finally:
             for process in processes[::-1]:
-                process.terminate()
-                process.wait()
+                _end(process)
+
+
+def _end(process: _Process) -> None:
+    process.terminate()
+    try:
+        process.wait(_GRACE)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
 
 
 def _start(module: str, *arguments: str) -> _Process:

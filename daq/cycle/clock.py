@@ -2,6 +2,8 @@
 
 import time
 
+from drivers.protocol import LOCKSTEP_TIMEOUT
+
 HOST_SHARE = 0.15
 """Share of the period that is reserved for the host's computations."""
 _MAX_HOST_TIME = 1e-3
@@ -11,7 +13,7 @@ _MAX_HOST_TIME = 1e-3
 class LockstepClock:
     """Simulated time that begins at zero; it never waits and is never late."""
 
-    answer_timeout: float = 2.0
+    answer_timeout: float = LOCKSTEP_TIMEOUT
     """Longest time that the answers to a SYNC may take [s]."""
     simulated = True
     """Whether time stands still between cycles."""

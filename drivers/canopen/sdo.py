@@ -13,12 +13,11 @@ from canopen.sdo.constants import REQUEST_DOWNLOAD, REQUEST_UPLOAD, RESPONSE_ABO
 
 from drivers.canopen.bus import Link
 from drivers.canopen.node_axes import on_node
+from drivers.protocol import LOCKSTEP_TIMEOUT
 from recordings.errors import RunFailed
 
 _SECOND_RESPONSE_TIMEOUT = 0.01
 """Time that a second drive under the same node id may answer after the first [s]."""
-_LOCKSTEP_RESPONSE_TIMEOUT = 2.0
-"""Response timeout with simulated time, where a stall of this machine is not a silent drive [s]."""
 READ_DEVICE_TYPE = bytes.fromhex("4000100000000000")
 """SDO request that any node answers (object 1000)."""
 _ABORT_CODE = struct.Struct("<4xL")
@@ -53,7 +52,7 @@ class _PollingClient(SdoClient):  # type: ignore[misc]
 
     def read_response(self) -> bytes:
         lockstep = self._link.clock is not None
-        timeout = max(self.RESPONSE_TIMEOUT, _LOCKSTEP_RESPONSE_TIMEOUT) if lockstep else self.RESPONSE_TIMEOUT
+        timeout = max(self.RESPONSE_TIMEOUT, LOCKSTEP_TIMEOUT) if lockstep else self.RESPONSE_TIMEOUT
         for arbitration_id, data in self._link.frames(timeout):
             if arbitration_id != self.tx_cobid or len(data) != 8 or not self._is_response(data):
                 self._on_other_frame(arbitration_id, data)

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import Runner
+from tests.patience import patient
 from tests.running import DRIVES, served, udp_bus
 
 
@@ -16,7 +17,7 @@ def test_signal_ends_the_program_orderly(number: signal.Signals, tmp_path: Path)
     with served(tmp_path, "--rig", "lines.toml") as process:
         assert Path(ports[0]).is_symlink()
         process.send_signal(number)
-        _, error = process.communicate(timeout=120)
+        _, error = process.communicate(timeout=patient(120))
     assert (process.returncode, error) == (0, "next: daq record --traj fig5a --rig lines.toml\n")
     assert not any(Path(port).is_symlink() for port in ports)
 
@@ -26,7 +27,7 @@ def test_it_ends_with_the_program_that_started_it(tmp_path: Path) -> None:
     with served(tmp_path, "--rig", "bus.toml") as process:
         assert process.stdin is not None
         process.stdin.close()  # as the system does when that program is killed
-        assert process.wait(timeout=120) == 0
+        assert process.wait(timeout=patient(120)) == 0
 
 
 def test_second_simulation_with_the_same_node_ids_is_rejected(daq: Runner, tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable
 
 from daq.cycle.clock import LockstepClock
+from tests.patience import patient
 
 _PATIENCE = 10.0
 """Longest wait for frames on their way [s]."""
@@ -22,7 +23,7 @@ class PatientClock(LockstepClock):
 
     def wait(self, index: int) -> float:
         """See `Clock`."""
-        deadline = time.monotonic() + _PATIENCE
+        deadline = time.monotonic() + patient(_PATIENCE)
         while not self._settled(self._syncs) and time.monotonic() < deadline:
             time.sleep(1e-4)
         self._syncs += 1

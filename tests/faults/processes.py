@@ -8,7 +8,7 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +19,7 @@ from recordings.rig import load_rig
 from tests.conftest import launcher
 from tests.daq.feedforward.given import write_nominal_torque
 from tests.faults.campaign import Outcome
+from tests.patience import patient
 from tests.running import free_port, wait_until_moving
 from trajectories import load
 
@@ -113,7 +114,7 @@ class Programs:
 
     def drives_are_disabled(self, patience: float = 30.0) -> bool:
         """Whether a new master reads that all drives are disabled; `patience` for their watchdogs [s]."""
-        deadline = time.monotonic() + patience
+        deadline = time.monotonic() + patient(patience)
         while not self._all_disabled():
             if time.monotonic() > deadline:
                 return False
@@ -136,7 +137,7 @@ class Programs:
                 continue
             if process.poll() is None:
                 process.terminate()
-            process.communicate(timeout=120)
+            process.communicate(timeout=patient(120))
 
 
 def _signals(number: int, times: int = 1, pause: float = 0.1) -> Callable[[Programs], None]:
@@ -210,10 +211,11 @@ def run(fault: ProcessFault) -> Outcome:
             begun = fault.largest_file is not None or wait_until_moving(recorder, cycles=50)
             programs.struck = time.time()
             fault.strike(programs)
-            _, err = recorder.communicate(timeout=120)
+            _, err = recorder.communicate(timeout=patient(120))
             disabled = programs.drives_are_disabled() if fault.drives_alive else True
-            outcome = _outcome(fault, recorder.returncode, err, disabled, programs.struck, Path(name))
-            return replace(outcome, passed=outcome.passed and begun, begun=begun)
+            if not begun:  # a busy machine ended the run before its motion: it may have no file yet
+                return Outcome(fault.name, None, None, 0, 0, recorder.returncode, err, disabled, False, False)
+            return _outcome(fault, recorder.returncode, err, disabled, programs.struck, Path(name))
         finally:
             programs.end()
 

@@ -8,6 +8,7 @@ import pytest
 from tests import timekeeping
 from tests.faults import campaign, canopen, feedforward, habits, processes, serial
 from tests.faults.campaign import Outcome
+from tests.safety import assert_safe
 
 _TESTED = (
     "one answer dropped",
@@ -85,6 +86,7 @@ _IN_REAL_TIME = [
 @pytest.mark.parametrize(("run", "fault"), [pytest.param(*pair, id=pair[1].name) for pair in _SIMULATED])
 def test_fault_in_simulated_time(run: Callable[[Any], Outcome], fault: Any) -> None:
     outcome = run(fault)
+    assert_safe(outcome.safe, outcome)
     assert outcome.passed, outcome
 
 
@@ -93,5 +95,5 @@ def test_fault_in_simulated_time(run: Callable[[Any], Outcome], fault: Any) -> N
 def test_fault_in_real_time(run: Callable[[Any], Outcome], fault: Any) -> None:
     with timekeeping.watched() as machine:
         outcome = run(fault)
-    assert outcome.safe, outcome
+    assert_safe(outcome.safe, outcome)
     machine.expect(outcome.passed, f"{outcome.fault}: {outcome.reason}")

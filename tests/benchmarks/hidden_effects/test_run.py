@@ -8,13 +8,14 @@ import pytest
 
 from benchmarks.hidden_effects.cases import Part
 from benchmarks.hidden_effects.parts import cases
+from tests.patience import patient
 
 HERE = Path(__file__).parents[3]
 
 
 def run(folder: Path, *arguments: str) -> str:
     command = [sys.executable, "-m", "benchmarks.hidden_effects", "--plant", "foreign", "--folder", str(folder)]
-    done = subprocess.run([*command, *arguments], cwd=HERE, capture_output=True, text=True, timeout=900)
+    done = subprocess.run([*command, *arguments], cwd=HERE, capture_output=True, text=True, timeout=patient(900))
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -44,6 +45,6 @@ def test_finished_cases_are_not_repeated_and_parts_stand_side_by_side(tmp_path: 
 
 def test_simulated_rig_has_no_other_part(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "benchmarks.hidden_effects", "--part", "locked", "--folder", str(tmp_path)]
-    done = subprocess.run(command, cwd=HERE, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(command, cwd=HERE, capture_output=True, text=True, timeout=patient(60))
     assert done.returncode == 2
     assert "use --plant foreign" in done.stderr

@@ -11,6 +11,7 @@ import pytest
 from daq.commissioning.hold import TIMEOUT, HoldToRun
 from daq.cycle.progress import CycleProgress
 from daq.cycle.stopping import StopRequest
+from tests.patience import patient
 
 
 @pytest.fixture
@@ -21,7 +22,7 @@ def pipe() -> Iterator[tuple[int, int]]:
 
 
 def wait_for(stop: StopRequest, timeout: float = 10.0) -> None:
-    deadline = time.monotonic() + timeout
+    deadline = time.monotonic() + patient(timeout)
     while not stop.count and time.monotonic() < deadline:
         time.sleep(0.01)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from daq.cycle.realtime import realtime_priority
+from tests.patience import patient
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "sched_setscheduler"), reason="schedulers of Linux")
 
@@ -51,7 +52,7 @@ def _run(before: str) -> list[str]:
     # In a separate process, because locked memory and the scheduler affect the whole process.
     program = [sys.executable, "-c", _PROGRAM.format(before=before)]
     root = Path(__file__).parents[3]
-    done = subprocess.run(program, cwd=root, capture_output=True, text=True, timeout=300, check=True)
+    done = subprocess.run(program, cwd=root, capture_output=True, text=True, timeout=patient(300), check=True)
     return done.stdout.splitlines()
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from daq.feedforward.source import PlannedTorque
 from recordings.recording import Floats
 from recordings.rig import Rig
+from tests.patience import patient
 from trajectories import Trajectory
 from trajectories.checks import torque_estimate
 
@@ -32,7 +33,7 @@ class GivenTorque:
     def compute(self, start: float, approach: Floats, trajectory: Trajectory) -> PlannedTorque:
         self.start = start
         if self._ready is not None:
-            self._ready.wait(30)
+            self._ready.wait(patient(30))
         return PlannedTorque(self._approach, self._stream, "d2")
 
     def cancel(self) -> None:

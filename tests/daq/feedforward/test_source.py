@@ -17,6 +17,7 @@ from daq.feedforward.source import open_source
 from recordings.errors import BadInput
 from recordings.rig import load_rig, simulated_rig
 from tests.daq.feedforward.given import write_nominal_torque
+from tests.patience import patient
 from trajectories import load
 from trajectories.checks import torque_estimate
 
@@ -80,7 +81,7 @@ def test_interrupt_ends_the_trial(model: Program, monkeypatch: pytest.MonkeyPatc
     with pytest.raises(KeyboardInterrupt):
         open_source(model(LASTING), RIG, None, TRAJECTORY)
     (process,) = processes
-    assert process.wait(10.0) == -signal.SIGKILL
+    assert process.wait(patient(10.0)) == -signal.SIGKILL
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.5])

@@ -16,6 +16,7 @@ from recordings import schemas
 from recordings.cdr import Layout, parse_schema
 from recordings.reader import read
 from tests.conftest import Runner, launcher
+from tests.patience import patient
 from tests.running import free_port
 
 Messages = dict[str, list[tuple[int, bytes]]]
@@ -23,7 +24,7 @@ Messages = dict[str, list[tuple[int, bytes]]]
 
 
 def connected(port: int, patience: float = 120.0) -> ClientConnection:
-    until = time.monotonic() + patience
+    until = time.monotonic() + patient(patience)
     while True:
         try:
             return connect(f"ws://127.0.0.1:{port}", subprotocols=["foxglove.sdk.v1"], max_size=None)  # type: ignore[list-item]
@@ -70,7 +71,7 @@ def test_client_receives_the_recorded_values(tmp_path: Path) -> None:
     with subprocess.Popen([*launcher("daq"), *command, "--foxglove", str(port)], cwd=tmp_path) as process:
         with connected(port) as client:
             received = listen(client)
-        assert process.wait(120) == 0
+        assert process.wait(patient(120)) == 0
     moving = {"/robot_description", "/tf_static", "/tf"}
     assert set(received) == {"/joint_states", "/joint_commands", "/live", "/run"} | moving
     assert len(received["/tf"]) > 20

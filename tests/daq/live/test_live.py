@@ -16,6 +16,7 @@ import pytest
 from recordings.reader import read
 from tests import chromium
 from tests.conftest import Runner, launcher
+from tests.patience import patient
 from tests.running import DRIVES
 
 EVIL = "<img src=x onerror=window.hacked=1>"
@@ -84,7 +85,7 @@ def test_page_shows_the_run_to_its_end(record: Record, page: Any, tmp_path: Path
     assert wait_for(page, "done") == "done: a.mcap is whole"
     assert page.inner_text("#reports").count("9 bytes, 8 are mapped") == 3
     page.screenshot(path=_artefact("live"))
-    assert process.wait(120) == 0
+    assert process.wait(patient(120)) == 0
     recording = read(tmp_path / "a.mcap")
     for j in range(3):
         shown, commanded = lines["position"][2 * j : 2 * j + 2]
@@ -119,7 +120,7 @@ def test_ctrl_c_stops_orderly_and_the_page_shows_it(record: Record, page: Any, t
     wait_for(page, "stream")
     os.killpg(process.pid, signal.SIGINT)
     assert "SIGINT" in wait_for(page, "ended early")
-    assert process.wait(120) == 1
+    assert process.wait(patient(120)) == 1
     recording = read(tmp_path / "a.mcap")
     assert "SIGINT" in str(recording.run.reason)
     assert "quick stop" not in str(recording.run.reason)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from recordings.reader import read
 from tests.conftest import Runner, launcher
+from tests.patience import patient
 
 
 def test_status_lines_match_the_recording_and_end_with_the_figures(daq_in_process: Runner, tmp_path: Path) -> None:
@@ -36,7 +37,7 @@ def test_run_stops_when_the_reader_has_exited(tmp_path: Path) -> None:
     assert process.stdout is not None
     process.stdout.readline()
     process.stdout.close()
-    assert process.wait(timeout=120) == 1
+    assert process.wait(timeout=patient(120)) == 1
     recording = read(tmp_path / "a.mcap")
     assert recording.run.exit_status == 1
     assert "SIGTERM" in str(recording.run.reason)

@@ -8,6 +8,7 @@ import pytest
 
 from daq.live import viewer
 from daq.live.viewer import Viewer
+from tests.patience import patient
 
 READS = """
 import json, sys, pathlib
@@ -58,7 +59,7 @@ def test_viewer_that_does_not_read_gets_a_bounded_backlog_and_is_killed(
 
 def test_lines_for_an_exited_viewer_are_dropped(viewer_class: "type[Viewer]") -> None:
     with viewer_class("dead", {}) as viewer:
-        viewer._process.wait(120)
+        viewer._process.wait(patient(120))
         for _ in range(1000):
             viewer.send(LINE)
         assert not viewer._unsent

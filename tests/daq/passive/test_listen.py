@@ -17,6 +17,7 @@ from daq.passive.reconstruct import Reconstructed
 from recordings.errors import BadInput, RunFailed
 from recordings.reader import read, read_can
 from recordings.rig import simulated_rig
+from tests.patience import patient
 from tests.running import DRIVES, invoke
 
 RIG = simulated_rig()
@@ -65,7 +66,7 @@ def test_every_frame_is_recorded_none_is_sent_and_samples_are_made_of_them(
 
     monkeypatch.setattr(listen, "open_bus", opened)
     sender, witness = (can.Bus(interface="virtual", channel="all") for _ in range(2))
-    thread = threading.Thread(target=lambda: listening.wait(60) and master(sender, 50))
+    thread = threading.Thread(target=lambda: listening.wait(patient(60)) and master(sender, 50))
     thread.start()
     result = invoke(command, "--listen", "--rig", "rig.toml")
     thread.join()

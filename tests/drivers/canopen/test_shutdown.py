@@ -7,6 +7,7 @@ import numpy as np
 from drivers.protocol import Goal, Power
 from recordings.rig import Drive, Limits, Rig
 from tests.drivers.canopen.lossy_bus import LossyBus, reach
+from tests.safety import assert_safe
 
 QUICK_STOP, OFF, NO_OFFSET, NO_WATCHDOG = "6040:0002", "6040:0000", "60B2:0000", "1016:00000000"
 RIG = Rig(
@@ -52,4 +53,4 @@ def test_every_drive_that_answers_is_stopped_off_and_without_a_watchdog_and_the_
     assert [text.split(":")[0] for _, _, text in errors] == ["while switching power off"] * 2 + ["while closing"]
     assert {source for _, source, _ in errors} == {"joint 2 (node 2)"}
     bus.wait(1.0)
-    assert not bus.enabled  # the watchdog of the silent one
+    assert_safe(not bus.enabled, "the watchdog of the silent one")

@@ -8,6 +8,7 @@ from drivers.simulated import service, transports
 from drivers.simulated.config import SimConfig
 from recordings.buses import CanBus, SerialBus
 from recordings.rig import Drive, Rig
+from tests.patience import patient
 
 
 @pytest.mark.parametrize("bus", [CanBus(channel="slow"), SerialBus()], ids=lambda bus: bus.transport)
@@ -26,7 +27,7 @@ def test_machine_slower_than_real_time_is_reported_once(
     simulated = transports.of(rig).serve(rig, SimConfig(), "realtime", 0)
     simulated.warn = warn
     with simulated:
-        assert warned.wait(60)
+        assert warned.wait(patient(60))
     assert len(warnings) == 1
     assert "slower than real time, so its time is delayed" in warnings[0]
     assert simulated.machine.time == 0.0

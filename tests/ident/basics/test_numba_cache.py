@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+from tests.patience import patient
+
 _WITHOUT_SEMAPHORES = """
 import multiprocessing.context
 
@@ -22,6 +24,9 @@ assert refused
 
 def test_missing_shared_memory_raises_no_warning() -> None:
     process = subprocess.run(
-        [sys.executable, "-W", "error", "-c", _WITHOUT_SEMAPHORES], capture_output=True, text=True, timeout=600
+        [sys.executable, "-W", "error", "-c", _WITHOUT_SEMAPHORES],
+        capture_output=True,
+        text=True,
+        timeout=patient(600),
     )
     assert (process.returncode, process.stderr) == (0, "")

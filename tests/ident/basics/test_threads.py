@@ -6,6 +6,7 @@ import threading
 import pytest
 
 from ident.basics.threads import in_threads
+from tests.patience import patient
 
 
 def test_results_are_in_the_order_of_the_items() -> None:
@@ -31,7 +32,7 @@ def test_a_forked_process_has_threads_of_its_own() -> None:
         "child = os.fork(); result = in_threads(str, range(2)); child and os.waitpid(child, 0); print(result)"
     )
     command = [sys.executable, "-W", "ignore", "-c", program]
-    result = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    result = subprocess.run(command, capture_output=True, text=True, timeout=patient(60), check=True)
     assert result.stdout.split("\n")[:2] == ["['0', '1']"] * 2
 
 
@@ -43,7 +44,7 @@ def test_an_interrupt_takes_back_what_has_not_begun() -> None:
     def work(number: int) -> None:
         if number == 0:
             signal.pthread_kill(main, signal.SIGINT)
-        held.wait(60)
+        held.wait(patient(60))
         held.set()  # an interrupt that does not arrive fails below, after the first minute
         done.append(number)
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import Runner, launcher
+from tests.patience import patient
 
 
 def test_an_occupied_port_is_refused(ident: Runner) -> None:
@@ -26,22 +27,22 @@ def test_it_serves_this_machine_only_and_ends_with_ctrl_c(tmp_path: Path) -> Non
     address = process.stdout.readline().split()[1]
     bare = address.partition("?")[0]
     with pytest.raises(urllib.error.HTTPError, match="403"):
-        urllib.request.urlopen(bare, timeout=60)
+        urllib.request.urlopen(bare, timeout=patient(60))
     port = int(bare.rstrip("/").rpartition(":")[2])
     for host in {info[4][0] for info in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)}:
         if not str(host).startswith("127."):
             with pytest.raises(OSError, match="refused"):
                 socket.create_connection((host, port), timeout=5)
     cookies = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
-    with cookies.open(address, timeout=60):  # leaves the cookie
+    with cookies.open(address, timeout=patient(60)):  # leaves the cookie
         pass
-    with cookies.open(bare, timeout=60) as page:
+    with cookies.open(bare, timeout=patient(60)) as page:
         text = page.read().decode()
     assert "delta-workbench" in text
     for attribute in ('src="http', 'href="http', 'from "http', "import('http"):
         assert attribute not in text, "everything comes from here"
     process.send_signal(signal.SIGINT)
-    out, _ = process.communicate(timeout=120)
+    out, _ = process.communicate(timeout=patient(120))
     assert process.returncode == 0, out
     assert "Traceback" not in out
     assert out.splitlines()[-1].startswith("next: daq record")

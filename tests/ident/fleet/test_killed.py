@@ -16,6 +16,7 @@ from ident.fleet.engines import EngineOptions
 from ident.fleet.store import Store
 from recordings.errors import RunFailed
 from tests.ident.fleet.conftest import brought_up_to_date
+from tests.patience import patient
 
 RECORDINGS = 8
 KILLED_AT = 3
@@ -82,13 +83,15 @@ def test_killed_client_leaves_no_worker_and_is_started_again(
     store, pids = tmp_path / "store", tmp_path / "pids"
     client = multiprocessing.get_context("spawn").Process(target=killed_client, args=(store, folder, pids))
     client.start()
-    client.join()
+    client.join(patient(120))
     assert client.exitcode == -signal.SIGKILL
     assert number_of_recordings(Store(store).table()) == KILLED_AT - 1
     assert len(list(store.rglob("*.part"))) == 1
     workers = list(map(int, pids.read_text().split()))
     assert workers
+    deadline = time.monotonic() + patient(60)
     while any(map(is_running, workers)):
+        assert time.monotonic() < deadline, "workers outlive the client that was killed"
         time.sleep(0.05)
     assert run(store, folder, "serial", EngineOptions()).equals(undisturbed)
     assert not list(store.rglob("*.part"))

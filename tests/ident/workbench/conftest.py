@@ -15,6 +15,7 @@ import pytest
 
 from tests import axe, chromium
 from tests.conftest import launcher
+from tests.patience import patient
 
 ARTEFACTS = Path("runs") / "workbench-screenshots"
 
@@ -92,7 +93,7 @@ def _end(process: "subprocess.Popen[str]") -> None:
         process.communicate()
         return
     process.send_signal(signal.SIGINT)
-    out, _ = process.communicate(timeout=120)
+    out, _ = process.communicate(timeout=patient(120))
     assert process.returncode == 0, out
     assert "Traceback" not in out, out
 
@@ -108,7 +109,7 @@ def hidden(tmp_path_factory: pytest.TempPathFactory) -> NewFolder:
     for motion in ("fig5a", "fig5b"):
         options = ["--cycles", "2", "--rate", "250", "--sim", "sim.toml", "--out", f"{motion}.mcap"]
         command = [*launcher("daq"), "record", "--traj", motion, *options]
-        subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=900)
+        subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=patient(900))
     return lambda: shutil.copytree(folder, tmp_path_factory.mktemp("hidden"), dirs_exist_ok=True)
 
 
@@ -156,7 +157,7 @@ class Browser:
         for _ in range(_MAX_PRESSES):
             control.click()
             with suppress(NotYet):
-                shown.wait_for(timeout=30e3)
+                shown.wait_for(timeout=1e3 * patient(30))
                 return
         raise AssertionError(f"{control} never takes the click")
 

@@ -21,6 +21,7 @@ from ident.workbench.programs.recording_process import RecordingProcess, RunStat
 from ident.workbench.programs.running import run_ident
 from ident.workbench.topics import Changes
 from recordings.errors import BadInput
+from tests.patience import patient
 
 SAMPLE = Path(__file__).parents[3] / "recordings" / "samples" / "fig5b.mcap"
 SIMULATED = ("daq", "record", "--traj", "fig5a")
@@ -62,7 +63,7 @@ def daq(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Daq:
 
 def finished(process: RecordingProcess) -> RunStatus:
     assert process.run
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + patient(60)
     while process.run.exit_code is None:
         assert time.monotonic() < deadline, "timeout"
         time.sleep(0.02)

@@ -12,6 +12,7 @@ from recordings.reader import read
 from recordings.recording import Recording
 from tests.chromium import PATIENCE
 from tests.ident.workbench.conftest import Browser, Serve
+from tests.patience import patient
 
 pytestmark = pytest.mark.slow
 
@@ -79,7 +80,7 @@ def test_motion_ends_where_no_page_has_a_stop_button(
     else:
         browser.page.close()
         workbench.process.send_signal(signal.SIGKILL if lost == "server killed" else signal.SIGINT)
-        assert workbench.process.wait(timeout=120) == (-signal.SIGKILL if lost == "server killed" else 0)
+        assert workbench.process.wait(timeout=patient(120)) == (-signal.SIGKILL if lost == "server killed" else 0)
     assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap"))
 
 

@@ -17,6 +17,7 @@ from ident.workbench.state.session import WorkbenchSession
 from ident.workbench.worker.process import TaskEnd
 from recordings.errors import BadInput
 from tests.ident.commands.test_axes import write
+from tests.patience import patient
 
 SAMPLES = Path("recordings/samples").resolve()
 
@@ -38,7 +39,7 @@ def fitted(session: WorkbenchSession) -> WorkbenchSession:
 
 
 def wait(done: Callable[[], bool], timeout: float = 300.0) -> None:
-    end = time.monotonic() + timeout
+    end = time.monotonic() + patient(timeout)
     while not done():
         assert time.monotonic() < end, "timeout"
         time.sleep(0.02)
@@ -93,7 +94,9 @@ def test_worker_ends_with_a_server_that_is_killed(tmp_path: Path, pause: str) ->
     (tmp_path / "endless.py").write_text(ENDLESS)
     # The worker holds the standard output open. In a session of its own, the system does not end what is suspended.
     command = [sys.executable, "-c", KILLED.replace("PAUSE", pause)]
-    subprocess.run(command, cwd=tmp_path, stdout=subprocess.PIPE, check=False, timeout=300, start_new_session=True)
+    subprocess.run(
+        command, cwd=tmp_path, stdout=subprocess.PIPE, check=False, timeout=patient(300), start_new_session=True
+    )
 
 
 def test_job_that_ends_while_it_is_being_paused_does_not_block_the_next(session: WorkbenchSession) -> None:

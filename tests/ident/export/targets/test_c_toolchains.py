@@ -9,6 +9,7 @@ import pytest
 from tests.ident.export.models import model_with
 from tests.ident.export.targets.compilers import STRICT, need
 from tests.ident.export.targets.test_c import DELTA, export
+from tests.patience import patient
 
 CORTEX_M7 = ("-mcpu=cortex-m7", "-mfpu=fpv5-d16", "-mfloat-abi=hard")
 BOARD = (
@@ -50,7 +51,7 @@ def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
 
 def run(folder: Path, *words: str) -> str:
     """What the command prints; QEMU prints what runs in it as errors."""
-    done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False, timeout=patient(60))
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout + done.stderr
 

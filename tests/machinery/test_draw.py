@@ -1,0 +1,42 @@
+"""A draw of slow tests: every module has its turn, and every process draws the same."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.machinery.conftest import Planted
+from tests.machinery.draw import bucket, drawn, parsed
+
+HERE = Path(__file__).parents[2]
+MODULES = [str(path.relative_to(HERE)) for path in HERE.glob("tests/**/test_*.py")]
+COUNT = 5
+DIGESTS = {bucket(digest, COUNT): digest for digest in map(str, range(60))}
+"""A digest for each bucket."""
+
+
+def test_the_shares_are_disjoint_and_cover_all_modules() -> None:
+    shares = [set(filter(drawn(f"1/{COUNT}", digest), MODULES)) for digest in DIGESTS.values()]
+    assert len(shares) == COUNT
+    assert all(shares)
+    assert sorted(name for share in shares for name in share) == sorted(MODULES)
+    assert all(map(drawn("5/5", "any"), MODULES))
+    two = set(filter(drawn("2/5", DIGESTS[4]), MODULES))
+    assert two == set(filter(drawn("1/5", DIGESTS[4]), MODULES)) | set(filter(drawn("1/5", DIGESTS[0]), MODULES))
+
+
+@pytest.mark.parametrize("share", ["", "5", "0/5", "6/5", "1/0", "1/5/2", "a/b", "-1/5"])
+def test_what_is_no_share_is_refused(share: str) -> None:
+    with pytest.raises(pytest.UsageError, match="expected a share such as 1/5"):
+        parsed(share)
+
+
+def test_the_draw_is_the_same_side_by_side_with_all_fast_and_essential_tests(planted: Planted) -> None:
+    slow = "import pytest\n@pytest.mark.slow\ndef test_slow(): pass\n"
+    for number in range(8):
+        planted.write(f"test_{number}", slow)
+    planted.write("test_fast", "def test_fast(): pass\n")
+    planted.write("test_essential", slow.replace("slow\n", "slow\n@pytest.mark.essential\n", 1))
+    one, two = planted.run("--share", "1/5", "--draw", "x"), planted.run("--share", "1/5", "--draw", "x", "-n", "2")
+    assert one.passed == two.passed
+    assert {"test_fast.py::test_fast", "test_essential.py::test_slow"} < one.passed
+    assert len(one.passed) < 10
