@@ -57,7 +57,7 @@ test-slow: $(READY)
 
 # Beside nothing else; where this machine does not keep time, what was skipped for that is said with figures.
 test-realtime: $(READY)
-	$(BIN)/python -m pytest -q -rs -m realtime
+	$(BIN)/python -m pytest -q -rs -m realtime $$(grep -rl --include='test_*.py' 'mark[.]realtime' tests)
 
 # On the kernel's own SocketCAN, in User-mode Linux where this kernel has no vcan; says what is missing.
 VCAN ?=

@@ -55,7 +55,7 @@ pytest_runtest_makereport = hand_over.note_safety
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add what `make` and `.ci/run` ask for."""
-    parser.addoption("--share", default="1/1", help="run such a share of the modules with slow tests")
+    parser.addoption("--share", default="1/1", help="run such a share of the modules, and what is essential")
     parser.addoption("--draw", default="always the same", help="digest that draws it")
     parser.addoption("--hand-to", metavar="FOLDER", help="hand failures to tests.machinery.second_look, and succeed")
 
@@ -65,9 +65,14 @@ def pytest_configure(config: pytest.Config) -> None:
     hand_over.begin(config)
 
 
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Leave out modules that are not drawn."""
+    return draw.is_left_out(config, collection_path) or None
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Draw the slow tests, and give each test a deadline."""
-    draw.keep_share(config, items)
+    """Of what is not drawn, keep what is essential, and give each test a deadline."""
+    draw.keep_essential(config, items)
     for item in items:
         if item.get_closest_marker("timeout") is None:
             long = any(map(item.get_closest_marker, ("slow", "realtime", "vcan")))

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+import pytest
 from click.testing import CliRunner, Result
 
 from recordings.errors import BadInput
@@ -66,6 +67,12 @@ def last_told(lines: Iterable[str]) -> dict[str, Any]:
 _WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
 _PORTS = itertools.cycle(range(20_000 + 500 * _WORKER, 20_500 + 500 * _WORKER))
 """Ports of this worker alone, below those that the system gives to anybody."""
+
+
+def first_fast(values: Iterable[Any]) -> list[Any]:
+    """Parameters of a test that takes seconds: the first is fast, the others are slow."""
+    first, *others = values
+    return [first, *(pytest.param(value, marks=pytest.mark.slow) for value in others)]
 
 
 def free_port(kind: socket.SocketKind = socket.SOCK_DGRAM) -> int:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from canopen.sdo import SdoClient
 
 from tests.conftest import Runner
 from tests.running import DRIVES, udp_bus
@@ -82,7 +83,8 @@ def test_texts_in_the_table_are_whole(daq_in_process: Runner, tmp_path: Path) ->
     assert "…" not in done.out
 
 
-def test_missing_drives_are_named(daq_in_process: Runner, tmp_path: Path) -> None:
+def test_missing_drives_are_named(daq_in_process: Runner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(SdoClient, "RESPONSE_TIMEOUT", 0.1)  # nobody is there to be waited for
     (tmp_path / "rig.toml").write_text(f'name = "bench"\n{udp_bus()}{DRIVES}')
     done = daq_in_process("check", "--rig", "rig.toml")
     assert done.code == 1

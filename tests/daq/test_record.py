@@ -23,9 +23,11 @@ PATIENT = "[limits]\nsilence = 0.3\nhost_stall = 0.3\nfollowing_error = 0.3\ntor
 """Wide limits for real time on a busy computer, whose stalls make the motion jerky."""
 
 
-def test_every_sync_is_answered_and_the_same_seed_gives_the_same_bytes(daq: Runner, tmp_path: Path) -> None:
+def test_every_sync_is_answered_and_the_same_seed_gives_the_same_bytes(
+    daq_in_process: Runner, tmp_path: Path
+) -> None:
     for seed, out in ((0, "a.mcap"), (0, "b.mcap"), (1, "other.mcap")):
-        done = daq("record", *ONE_CYCLE, "--seed", seed, "--out", out, "--json")
+        done = daq_in_process("record", *ONE_CYCLE, "--seed", seed, "--out", out, "--json")
         figures = done.figures
         assert "SIMULATED RIG" in done.err
     assert (figures["answers_lost"], figures["cycles_missed"], figures["simulated"]) == (0, 0, True)
@@ -63,11 +65,11 @@ def test_a_run_without_torque_leads_to_its_figures(daq_in_process: Runner, tmp_p
     assert "next: daq info way.csv.mcap" in done.out
 
 
-def test_hidden_effects_are_sealed_and_leave_no_name_in_the_recording(daq: Runner, tmp_path: Path) -> None:
+def test_hidden_effects_are_sealed_and_leave_no_name_in_the_recording(daq_in_process: Runner, tmp_path: Path) -> None:
     from drivers.simulated.effect import discover
     from drivers.simulated.seal import unseal
 
-    done = daq("record", *ONE_CYCLE, "--hidden", 7, "--out", "blind.mcap")
+    done = daq_in_process("record", *ONE_CYCLE, "--hidden", 7, "--out", "blind.mcap")
     assert done.code == 0, done.err
     truth = unseal(tmp_path / "blind.sealed.json")
     assert truth["seed"] == 7

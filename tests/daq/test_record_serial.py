@@ -21,7 +21,7 @@ def write_rig(path: Path, rate: float, ports: list[str], more: str = "") -> None
     ("rate", "ports", "load"),
     [
         (30.0, ["simulated"], "24.0 ms on the wire, 72% of the period"),
-        (80.0, ["simulated1", "simulated2", "simulated3"], ""),
+        pytest.param(80.0, ["simulated1", "simulated2", "simulated3"], "", marks=pytest.mark.slow),
     ],
 )
 def test_lockstep_is_complete_and_the_same_seed_gives_the_same_bytes(

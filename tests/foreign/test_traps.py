@@ -5,6 +5,8 @@ import pytest
 from benchmarks.hidden_effects.traps import diagnose_trap, false_names
 from tests.foreign import traps
 
+pytestmark = pytest.mark.slow
+
 SEEDS = (2, 3)
 """One with a held-out recording and one without; the benchmark has more."""
 

@@ -1,14 +1,17 @@
-"""Draw a share of the slow tests: whole modules, whose fixtures are shared, chosen by a digest.
+"""Draw a share of the tests: whole modules, whose fixtures are shared, chosen by a digest.
 
-`--share 1/5 --draw DIGEST` runs one fifth; the same digest always draws the same. The tests marked `essential` always
-run. Each module has one of N buckets, so that N neighbouring digests do not matter: the N shares are disjoint, and
-together they are all.
+`--share 1/5 --draw DIGEST` runs one fifth; the same digest always draws the same. What is marked `essential` always
+runs. Each module has one of five buckets, and so has a digest: five shares are disjoint, and together they are all.
 """
 
 import hashlib
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
+
+_ESSENTIAL = "mark.essential"
+"""What a module says that has such tests."""
 
 
 def bucket(name: str, count: int) -> int:
@@ -35,14 +38,22 @@ def drawn(share: str, digest: str) -> Callable[[str], bool]:
     return lambda module: (bucket(module, count) - first) % count < taken
 
 
-def keep_share(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Deselect the slow tests that are not drawn; see the module."""
-    share, digest = config.getoption("--share"), config.getoption("--draw")
-    is_drawn = drawn(share, digest)
+def is_left_out(config: pytest.Config, path: Path) -> bool:
+    """Whether a module is not drawn and has nothing essential: it is not even imported, which would take longest."""
+    is_module = path.suffix == ".py" and path.name.startswith("test_")
+    return is_module and not _is_drawn(config, path) and _ESSENTIAL not in path.read_text(encoding="utf-8")
+
+
+def keep_essential(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Of the modules that are not drawn, keep what is essential."""
     kept, left = list[pytest.Item](), list[pytest.Item]()
     for item in items:
-        always = not item.get_closest_marker("slow") or item.get_closest_marker("essential")
-        (kept if always or is_drawn(item.nodeid.partition("::")[0]) else left).append(item)
+        taken = item.get_closest_marker("essential") or _is_drawn(config, item.path)
+        (kept if taken else left).append(item)
     if left:
         config.hook.pytest_deselected(items=left)
     items[:] = kept
+
+
+def _is_drawn(config: pytest.Config, path: Path) -> bool:
+    return drawn(config.getoption("--share"), config.getoption("--draw"))(str(path.relative_to(config.rootpath)))

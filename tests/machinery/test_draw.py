@@ -30,13 +30,15 @@ def test_what_is_no_share_is_refused(share: str) -> None:
         parsed(share)
 
 
-def test_the_draw_is_the_same_side_by_side_with_all_fast_and_essential_tests(planted: Planted) -> None:
-    slow = "import pytest\n@pytest.mark.slow\ndef test_slow(): pass\n"
+@pytest.mark.slow
+def test_the_draw_is_the_same_side_by_side_and_keeps_what_is_essential(planted: Planted) -> None:
     for number in range(8):
-        planted.write(f"test_{number}", slow)
-    planted.write("test_fast", "def test_fast(): pass\n")
-    planted.write("test_essential", slow.replace("slow\n", "slow\n@pytest.mark.essential\n", 1))
+        planted.write(f"test_{number}", "def test_it(): pass\n")
+    essential = "import pytest\n@pytest.mark.essential\ndef test_essential(): pass\ndef test_other(): pass\n"
+    names = {f"test_{name}" for name in "abcdefgh"}
+    for name in names:
+        planted.write(name, essential)
     one, two = planted.run("--share", "1/5", "--draw", "x"), planted.run("--share", "1/5", "--draw", "x", "-n", "2")
     assert one.passed == two.passed
-    assert {"test_fast.py::test_fast", "test_essential.py::test_slow"} < one.passed
-    assert len(one.passed) < 10
+    assert {f"{name}.py::test_essential" for name in names} < one.passed
+    assert len(one.passed) < 24

@@ -38,6 +38,7 @@ def test_what_failed_is_handed_over_and_fails_no_run(planted: Planted) -> None:
     assert (run.passed, run.failed, run.skipped) == (1, len(NAMED), 0)
 
 
+@pytest.mark.slow
 def test_side_by_side_a_crash_is_handed_over_as_one(planted: Planted) -> None:
     for name, text in (BAD | {"test_crash": CRASH}).items():
         planted.write(name, text)
@@ -47,6 +48,7 @@ def test_side_by_side_a_crash_is_handed_over_as_one(planted: Planted) -> None:
     assert kinds(planted) == NAMED | {("test_crash.py", "crash")}
 
 
+@pytest.mark.slow
 def test_where_nobody_collects_and_where_nothing_is_collected_a_run_fails(planted: Planted) -> None:
     planted.write("test_wrong", BAD["test_wrong"])
     assert planted.run().code == 1
@@ -80,6 +82,7 @@ def test_safety_and_crashes_are_never_looked_at_again(kind: str) -> None:
     assert not seen
 
 
+@pytest.mark.slow
 def test_second_look_runs_a_test_of_this_folder_once_more(planted: Planted) -> None:
     here = "tests/machinery/test_second_look.py"
     steady, gone = f"{here}::test_verdict[--True-]", f"{here}::test_that_is_not_there"

@@ -184,11 +184,11 @@ class AnyRunOfGuardedDrives(AnyRun):
 
 
 AnyRunOfGuardedDrives.TestCase.settings = settings(
-    max_examples=60, stateful_step_count=15, deadline=None, derandomize=True
+    max_examples=30, stateful_step_count=15, deadline=None, derandomize=True
 )
 test_any_run_of_guarded_drives = AnyRunOfGuardedDrives.TestCase
 
-AnyRun.TestCase.settings = settings(max_examples=300, stateful_step_count=15, deadline=None, derandomize=True)
+AnyRun.TestCase.settings = settings(max_examples=75, stateful_step_count=15, deadline=None, derandomize=True)
 test_any_run = AnyRun.TestCase
 
 

@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+import pytest
+
 from tests.patience import patient
 
 _WITHOUT_SEMAPHORES = """
@@ -22,6 +24,7 @@ assert refused
 """
 
 
+@pytest.mark.slow
 def test_missing_shared_memory_raises_no_warning() -> None:
     process = subprocess.run(
         [sys.executable, "-W", "error", "-c", _WITHOUT_SEMAPHORES],

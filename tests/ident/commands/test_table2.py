@@ -2,6 +2,8 @@ import json
 from functools import partial
 from pathlib import Path
 
+import pytest
+
 from ident.cli import program
 from ident.paper.methods import PAPER
 from tests.running import ran
@@ -24,6 +26,7 @@ def test_the_samples_show_the_papers_order_beside_its_values(tmp_path: Path) -> 
     assert figures == sorted(f"figure_{number}.{kind}" for number in (3, 6, 7, 8, 9, 10) for kind in ("csv", "png"))
 
 
+@pytest.mark.slow
 def test_a_study_compares_swarms_of_several_sizes_and_seeds(tmp_path: Path) -> None:
     brief = ["--set", "pso.iterations=40", "--set", "pso_classic.iterations=40", "--plots", tmp_path / "plots"]
     document = json.loads(table2("--json", "--seed", 3, "--seeds", 2, "--sizes", "12,30", *brief).stdout)

@@ -12,7 +12,7 @@ from recordings.reader import read
 from recordings.recording import Recording
 from tests.ident.conftest import write_recording
 from tests.ident.data_problems.test_mistakes import MISTAKES, problems_of, robot
-from tests.running import printed
+from tests.running import first_fast, printed
 
 HEALED = [name for name, mistake in MISTAKES.items() if mistake.remedy.startswith("--")]
 
@@ -25,7 +25,7 @@ def healed_by(recording: Recording) -> Path:
     return Path(words[words.index("--out") + 1])
 
 
-@pytest.mark.parametrize("mistake", HEALED)
+@pytest.mark.parametrize("mistake", first_fast(HEALED))
 def test_the_remedy_gives_the_clean_recording(mistake: str, tmp_path: Path) -> None:
     clean = robot(3)
     file = write_recording(replace(MISTAKES[mistake].change(clean), path=tmp_path / "run.mcap"))

@@ -15,6 +15,7 @@ from recordings.reader import read
 from recordings.recording import Recording
 from tests.conftest import Runner
 from tests.recordings.importing.foreign import FILES, KT, START, torque
+from tests.running import first_fast
 
 SAMPLES = Path(__file__).parents[3] / "recordings" / "samples"
 Maker = Callable[[str], tuple[Path, list[str]]]
@@ -29,7 +30,7 @@ def proposed(file: Path, options: list[str]) -> list[str]:
     return shlex.split(guess["command"])[2:]
 
 
-@pytest.mark.parametrize("kind", FILES)
+@pytest.mark.parametrize("kind", first_fast(FILES))
 def test_proposed_command_gives_the_arrays_of_the_recording(
     kind: str, foreign_file: Maker, sample: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -10,6 +10,7 @@ from tests.ident.export.models import model_with
 from tests.ident.export.targets.compilers import STRICT, need
 from tests.ident.export.targets.test_c import DELTA, export
 from tests.patience import patient
+from tests.running import first_fast
 
 CORTEX_M7 = ("-mcpu=cortex-m7", "-mfpu=fpv5-d16", "-mfloat-abi=hard")
 BOARD = (
@@ -56,7 +57,7 @@ def run(folder: Path, *words: str) -> str:
     return done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("name", TOOLCHAINS)
+@pytest.mark.parametrize("name", first_fast(TOOLCHAINS))
 def test_it_compiles_without_warnings_and_gives_the_test_vectors(name: str, folder: Path) -> None:
     """The example's limits are 1e-12 and, in single precision, 1e-4 of the largest torque."""
     chain = TOOLCHAINS[name]
