@@ -38,6 +38,7 @@ test: lint test-fast
 
 # All that is checked without root: also before an issue is called resolved.
 test-all: SHARE = 1/1
+test-all: ONE_IN = 1
 test-all: test test-slow test-realtime
 
 # Tests side by side on all cores; a worker that is done takes over from one that is not.
@@ -46,14 +47,16 @@ SIDE_BY_SIDE := -n auto --maxprocesses 8 --dist worksteal
 test-fast: $(READY)
 	$(BIN)/python -m pytest -q $(SIDE_BY_SIDE) -m "not slow and not realtime"
 
-# A fifth of the modules, drawn by the commit, and what is essential; the draw is printed at the end of `.ci/run`.
+# A fifth of the modules, with a quarter of the variations of each test, drawn by the commit, and what is essential; the
+# draw is printed at the end of `.ci/run`.
 SHARE ?= 1/5
+ONE_IN ?= 4
 DRAW ?= $(shell git rev-parse HEAD 2> /dev/null || echo "without-git")
 
 # One worker more than cores, because many of these tests wait: for a browser, a motion or another program.
 test-slow: $(READY)
 	$(BIN)/python -m pytest -q $(SIDE_BY_SIDE:auto=$$(($$(nproc) + 1))) -m "slow and not realtime" \
-	    --share $(SHARE) --draw $(DRAW)
+	    --share $(SHARE) --one-in $(ONE_IN) --draw $(DRAW)
 
 # Beside nothing else; where this machine does not keep time, what was skipped for that is said with figures.
 test-realtime: $(READY)
@@ -138,7 +141,7 @@ docs-output: $(READY)
 PICTURES := import where-it-fails at-the-floor
 pictures: demo
 	$(BIN)/python -m tests.pictures $(DEMO)/report.html docs/pictures/error-falls.png
-	$(BIN)/python -m pytest -q tests/ident/workbench/test_mission.py -k "mouse or dropped"
+	$(BIN)/python -m pytest -q tests/ident/workbench/test_mission.py tests/ident/workbench/test_dropped.py -k "mouse or dropped"
 	cp $(PICTURES:%=runs/workbench-screenshots/%.png) docs/pictures/
 
 bench: $(READY)

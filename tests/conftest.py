@@ -56,7 +56,8 @@ pytest_runtest_makereport = hand_over.note_safety
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add what `make` and `.ci/run` ask for."""
     parser.addoption("--share", default="1/1", help="run such a share of the modules, and what is essential")
-    parser.addoption("--draw", default="always the same", help="digest that draws it")
+    parser.addoption("--one-in", type=int, default=1, help="run one in so many variations of each test")
+    parser.addoption("--draw", default="any", help="digest that draws them")
     parser.addoption("--hand-to", metavar="FOLDER", help="hand failures to tests.machinery.second_look, and succeed")
 
 
@@ -71,8 +72,8 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Of what is not drawn, keep what is essential, and give each test a deadline."""
-    draw.keep_essential(config, items)
+    """Keep what is drawn or essential, and give each test a deadline."""
+    draw.keep_drawn(config, items)
     for item in items:
         if item.get_closest_marker("timeout") is None:
             long = any(map(item.get_closest_marker, ("slow", "realtime", "vcan")))

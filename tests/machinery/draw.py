@@ -2,9 +2,11 @@
 
 `--share 1/5 --draw DIGEST` runs one fifth; the same digest always draws the same. What is marked `essential` always
 runs. Each module has one of five buckets, and so has a digest: five shares are disjoint, and together they are all.
+`--one-in 4` draws from the variations of a test, its parameters, in the same way.
 """
 
 import hashlib
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
@@ -44,15 +46,25 @@ def is_left_out(config: pytest.Config, path: Path) -> bool:
     return is_module and not _is_drawn(config, path) and _ESSENTIAL not in path.read_text(encoding="utf-8")
 
 
-def keep_essential(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Of the modules that are not drawn, keep what is essential."""
+def keep_drawn(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Keep what is essential and, of the modules that are drawn, one in `--one-in` variations of each test."""
+    variations = Counter(map(_test, items))
+    turn, seen = bucket(config.getoption("--draw"), 2**32), Counter[tuple[str, bool]]()
     kept, left = list[pytest.Item](), list[pytest.Item]()
     for item in items:
-        taken = item.get_closest_marker("essential") or _is_drawn(config, item.path)
+        count = min(config.getoption("--one-in"), variations[_test(item)])
+        has_turn = seen[_test(item)] % count == turn % count
+        seen[_test(item)] += 1
+        taken = item.get_closest_marker("essential") or (has_turn and _is_drawn(config, item.path))
         (kept if taken else left).append(item)
     if left:
         config.hook.pytest_deselected(items=left)
     items[:] = kept
+
+
+def _test(item: pytest.Item) -> tuple[str, bool]:
+    """Name of a test without the parameters of a variation; fast and slow ones are drawn apart."""
+    return item.nodeid.partition("[")[0], item.get_closest_marker("slow") is not None
 
 
 def _is_drawn(config: pytest.Config, path: Path) -> bool:

@@ -120,6 +120,12 @@ def workbench(hidden: NewFolder) -> Iterator[RunningWorkbench]:
         yield start(hidden())
 
 
+@pytest.fixture
+def own_workbench(hidden: NewFolder, serve: Serve) -> RunningWorkbench:
+    """A workbench that nobody has used: whether the page asks before a fit depends on what was done before."""
+    return serve(hidden())
+
+
 class Browser:
     """One browser tab with helpers for the tests."""
 
@@ -137,6 +143,10 @@ class Browser:
     def at(self, name: str) -> Any:
         """Return the element with this test identifier."""
         return self.page.locator(f'[data-test="{name}"]')
+
+    def rms(self, kind: str, step: int, joint: int) -> float:
+        """Return an error from the table of the list of steps."""
+        return float(self.text(f"{kind}-{step}-{joint}"))
 
     def click(self, *names: str) -> None:
         """Click one control after the other, each as soon as it can be; again where it has moved from the pointer."""

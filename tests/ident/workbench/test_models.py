@@ -1,24 +1,13 @@
-"""Other work on the page: previews, time spans, branches, swarm, hostile recordings."""
+"""Other work on the page: previews, time spans, branches, swarm."""
 
 import json
 import re
-from collections.abc import Callable
-from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
-from ident.workbench.folder import SUFFIX, Folder
-from recordings.recording import Recording
-from tests.ident.conftest import write_recording
-from tests.ident.data_problems.test_mistakes import MISTAKES, robot
-from tests.ident.workbench.conftest import Browser, RunningWorkbench, Serve
-from tests.ident.workbench.test_mission import rms
+from tests.ident.workbench.conftest import Browser, RunningWorkbench
 
 pytestmark = pytest.mark.slow
-
-IMAGE = "<img src=x onerror=window.hacked=1>"
-SCRIPT = "<script>window.hacked=1</script>"
 
 
 @pytest.fixture
@@ -99,7 +88,7 @@ def _check_linked_zoom(fitted: Browser) -> None:
 def test_two_branches(fitted: Browser) -> None:
     fitted.click("add-stribeck")
     fitted.at("step-2").wait_for()
-    error = rms(fitted, "held", 2, 2)
+    error = fitted.rms("held", 2, 2)
     fitted.click("fork", "undo")
     fitted.at("step-2").wait_for(state="detached")
     # Cards of this model. The preview may be another card's: the page has become shorter below the pointer.
@@ -109,11 +98,11 @@ def test_two_branches(fitted: Browser) -> None:
     fitted.at("step-2").wait_for()
     assert fitted.text("branch-A") == "A: stribeck"
     assert fitted.text("branch-B") == "B: joint_spring (current)"
-    assert rms(fitted, "held", 2, 2) > 2 * error
+    assert fitted.rms("held", 2, 2) > 2 * error
     fitted.screenshot("branches")
     fitted.click("switch-A")
     fitted.at("branch-A").filter(has_text="current").wait_for()
-    assert rms(fitted, "held", 2, 2) == error
+    assert fitted.rms("held", 2, 2) == error
     fitted.click("drop-B")
     fitted.at("branch-A").wait_for(state="detached")
     fitted.click("undo")
@@ -138,43 +127,3 @@ def test_swarm_fit_on_the_page(workbench: RunningWorkbench, browser: Browser) ->
     saved = json.loads((workbench.folder / "fig5a.pso.model.json").read_text())
     assert saved["method"]["name"] == "pso"
     (workbench.folder / "fig5a.pso.model.json").unlink()
-
-
-def test_names_and_metadata_of_a_hostile_recording_are_shown_as_text(
-    make: Callable[..., Recording], write: Callable[[Recording], Path], tmp_path: Path, serve: Serve, browser: Browser
-) -> None:
-    recording = make(path=tmp_path / "evil.mcap", rate=250.0)
-    rig = recording.rig.model_copy(update={"name": IMAGE})
-    run = recording.run.model_copy(update={"trajectory": SCRIPT, "software": IMAGE})
-    write(replace(recording, rig=rig, run=run))
-    (tmp_path / f"{IMAGE}.mcap").write_bytes((tmp_path / "evil.mcap").read_bytes())
-    with (tmp_path / "huge.mcap").open("wb") as file:  # two recordings alone would be chosen at once
-        file.truncate(2**30)
-    browser.open(serve(tmp_path).address)
-    page, names = browser.page, Folder.at(tmp_path).names(SUFFIX)
-    page.get_by_text(f"{IMAGE}.mcap").wait_for()
-    browser.click(f"train-{names.index('evil.mcap')}")
-    assert IMAGE in browser.text("quality-rig")
-    assert SCRIPT in browser.text("quality-motion")
-    browser.click(f"train-{names.index(f'{IMAGE}.mcap')}")
-    page.get_by_text("a plain file name").wait_for()
-    browser.click(f"train-{names.index('huge.mcap')}")
-    page.get_by_text("is not an MCAP file").wait_for()
-    browser.screenshot("hostile")
-    assert page.evaluate("window.hacked") is None
-    assert not page.locator("img[src=x]").count()
-
-
-def test_a_recording_that_cannot_be_right_is_healed(tmp_path: Path, serve: Serve, browser: Browser) -> None:
-    flipped = MISTAKES["flipped torque"].change(robot(3))
-    for name in ("a", "b"):
-        write_recording(replace(flipped, path=tmp_path / f"{name}.mcap"))
-    browser.open(serve(tmp_path).address)
-    browser.click("tab-data")
-    browser.wait_for_text("problem-torque-sign", "joint 1")
-    browser.check("data-problem")
-    browser.click("heal-torque-sign")
-    browser.page.get_by_text("a-healed.mcap").first.wait_for()
-    browser.at("problem-torque-sign").wait_for(state="detached")
-    browser.check("healed")
-    assert (tmp_path / "a-healed.mcap").exists()
