@@ -139,6 +139,7 @@ def test_a_frame_without_pandas_says_how_to_get_it(model: Model, monkeypatch: py
         model.to_frame()
 
 
+@pytest.mark.slow
 def test_models_and_ten_recordings_work_in_other_processes(model: Model) -> None:
     recordings, fit = [measured(shape) for shape in range(10)], partial(ident.fit, method="ls")
     motion = [np.linspace(-1, 1, 20)[:, None]] * 3

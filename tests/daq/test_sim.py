@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from tests import timekeeping
 from tests.conftest import Runner
 from tests.patience import patient
 from tests.running import DRIVES, served, udp_bus
@@ -22,6 +23,7 @@ def test_signal_ends_the_program_orderly(number: signal.Signals, tmp_path: Path)
     assert not any(Path(port).is_symlink() for port in ports)
 
 
+@pytest.mark.realtime
 def test_it_ends_with_the_program_that_started_it(tmp_path: Path) -> None:
     (tmp_path / "bus.toml").write_text(f'name = "b"\n{udp_bus()}{DRIVES}')
     with served(tmp_path, "--rig", "bus.toml") as process:
@@ -30,10 +32,11 @@ def test_it_ends_with_the_program_that_started_it(tmp_path: Path) -> None:
         assert process.wait(timeout=patient(120)) == 0
 
 
+@pytest.mark.realtime
 def test_second_simulation_with_the_same_node_ids_is_rejected(daq: Runner, tmp_path: Path) -> None:
     (tmp_path / "bus.toml").write_text(f'name = "b"\n{udp_bus()}{DRIVES}')
-    with served(tmp_path, "--rig", "bus.toml"):
+    with served(tmp_path, "--rig", "bus.toml"), timekeeping.watched() as machine:
         done = daq("sim", "--rig", "bus.toml", "--hidden", 1)
-    assert done.code == 2
+    machine.expect(done.code == 2, "the answer of node 1 came too late")
     assert "node 1 answers; end the other `daq sim`" in done.err
     assert not (tmp_path / "sim.sealed.json").exists()

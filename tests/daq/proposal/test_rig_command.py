@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from recordings.reader import read
+from tests import timekeeping
 from tests.conftest import Runner
 from tests.drivers.simulated.dictionaries import GEAR, MADE_UP, RATED_CURRENT, RATED_TORQUE
 from tests.running import free_port, served
@@ -121,14 +122,15 @@ def test_an_interface_that_does_not_exist_is_refused(daq_in_process: Runner, tmp
     assert not (tmp_path / "rig.toml").exists()
 
 
+@pytest.mark.realtime
 def test_drives_on_the_bus_are_read(daq: Runner, tmp_path: Path) -> None:
     eds, _ = MADE_UP["one_millisecond"].write(tmp_path)
     bus = f"udp_multicast:239.74.163.33:{free_port()}"
     assert daq("rig", "propose", "--eds", eds, "--bus", bus, "--nodes", "5,9,12").code == 0
     decide(tmp_path / "rig.toml")
-    with served(tmp_path, "--rig", "rig.toml", "--eds", eds):
+    with served(tmp_path, "--rig", "rig.toml", "--eds", eds), timekeeping.watched() as machine:
         scanned = daq("rig", "propose", "--scan", "--bus", bus, "--out", "scanned.toml")
-    assert scanned.code == 0, scanned.err
+    machine.expect(scanned.code == 0, scanned.err)
     text = (tmp_path / "scanned.toml").read_text()
     assert "values: as read from the drive" in text
     assert [drive["node_id"] for drive in tomllib.loads(text)["drives"]] == [5, 9, 12]

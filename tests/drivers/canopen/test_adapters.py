@@ -151,6 +151,7 @@ def rig_over(path: str) -> str:
     return f'name = "bench"\nrate = 100\n{limits}[bus]\ninterface = "slcan"\nchannel = "{path}"\n{options}\n{drives}'
 
 
+@pytest.mark.slow
 def test_a_recording_over_slcan(daq_in_process: Runner, tmp_path: Path) -> None:
     rig = Rig(**simulated_rig().model_dump() | {"rate": 100.0, "bus": CanBus(channel="behind slcan")})
     machine = SimulatedRig(rig, SimConfig(), open_bus(rig.can), pace="lockstep", seed=0)

@@ -3,10 +3,12 @@
 from collections import defaultdict
 
 import numpy as np
+import pytest
 
 from drivers.protocol import Goal, Power
 from recordings.rig import Drive, Limits, Rig
 from tests.drivers.canopen.lossy_bus import LossyBus, reach
+from tests.patience import patient
 from tests.safety import assert_safe
 
 QUICK_STOP, OFF, NO_OFFSET, NO_WATCHDOG = "6040:0002", "6040:0000", "60B2:0000", "1016:00000000"
@@ -18,6 +20,7 @@ RIG = Rig(
 )
 
 
+@pytest.mark.timeout(patient(60))
 def test_every_drive_that_answers_is_stopped_off_and_without_a_watchdog_and_the_silent_one_named() -> None:
     bus, reports, written = LossyBus(RIG), [], defaultdict[int, list[str]](list)
     driver = bus.driver(lambda *line: reports.append(line))

@@ -97,6 +97,7 @@ def test_a_comparison_leads_to_the_recordings_of_the_fit(folder: Path, monkeypat
     assert next_words(run("compare", model, other, "--force"))[:3] == ["diagnose", str(other), "--model"]
 
 
+@pytest.mark.slow
 def test_a_diagnosis_leads_to_a_model_and_then_to_a_report(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = (folder / "a.model.json").read_bytes()
     words = next_words(run("diagnose", folder / "a.mcap", "--validate", folder / "b.mcap", "--cutoff", 20))

@@ -29,6 +29,7 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Case:
     return make_case(tmp_path_factory.mktemp("reported"))
 
 
+@pytest.mark.slow
 def test_a_frequency_response_is_a_part_of_the_report(case: Case, tmp_path: Path) -> None:
     response = write_recording(replace(multisine_recording(cycles=2), path=tmp_path / "joint2.mcap"))
     out = tmp_path / "r.html"

@@ -13,6 +13,7 @@ from tests.conftest import Runner, launcher
 from tests.patience import patient
 
 
+@pytest.mark.slow
 def test_an_occupied_port_is_refused(ident: Runner) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         done = ident("workbench", "--no-browser", "--port", server.getsockname()[1])

@@ -12,6 +12,7 @@ from ident.estimation.problem import Estimate
 from ident.estimation.regression import Regression
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
+from tests.running import first_fast
 
 
 def fitted(*recordings: Recording, preprocessing: str = "parallel") -> tuple[Fit, int]:
@@ -23,7 +24,7 @@ def fitted(*recordings: Recording, preprocessing: str = "parallel") -> tuple[Fit
     return result, sum(len(regression.rows()[1]) for regression in regressions)
 
 
-@pytest.mark.parametrize("preprocessing", plugins.names("ident.data.preprocessing"))
+@pytest.mark.parametrize("preprocessing", first_fast(plugins.names("ident.data.preprocessing")))
 def test_parameters_of_eq_36_are_estimated_within_one_percent(
     make: Callable[..., Recording], truth: Floats, preprocessing: str
 ) -> None:

@@ -21,7 +21,7 @@ from tests.patience import patient
 RECORDINGS = 8
 KILLED_AT = 3
 """Recording whose rows are being written when the client is killed."""
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(patient(300))]
 
 Progress = Callable[[int, int], None]
 

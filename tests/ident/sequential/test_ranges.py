@@ -37,6 +37,7 @@ def observed(means: Floats, std: Floats, true_std: float) -> tuple[Floats, Float
     return np.exp(evidence.log_e).mean(axis=(1, 2)), largest
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mean", [0.0, EDGE])
 def test_mean_of_e_values_is_at_most_one_on_correlated_residuals(mean: float) -> None:
     """Also for the worst mean that the null hypothesis allows: at the edge of the range."""

@@ -51,6 +51,7 @@ def spec_of(step_list: views.StepsView, validate: Path | None = VALIDATE) -> vie
     return views.StepsSpec(TRAIN, validate, tuple(step.spec for step in step_list.steps))
 
 
+@pytest.mark.slow
 def test_fit_add_remove_and_return(engine: Any) -> None:
     step_list, series, candidates, _, residuals = engine.fit(TRAIN, VALIDATE)
     assert [step.label for step in step_list.steps] == ["base model", "+ rod_inertia"]

@@ -130,6 +130,7 @@ def test_cancelled_job_leaves_the_state_unchanged(fitted: WorkbenchSession) -> N
     assert selection.step_list.steps[-1].label == "− rod_inertia", "a new process continues from there"
 
 
+@pytest.mark.slow
 def test_new_choice_of_recordings_discards_the_results(tmp_path: Path) -> None:
     """A recording of another machine is not accepted for validation."""
     for name in ("fig5a.mcap", "fig5b.mcap"):

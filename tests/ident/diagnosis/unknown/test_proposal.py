@@ -37,8 +37,8 @@ def proposal(torque: building.Torque, joints: int = 1) -> Proposal | None:
     ("torque", "joints", "column", "value"),
     [
         (uneven_grease, 1, "qd * sin(3 * q)", 0.3 * np.cos(0.5)),
-        (eddy_currents, 1, "qd / (1 + (qd / v) ** 2)", 2.0),
-        (cable, 2, "(q1 - q2)", 2.0),
+        pytest.param(eddy_currents, 1, "qd / (1 + (qd / v) ** 2)", 2.0, marks=pytest.mark.slow),
+        pytest.param(cable, 2, "(q1 - q2)", 2.0, marks=pytest.mark.slow),
     ],
 )
 def test_law_that_was_planted_is_proposed(torque: building.Torque, joints: int, column: str, value: float) -> None:

@@ -8,6 +8,7 @@ import pytest
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats
 from tests.ident import building
+from tests.running import first_fast
 
 SEEDS = [pytest.param(seed, marks=[pytest.mark.slow] if seed else []) for seed in range(5)]
 Law = Callable[[np.random.Generator], building.Torque]
@@ -59,7 +60,7 @@ def named(torque: building.Torque | None, seed: int, **motion: float) -> list[tu
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("effect", FIRST)
+@pytest.mark.parametrize("effect", first_fast(FIRST))
 def test_an_effect_is_named_first(effect: str, seed: int) -> None:
     law = FIRST[effect](np.random.default_rng(seed))
     torque = building.of_size(law, 0.03, shape=seed)
@@ -78,14 +79,14 @@ def test_nothing_is_named_where_nothing_is_missing(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("curve", CURVES)
+@pytest.mark.parametrize("curve", first_fast(CURVES))
 def test_a_curve_over_the_position_is_named_alone_where_no_single_effect_has_its_shape(curve: str, seed: int) -> None:
     found = named(building.of_size(CURVES[curve], 0.1, shape=seed), seed)
     assert [names[0] for names in found] == ["position_torque"]
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("effect", SINGLES)
+@pytest.mark.parametrize("effect", first_fast(SINGLES))
 def test_a_curve_is_not_named_where_a_single_effect_will_do(effect: str, seed: int) -> None:
     (found,) = named(building.of_size(SINGLES[effect], 0.1, shape=seed), seed)
     assert found[0] != "position_torque"
