@@ -68,6 +68,7 @@ def _check_one_plot_at_a_time(browser: Browser) -> None:
 
 def test_a_browser_that_was_away_goes_on_where_it_was(own_workbench: RunningWorkbench, browser: Browser) -> None:
     browser.open(own_workbench.address)
+    browser.page.get_by_text("Choose a recording with Train").wait_for(state="detached")  # the page is connected
     browser.page.evaluate("window.kept = true; window.socket.disconnect()")
     browser.page.wait_for_timeout(1e3 * AWAY)
     browser.click("tab-model")
