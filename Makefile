@@ -71,9 +71,9 @@ test-vcan: $(READY)
 ci:
 	@test -z "$$(git status --porcelain)" || { echo "make ci: commit first; it runs a clone of the last commit" >&2; exit 2; }
 	@test "$$(id -u)" = 0 || { echo "make ci: needs root, to install Debian's packages" >&2; exit 2; }
-	rm -rf build/ci && git clone --quiet . build/ci
-	cd build/ci && CI=true REAL_DATA=$${REAL_DATA:-$(abspath ../shared/data)} bash .ci/run < /dev/null
-	cp build/ci/build/ci.passed build/ci.passed
+	mkdir -p build && clone=$$(mktemp -d)/main && git clone --quiet . $$clone && echo "in $$clone" && \
+	    (cd $$clone && CI=true REAL_DATA=$${REAL_DATA:-$(abspath ../shared/data)} bash .ci/run < /dev/null) && \
+	    cp $$clone/build/ci.passed build/ci.passed && rm -rf $$(dirname $$clone)
 
 lint: $(READY)
 	$(BIN)/ruff check .
