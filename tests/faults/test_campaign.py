@@ -59,8 +59,6 @@ _FED_FORWARD = (
 _SERIAL = ("feed-forward, serial: one reply lost", "serial: model with gravity reversed")
 _PROGRAMS = (
     "SIGINT twenty times",
-    "SIGTERM",
-    "SIGKILL of the recorder",
     "SIGKILL of the recorder at full torque offset",
 )
 

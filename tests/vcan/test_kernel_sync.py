@@ -56,7 +56,8 @@ def test_every_sync_of_the_kernel_is_accounted_for(run: Run) -> None:
     # The kernel does not wait for targets: a SYNC before them is a missed cycle of the host, unless the computer
     # sends them late.
     without, missed = max(stale(frames)), figures["cycles_missed"]
-    run.machine.expect(without <= missed, f"{without} SYNCs without a target, {missed} missed cycles")
+    accounted = without <= missed + _LATE * len(syncs)
+    run.machine.expect(accounted, f"{without} SYNCs without a target, {missed} missed cycles")
 
 
 def test_kernel_keeps_the_period_and_targets_precede_their_sync(run: Run) -> None:
