@@ -50,7 +50,7 @@ settings.load_profile("ci" if os.environ.get("CI") == "true" else "desk")
 _DEADLINE, _SLOW_DEADLINE = 300.0, 900.0
 """Time that a test may take [s] if it has none of its own; it is ended and named then."""
 
-pytest_runtest_makereport = hand_over.note_safety
+pytest_runtest_makereport = hand_over.note_kind
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -13,9 +13,9 @@ from recordings.reader import read, read_can
 from recordings.recording import Recording
 from tests import timekeeping
 from tests.conftest import Runner, launcher
+from tests.failures import assert_safe
 from tests.patience import patient
 from tests.running import DRIVES, accounted_for, last_told, served, udp_bus, wait_until_moving
-from tests.safety import assert_safe
 
 RIG = f'name = "bench"\n{DRIVES}'
 ONE_CYCLE = ("--traj", "fig5a", "--cycles", 1, "--rate", 250)

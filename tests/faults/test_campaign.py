@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 
 from tests import timekeeping
+from tests.failures import assert_safe
 from tests.faults import campaign, canopen, feedforward, habits, processes, serial
 from tests.faults.campaign import Outcome
-from tests.safety import assert_safe
 
 _TESTED = (
     "one answer dropped",

@@ -9,15 +9,15 @@ from collections import Counter
 from collections.abc import Generator
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import pytest
 
-from tests.safety import Unsafe
+from tests.failures import Mistimed, Unsafe
 
 FAILED, RUNS = "failed.jsonl", "runs.jsonl"
 """Files in the folder: a line for each failed test, and for each run of pytest."""
-_SAFETY = ("failed", "safety")
+_KIND = "kind of failure"
 """Property of a report, which comes with it from the process of the test."""
 
 
@@ -26,7 +26,7 @@ class Failure:
     """A test that failed."""
 
     test: str
-    kind: Literal["test", "safety", "crash"]
+    kind: Literal["test", "timing", "safety", "crash"]
     """Safety and crashes of a process of tests are not looked at again."""
 
 
@@ -44,11 +44,12 @@ class Finished:
 
 
 @pytest.hookimpl(wrapper=True)
-def note_safety(call: pytest.CallInfo[None]) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Note on the report that safety failed."""
+def note_kind(call: pytest.CallInfo[None]) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Note on the report of a test whether safety or timing failed."""
     report = yield
-    if call.excinfo is not None and call.excinfo.errisinstance(Unsafe):
-        report.user_properties.append(_SAFETY)
+    for failure, kind in ((Unsafe, "safety"), (Mistimed, "timing")):
+        if call.excinfo is not None and call.excinfo.errisinstance(failure):
+            report.user_properties.append((_KIND, kind))
     return report
 
 
@@ -66,8 +67,8 @@ class HandOver:
             self._outcomes[report.outcome] += 1
         if report.failed:
             crashed = report.when not in ("setup", "call", "teardown")
-            kind = "crash" if crashed else "safety" if _SAFETY in map(tuple, report.user_properties) else "test"
-            self._failures[report.nodeid] = Failure(report.nodeid, kind)  # type: ignore[arg-type]
+            kind: Any = "crash" if crashed else dict(report.user_properties).get(_KIND, "test")
+            self._failures[report.nodeid] = Failure(report.nodeid, kind)
 
     @pytest.hookimpl(trylast=True)
     def pytest_sessionfinish(self, session: pytest.Session) -> None:

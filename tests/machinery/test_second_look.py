@@ -1,24 +1,27 @@
 """What failed is looked at once more; what must not be excused is not."""
 
-from collections.abc import Callable
+import subprocess
 
 import pytest
 
+from tests.machinery import second_look
 from tests.machinery.conftest import Planted
-from tests.machinery.hand_over import Failure
+from tests.machinery.hand_over import Failure, Finished
 from tests.machinery.second_look import MOST, failures, finished, main, verdict
 
 BAD = {
     "test_wrong": "def test_wrong():\n    assert 1 == 2\n",
     "test_set_up": "import pytest\n@pytest.fixture\ndef broken():\n    raise OSError\ndef test_it(broken): pass\n",
-    "test_power": "from tests.safety import assert_safe\ndef test_power():\n    assert_safe(False, 'drive 2')\n",
+    "test_power": "from tests.failures import assert_safe\ndef test_power():\n    assert_safe(False, 'drive 2')\n",
     "test_hang": "import time, pytest\n@pytest.mark.timeout(1)\ndef test_hang():\n    time.sleep(1e6)\n",
+    "test_late": "from tests.timekeeping import Machine\ndef test_late():\n    Machine().expect(False, 'late')\n",
     "test_good": "def test_good():\n    pass\n",
 }
 NAMED = {
     ("test_wrong.py", "test"),
     ("test_set_up.py", "test"),
     ("test_power.py", "safety"),
+    ("test_late.py", "timing"),
     ("test_hang.py", "test"),
 }
 CRASH = "import os\ndef test_crash():\n    os._exit(1)\n"
@@ -68,21 +71,29 @@ def test_where_nobody_collects_and_where_nothing_is_collected_a_run_fails(plante
     ],
 )
 def test_verdict(failed: str, passing: str, good: bool, said: str) -> None:
-    result, lines = verdict([Failure(name, "test") for name in failed], passing.__contains__)
+    result, lines = verdict([Failure(name, "test") for name in failed], lambda failure: failure.test in passing)
     assert (result, ", ".join(lines)) == (good, said)
 
 
 @pytest.mark.parametrize("kind", ["safety", "crash"])
 def test_safety_and_crashes_are_never_looked_at_again(kind: str) -> None:
     seen: list[str] = []
-    passes: Callable[[str], bool] = lambda name: seen.append(name) is None  # noqa: E731
-    good, lines = verdict([Failure("a", "test"), Failure("b", kind)], passes)  # type: ignore[arg-type]
+    failed = [Failure("a", "test"), Failure("b", kind)]  # type: ignore[arg-type]
+    good, lines = verdict(failed, lambda failure: seen.append(failure.test) is None)
     assert not good
     assert lines == [f"not looked at again ({kind}): b"]
     assert not seen
 
 
 @pytest.mark.slow
+def test_a_skip_excuses_only_what_was_late(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = Finished("", passed=0, failed=0, skipped=1, share="")
+    monkeypatch.setattr(second_look, "finished", lambda folder: [run])
+    monkeypatch.setattr("subprocess.run", lambda command, **options: subprocess.CompletedProcess(command, 0))
+    assert second_look.passes(Failure("a", "timing"))
+    assert not second_look.passes(Failure("a", "test"))
+
+
 def test_second_look_runs_a_test_of_this_folder_once_more(planted: Planted) -> None:
     here = "tests/machinery/test_second_look.py"
     steady, gone = f"{here}::test_verdict[--True-]", f"{here}::test_that_is_not_there"

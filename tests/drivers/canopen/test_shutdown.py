@@ -8,8 +8,8 @@ import pytest
 from drivers.protocol import Goal, Power
 from recordings.rig import Drive, Limits, Rig
 from tests.drivers.canopen.lossy_bus import LossyBus, reach
+from tests.failures import assert_safe
 from tests.patience import patient
-from tests.safety import assert_safe
 
 QUICK_STOP, OFF, NO_OFFSET, NO_WATCHDOG = "6040:0002", "6040:0000", "60B2:0000", "1016:00000000"
 RIG = Rig(

@@ -18,8 +18,8 @@ from recordings.errors import BadInput
 from recordings.recording import Pace
 from recordings.rig import Rig
 from tests.drivers.transports.test_serial import rig
+from tests.failures import assert_safe
 from tests.patience import patient
-from tests.safety import assert_safe
 
 pytestmark = pytest.mark.timeout(patient(60))  # a reply that does not come is waited for without end
 
