@@ -10,13 +10,12 @@ import os
 import time
 from concurrent.futures import ProcessPoolExecutor
 
-VARIABLE = "DELTA_WORKBENCH_PATIENCE"
-FACTOR = float(os.environ.get(VARIABLE, "1"))
+from tests.timekeeping import LOOP_COUNT, LOOP_DURATION
+
+FACTOR = float(os.environ.get("DELTA_WORKBENCH_PATIENCE", "1"))
 _LARGEST = 10.0
 _DURATION = 3.0
 """Time that is measured [s]."""
-_LOOP_COUNT, _LOOP_DURATION = 20_000, 20_000 * 14e-9
-"""As in tests/timekeeping.py: iterations of an empty loop, and their duration on a quiet machine [s]."""
 
 
 def patient(seconds: float) -> float:
@@ -36,10 +35,10 @@ def _slowness(duration: float) -> float:
     """Wall time of the loops of one process in terms of what they usually take."""
     loops, start = 0, time.perf_counter()
     while (elapsed := time.perf_counter() - start) < duration:
-        for _ in range(_LOOP_COUNT):
+        for _ in range(LOOP_COUNT):
             pass
         loops += 1
-    return elapsed / (loops * _LOOP_DURATION)
+    return elapsed / (loops * LOOP_DURATION)
 
 
 if __name__ == "__main__":

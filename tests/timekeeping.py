@@ -20,7 +20,7 @@ WORST, USUAL, SLOWNESS = 0.1, 0.002, 2.0
 """Limits of a machine that keeps time: largest delay of a wake-up [s], 99 % quantile of the delays [s], and slowness
 relative to the machine for which the rates in the tests were chosen."""
 
-_LOOP_COUNT, _LOOP_DURATION = 20_000, 20_000 * 14e-9
+LOOP_COUNT, LOOP_DURATION = 20_000, 20_000 * 14e-9
 """Iterations of an empty loop in each step, and their duration on that machine [s]."""
 
 
@@ -87,15 +87,15 @@ def _watch(step: float) -> None:
         sleep_start = time.perf_counter()
         time.sleep(step)
         sleep_end = time.perf_counter()
-        for _ in range(_LOOP_COUNT):
+        for _ in range(LOOP_COUNT):
             pass
         delays.append(max(0.0, sleep_end - sleep_start - step))
         durations.append(time.perf_counter() - sleep_end)
     # A stall during the computation counts, too.
     stalls = [
-        delay + max(0.0, duration - 4 * _LOOP_DURATION) for delay, duration in zip(delays, durations, strict=True)
+        delay + max(0.0, duration - 4 * LOOP_DURATION) for delay, duration in zip(delays, durations, strict=True)
     ]
-    print(max(stalls), sorted(stalls)[int(0.99 * len(stalls))], sum(durations) / len(durations) / _LOOP_DURATION)
+    print(max(stalls), sorted(stalls)[int(0.99 * len(stalls))], sum(durations) / len(durations) / LOOP_DURATION)
 
 
 if __name__ == "__main__":

@@ -171,7 +171,7 @@ def test_signal_during_the_motion_ends_in_disabled_drives_and_a_complete_file(nu
 
 
 @pytest.mark.realtime
-def test_a_run_between_two_processes_account_for_every_frame(daq: Runner, tmp_path: Path) -> None:
+def test_a_run_between_two_processes_accounts_for_every_frame(daq: Runner, tmp_path: Path) -> None:
     (tmp_path / "udp.toml").write_text(RIG + udp_bus() + PATIENT)
     with served(tmp_path, "--rig", "udp.toml"), timekeeping.watched() as machine:
         done = daq("record", "--traj", "fig5a", "--cycles", 2, "--rig", "udp.toml", "--status")

@@ -30,7 +30,6 @@ from recordings.rig import Rig, simulated_rig
 from tests.faults.bridge import Bridge, Saboteur, unchanged
 from tests.faults.patience import PatientClock
 from tests.faults.saboteurs import START
-from tests.patience import patient
 from trajectories import Trajectory, load
 
 RATE = 250.0
@@ -222,7 +221,7 @@ def _rig(channel: str, fault: Fault) -> Rig:
 
 def finally_powered(drives: Sequence[SimulatedDrive], patience: float = 10.0) -> list[bool]:
     """Whether each drive is still powered after its watchdog and the last SYNC had time to act (`patience` [s])."""
-    deadline = time.monotonic() + patient(patience)
+    deadline = time.monotonic() + patience
     while any(drive.powered for drive in drives) and time.monotonic() < deadline:
         time.sleep(0.01)
     return [drive.powered for drive in drives]

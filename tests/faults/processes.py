@@ -8,7 +8,7 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -114,7 +114,7 @@ class Programs:
 
     def drives_are_disabled(self, patience: float = 30.0) -> bool:
         """Whether a new master reads that all drives are disabled; `patience` for their watchdogs [s]."""
-        deadline = time.monotonic() + patient(patience)
+        deadline = time.monotonic() + patience
         while not self._all_disabled():
             if time.monotonic() > deadline:
                 return False
@@ -213,9 +213,10 @@ def run(fault: ProcessFault) -> Outcome:
             fault.strike(programs)
             _, err = recorder.communicate(timeout=patient(120))
             disabled = programs.drives_are_disabled() if fault.drives_alive else True
-            if not begun:  # a busy machine ended the run before its motion: it may have no file yet
+            if not begun and not (Path(name) / "run.mcap").exists():  # a busy machine ended the run before its file
                 return Outcome(fault.name, None, None, 0, 0, recorder.returncode, err, disabled, False, False)
-            return _outcome(fault, recorder.returncode, err, disabled, programs.struck, Path(name))
+            outcome = _outcome(fault, recorder.returncode, err, disabled, programs.struck, Path(name))
+            return replace(outcome, passed=outcome.passed and begun, begun=begun)
         finally:
             programs.end()
 

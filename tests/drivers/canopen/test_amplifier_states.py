@@ -4,9 +4,17 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+from hypothesis.stateful import (
+    RuleBasedStateMachine,
+    initialize,
+    invariant,
+    precondition,
+    rule,
+    run_state_machine_as_test,
+)
 
 from daq.cycle.clock import LockstepClock
 from daq.cycle.exchange import RunParts
@@ -183,13 +191,18 @@ class AnyRunOfGuardedDrives(AnyRun):
         self._folder.cleanup()
 
 
-AnyRunOfGuardedDrives.TestCase.settings = settings(
-    max_examples=30, stateful_step_count=15, deadline=None, derandomize=True
+@pytest.mark.parametrize(
+    ("machine", "examples"),
+    [
+        (AnyRun, 75),
+        (AnyRunOfGuardedDrives, 30),
+        pytest.param(AnyRun, 300, marks=pytest.mark.slow),
+        pytest.param(AnyRunOfGuardedDrives, 60, marks=pytest.mark.slow),
+    ],
 )
-test_any_run_of_guarded_drives = AnyRunOfGuardedDrives.TestCase
-
-AnyRun.TestCase.settings = settings(max_examples=75, stateful_step_count=15, deadline=None, derandomize=True)
-test_any_run = AnyRun.TestCase
+def test_any_run(machine: type[AnyRun], examples: int) -> None:
+    chosen = settings(max_examples=examples, stateful_step_count=15, deadline=None, derandomize=True)
+    run_state_machine_as_test(machine, settings=chosen)
 
 
 def test_watchdog_is_armed_when_the_first_heartbeats_are_lost() -> None:

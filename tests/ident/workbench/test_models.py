@@ -1,4 +1,4 @@
-"""Other work on the page: previews, time spans, branches, swarm."""
+"""Models on the page: previews, time spans, branches, swarm."""
 
 import json
 import re
