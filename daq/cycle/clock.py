@@ -8,6 +8,8 @@ HOST_SHARE = 0.15
 """Share of the period that is reserved for the host's computations."""
 _MAX_HOST_TIME = 1e-3
 """Upper bound of that reserve [s]: at the low rates of serial lines, answers get the rest of the period."""
+_LEAST_TIMEOUT = 0.05
+"""Time in lockstep within which drives that are there answer while others are lost [s]."""
 
 
 class LockstepClock:
@@ -30,6 +32,11 @@ class LockstepClock:
     def overdue(self, index: int) -> float:
         """Time since the deadline of the cycle of SYNC `index` [s]; 0 before the deadline."""
         return 0.0
+
+    def note_answers(self, missing: int) -> None:
+        """Wait less each time that answers are missing: a lost drive must not hold up every cycle to the end."""
+        longest = type(self).answer_timeout
+        self.answer_timeout = max(self.answer_timeout / 2, _LEAST_TIMEOUT) if missing else longest
 
     def stamp(self, index: int) -> int:
         """Time of SYNC `index` [ns]: the time of SYNC 0 plus `index` configured periods."""
@@ -68,6 +75,9 @@ class HostClock:
         if self._start is None:
             return 0.0
         return max(0.0, time.perf_counter() - (self._start + index * self._period))
+
+    def note_answers(self, missing: int) -> None:
+        """See `LockstepClock`; a period is as long as it is."""
 
     def stamp(self, index: int) -> int:
         """See `LockstepClock`."""

@@ -80,6 +80,7 @@ class RecordedExchange:
         lateness = clock.wait(index)
         timeout = max(clock.answer_timeout - lateness, 0.2 * clock.answer_timeout)
         sample = parts.amplifiers.exchange(setpoint, timeout)
+        clock.note_answers(sample.missing)
         if sample.sync is not None and sample.sync > index:
             self._record_missed(index, sample.sync, lateness)
             index = sample.sync

@@ -2,16 +2,20 @@
 
 import os
 import signal
-import threading
-import time
 from collections.abc import Iterator
 
 import pytest
 
-from daq.commissioning.hold import TIMEOUT, HoldToRun
+from daq.commissioning import hold as module
+from daq.commissioning.hold import START_TIMEOUT, TIMEOUT, HoldToRun
 from daq.cycle.progress import CycleProgress
 from daq.cycle.stopping import StopRequest
-from tests.patience import patient
+from tests.simulated_time import SimulatedTime, simulate_time
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> SimulatedTime:
+    return simulate_time(monkeypatch, module)
 
 
 @pytest.fixture
@@ -19,49 +23,44 @@ def pipe() -> Iterator[tuple[int, int]]:
     reading, writing = os.pipe()
     yield reading, writing
     os.close(reading)
+    os.close(writing)
 
 
-def wait_for(stop: StopRequest, timeout: float = 10.0) -> None:
-    deadline = time.monotonic() + patient(timeout)
-    while not stop.count and time.monotonic() < deadline:
-        time.sleep(0.01)
-
-
-@pytest.mark.parametrize(("phase", "ends"), [("start", True), ("stream", False)])
-def test_end_of_the_keep_alives_stops_the_run(pipe: tuple[int, int], phase: str, ends: bool) -> None:
-    """Of the input, or only of what comes over it."""
-    with StopRequest() as stop, HoldToRun(CycleProgress(phase=phase), pipe[0]) as hold:
-        assert stop.count == 0
-        if ends:
-            os.close(pipe[1])
-        wait_for(stop)
+def held(clock: SimulatedTime, source: int, phase: str = "stream") -> float:
+    """How long the run is let go on [s]."""
+    begin = clock.now
+    hold = HoldToRun(CycleProgress(phase=phase), source)
+    with StopRequest() as stop:
+        hold._run_thread()
     assert hold.released
-    assert stop.count == 1
-    if not ends:
-        os.close(pipe[1])
-
-
-def test_keep_alives_keep_it_moving(pipe: tuple[int, int]) -> None:
-    let_go = threading.Event()
-
-    def press() -> None:
-        while not let_go.wait(TIMEOUT / 10):
-            os.write(pipe[1], b" ")
-
-    with StopRequest() as stop, HoldToRun(CycleProgress(phase="stream"), pipe[0]) as hold:
-        key = threading.Thread(target=press)
-        key.start()
-        time.sleep(2 * TIMEOUT)
-        held = (stop.count, hold.released)
-        let_go.set()
-        key.join()
-    assert held == (0, False)
-    os.close(pipe[1])
-
-
-def test_keep_alives_from_before_the_run_do_not_count(pipe: tuple[int, int]) -> None:
-    os.write(pipe[1], b" " * 5000)
-    os.close(pipe[1])
-    with StopRequest() as stop, HoldToRun(CycleProgress(phase="stream"), pipe[0]):
-        wait_for(stop)
     assert stop.reason == f"stopped by the operator ({signal.Signals.SIGTERM.name})"
+    return clock.now - begin
+
+
+@pytest.mark.parametrize(("phase", "timeout"), [("start", START_TIMEOUT), ("approach", TIMEOUT), ("stream", TIMEOUT)])
+@pytest.mark.parametrize("presses", [0, 10])
+def test_run_goes_on_as_long_as_keep_alives_come_in_time(
+    clock: SimulatedTime, pipe: tuple[int, int], phase: str, timeout: float, presses: int
+) -> None:
+    """One comes shortly before the timeout after the other."""
+    for k in range(1, presses + 1):
+        clock.at(0.95 * k * timeout, lambda: os.write(pipe[1], b" "))
+    assert held(clock, pipe[0], phase) == pytest.approx((0.95 * presses + 1) * timeout, abs=0.03)
+
+
+def test_end_of_the_input_stops_the_run_at_once(clock: SimulatedTime) -> None:
+    reading, writing = os.pipe()
+    clock.at(0.1, lambda: os.close(writing))
+    assert held(clock, reading) == pytest.approx(0.1)
+    os.close(reading)
+
+
+def test_keep_alives_from_before_the_run_do_not_count(clock: SimulatedTime, pipe: tuple[int, int]) -> None:
+    os.write(pipe[1], b" " * 5000)
+    assert held(clock, pipe[0]) == pytest.approx(TIMEOUT, abs=0.03)
+
+
+def test_a_run_that_has_ended_is_not_stopped(pipe: tuple[int, int]) -> None:
+    with StopRequest() as stop, HoldToRun(CycleProgress(phase="stream"), pipe[0]) as hold:
+        pass
+    assert (stop.count, hold.released) == (0, False)

@@ -1,7 +1,7 @@
 import pytest
 
 from daq.cycle import clock as module
-from daq.cycle.clock import HostClock
+from daq.cycle.clock import HostClock, LockstepClock
 
 
 class Host:
@@ -61,3 +61,14 @@ def test_answer_timeout_is_the_period_without_the_host_share(rate: float, timeou
     clock = HostClock(rate)
     assert clock.answer_timeout == pytest.approx(timeout)
     assert clock.overdue(0) == 0.0, "nothing is overdue before the first cycle"
+
+
+def test_lost_answers_in_lockstep_cost_seconds_not_minutes() -> None:
+    clock, waited = LockstepClock(250.0), 0.0
+    longest = clock.answer_timeout
+    for _ in range(113):  # a run that ends because a drive is lost, with its stop and power-off
+        waited += clock.answer_timeout
+        clock.note_answers(1)
+    assert waited < 2 * longest + 113 * 0.05 + 0.1
+    clock.note_answers(0)
+    assert clock.answer_timeout == longest

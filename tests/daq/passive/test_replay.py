@@ -3,8 +3,6 @@
 import errno
 import json
 import signal
-import threading
-import time
 
 import can
 import numpy as np
@@ -14,12 +12,14 @@ from hypothesis import strategies as st
 
 from daq.commands.replay import command
 from daq.cycle.stopping import StopRequest
+from daq.passive import replay as module
 from daq.passive.replay import ReplayPlan, commanding, matching, plan, replay
 from recordings.errors import BadInput, RunFailed
 from recordings.reader import read_can
-from recordings.recording import CanFrames
+from recordings.recording import CanFrames, Floats
 from tests.daq.passive.listening import SAMPLE
 from tests.running import invoke, ran
+from tests.simulated_time import SimulatedTime, simulate_time
 
 
 def frames(ids: list[int], log: list[int], **flags: list[bool]) -> CanFrames:
@@ -43,11 +43,35 @@ def planned(recorded: CanFrames, speed: float = 1.0, loops: int = 1, bitrate: in
     return plan(recorded, matching(recorded, "both", []), speed, loops, bitrate)
 
 
+@pytest.fixture(autouse=True)
+def clock(monkeypatch: pytest.MonkeyPatch) -> SimulatedTime:
+    return simulate_time(monkeypatch, module)
+
+
 def replayed(plan_: ReplayPlan, channel: str) -> list[can.Message]:
     """What another node on a virtual bus receives."""
     with can.Bus(interface="virtual", channel=channel) as bus, can.Bus(interface="virtual", channel=channel) as node:
         assert replay(plan_, bus, StopRequest()).sent == plan_.total == node.queue.qsize()
         return [node.queue.get() for _ in range(plan_.total)]
+
+
+class Wire:
+    """Bus that notes when each frame was sent [s]."""
+
+    def __init__(self) -> None:
+        self.clock, self.sent = SimulatedTime(), list[float]()
+
+    def send(self, message: can.Message) -> None:
+        self.sent.append(self.clock.now)
+
+
+def sent_at(plan_: ReplayPlan) -> Floats:
+    """When each frame is sent, after the first [s]."""
+    wire = Wire()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "time", wire.clock)
+        assert replay(plan_, wire, StopRequest()).lateness == pytest.approx(0.0, abs=1e-9)  # type: ignore[arg-type]
+    return np.array(wire.sent) - wire.sent[0]
 
 
 def test_frames_arrive_in_order_with_all_their_bits() -> None:
@@ -76,19 +100,20 @@ def test_deadlines_are_the_recorded_times_divided_by_the_speed(steps: list[int],
     recorded = frames([0x181] * len(log), log)
     plan_ = planned(recorded, speed, loops)
     np.testing.assert_allclose(plan_.due, np.array(log) / 1e9 / speed)
-    begin = time.perf_counter()
-    assert len(replayed(plan_, "speed")) == loops * len(log)
-    assert time.perf_counter() - begin >= plan_.duration
-    assert plan_.duration >= loops * plan_.due[-1]
+    loop_times = np.repeat(plan_.loop_time * np.arange(loops), len(log))
+    sent = sent_at(plan_)
+    # Later only as long as the wire needs for the frames before.
+    late = sent - loop_times - np.tile(plan_.due, loops)
+    assert late.min() >= -1e-9
+    assert late.max() <= loops * plan_.wire.sum()
+    assert sent[-1] >= plan_.duration - 1e-9
 
 
 def test_frames_of_one_instant_are_sent_no_faster_than_the_wire() -> None:
     recorded = frames([0x601] * 400, [0] * 400)
     plan_ = planned(recorded, bitrate=125_000)
-    begin = time.perf_counter()
-    assert len(replayed(plan_, "wire")) == 400
     # 65 bits each at 125 kbit/s; frames may be sent up to five milliseconds ahead of the wire.
-    assert time.perf_counter() - begin >= 400 * 65 / 125_000 - 0.01
+    assert sent_at(plan_)[-1] == pytest.approx(399 * 65 / 125_000 - 0.005)
 
 
 def test_loops_continue_the_rhythm_of_the_syncs() -> None:
@@ -139,13 +164,14 @@ def test_commanding_frames_are_recognised_in_any_recording() -> None:
     ]
 
 
-def test_stop_request_ends_the_replay_at_once() -> None:
+def test_stop_request_ends_the_replay_at_once(clock: SimulatedTime) -> None:
     recorded = frames([0x181] * 3, [0, 1_000_000, 3_600_000_000_000])
-    stop = StopRequest()
-    threading.Timer(0.2, lambda: stop.ask("enough")).start()
+    stop, begin = StopRequest(), clock.now
+    clock.at(0.25, lambda: stop.ask("enough"))
     with can.Bus(interface="virtual", channel="stop") as bus:
         result = replay(planned(recorded), bus, stop)
     assert (result.sent, result.stopped) == (2, "enough")
+    assert clock.now - begin < 0.4
 
 
 class FullBus:

@@ -1,6 +1,7 @@
 """Simulated drives on a CAN bus that loses and doubles frames on demand, in simulated time and in lockstep.
 
-`recv` never waits, so that a timeout takes no real time.
+`recv` never waits, so that a timeout takes no real time. Time passes with each SYNC, by a period, and with each SDO
+request; nobody else advances it but a test with `wait`.
 """
 
 from collections import Counter, deque
@@ -122,6 +123,10 @@ class LossyBus(can.BusABC):
     def now_ns(self) -> int:
         """Simulated time [ns]."""
         return round(self.now * 1e9)
+
+    def monotonic(self) -> float:
+        """Simulated time [s], for code that asks the module `time`."""
+        return self.now
 
     # The drives' end
 

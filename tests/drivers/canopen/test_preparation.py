@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from drivers.canopen import axis, preparation
 from drivers.canopen.preparation import said_once
 from drivers.simulated.drive_state_machine import PowerState
 from recordings.errors import BadInput, RunFailed
@@ -34,9 +35,12 @@ class Bench:
             self.sent.append(f"{message.arbitration_id:03X} {bytes(message.data).hex(' ')}")
 
     def configure(self, before: Callable[[Any], object] = lambda drive: None) -> None:
-        self.driver.discover()
-        before(self.bus.drives[0])
-        self.driver.configure()
+        with pytest.MonkeyPatch.context() as patch:
+            for module in (axis, preparation):
+                patch.setattr(module, "time", self.bus)
+            self.driver.discover()
+            before(self.bus.drives[0])
+            self.driver.configure()
 
     def controlwords(self) -> list[str]:
         """Controlwords written by SDO, and NMT commands, in their order."""

@@ -1,7 +1,6 @@
 """The serial driver by (command, reply) pairs, with three drives on one line unless stated otherwise."""
 
 import math
-import time
 
 import numpy as np
 import pytest
@@ -30,6 +29,7 @@ from tests.drivers.serial.script import (
     status,
 )
 from tests.drivers.serial.scripted_port import Exchange, ScriptedPort, line_on
+from tests.simulated_time import SimulatedTime
 
 
 def test_enable_is_repeated_at_the_last_measured_position_until_the_drive_is_on() -> None:
@@ -225,9 +225,8 @@ SWITCH_OFF: Exchange = ("s r0x24 0", "ok")
 SWITCH_ON: list[Exchange] = [("s r0xca 0", "ok"), ("s r0x24 21", "ok")]
 
 
-def test_drive_on_its_own_line_has_no_prefix_and_a_status_in_every_cycle() -> None:
+def test_drive_on_its_own_line_has_no_prefix_and_a_status_in_every_cycle(clock: SimulatedTime) -> None:
     amplifiers, ports = on_three_lines({name: alone(OFF, SWITCH_OFF, counts=i) for i, name in enumerate("abc")})
-    before = time.time_ns()
     sample = amplifiers.exchange(None, 1.0)
     assert sample.power == (Power.OFF,) * 3
     assert sample.position == pytest.approx((0.0, 0.499, 0.002))
@@ -235,7 +234,7 @@ def test_drive_on_its_own_line_has_no_prefix_and_a_status_in_every_cycle() -> No
     assert sample.position_stamp is not None
     # The scripted port has no transmission time, which the stamps allow for.
     for stamp in (*sample.position_stamp, *sample.voltage_stamp):
-        assert before - 2_000_000 < stamp < time.time_ns() + 2_000_000
+        assert stamp == pytest.approx(clock.time_ns(), abs=2_000_000)
     for port in ports.values():
         port.assert_finished()
 

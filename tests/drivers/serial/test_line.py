@@ -1,10 +1,10 @@
-import time
 from collections.abc import Generator
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drivers.serial import line as module
 from drivers.serial.line import SerialLine, converse
 from drivers.serial.protocol import (
     InvalidReply,
@@ -27,7 +27,7 @@ def say(line: SerialLine, subscript: Generator[str, Reply, object], timeout: flo
     def script() -> Script:
         result.append((yield from subscript))
 
-    failure = converse({line: script()}, time.perf_counter() + timeout).get(line)
+    failure = converse({line: script()}, module.time.perf_counter() + timeout).get(line)
     if failure is not None:
         raise failure
     return result[0]
@@ -46,7 +46,7 @@ def test_lines_run_in_parallel() -> None:
     def slow() -> Script:
         replies.append((yield from ask_integer("g r0x32")))
 
-    failures = converse({line_on(first): slow(), line_on(second): script()}, time.perf_counter() + 2.0)
+    failures = converse({line_on(first): slow(), line_on(second): script()}, module.time.perf_counter() + 2.0)
     assert not failures
     assert replies == [2, 1]
 
@@ -116,13 +116,14 @@ class Noise(ScriptedPort):
     def __init__(self, chunks: list[bytes]) -> None:
         super().__init__([])
         self._chunks = iter(chunks)
-        self.arrive(b"!")  # always readable for select
+        self.arrive(b"!")  # readable for select until all has been read
 
     def write(self, data: bytes) -> None:
         pass
 
     def read(self, size: int) -> bytes:
-        return next(self._chunks, b"")[:size]
+        chunk = next(self._chunks, None)
+        return super().read(size) and b"" if chunk is None else chunk[:size]
 
     def close(self) -> None:
         super().close()
@@ -146,7 +147,7 @@ def test_line_survives_any_bytes(chunks: list[bytes], echo: bool) -> None:
         yield from ask("g f0x80")
 
     for _ in range(3):
-        failure = converse({line: script()}, time.perf_counter() + 2e-3).get(line)
+        failure = converse({line: script()}, module.time.perf_counter() + 2e-3).get(line)
         assert failure is None or isinstance(failure, LineError)
         assert not isinstance(failure, LineLost)
         assert len(line._buffer) <= 256 + 400
