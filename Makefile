@@ -42,7 +42,7 @@ test-all: ONE_IN = 1
 test-all: test test-slow test-realtime
 
 # Tests side by side on all cores; a worker that is done takes over from one that is not.
-SIDE_BY_SIDE := -n auto --maxprocesses 8 --dist worksteal
+SIDE_BY_SIDE := -n auto --maxprocesses 8 --dist worksteal --max-worker-restart 2
 
 test-fast: $(READY)
 	$(BIN)/python -m pytest -q $(SIDE_BY_SIDE) -m "not slow and not realtime"
@@ -56,7 +56,7 @@ DRAW ?= $(shell git rev-parse HEAD 2> /dev/null || echo "without-git")
 # One worker more than cores, because many of these tests wait: for a browser, a motion or another program.
 test-slow: $(READY)
 	$(BIN)/python -m pytest -q $(SIDE_BY_SIDE:auto=$$(($$(nproc) + 1))) -m "slow and not realtime" \
-	    --share $(SHARE) --one-in $(ONE_IN) --draw $(DRAW)
+	    --share $(SHARE) --one-in $(ONE_IN) --draw "$(DRAW)"
 
 # Beside nothing else; where this machine does not keep time, what was skipped for that is said with figures.
 test-realtime: $(READY)
@@ -71,7 +71,7 @@ test-vcan: $(READY)
 ci:
 	@test -z "$$(git status --porcelain)" || { echo "make ci: commit first; it runs a clone of the last commit" >&2; exit 2; }
 	@test "$$(id -u)" = 0 || { echo "make ci: needs root, to install Debian's packages" >&2; exit 2; }
-	mkdir -p build && clone=$$(mktemp -d)/main && git clone --quiet . $$clone && echo "in $$clone" && \
+	rm -f build/ci.passed && mkdir -p build && clone=$$(mktemp -d)/main && git clone --quiet . $$clone && echo "in $$clone" && \
 	    (cd $$clone && CI=true REAL_DATA=$${REAL_DATA:-$(abspath ../shared/data)} bash .ci/run < /dev/null) && \
 	    cp $$clone/build/ci.passed build/ci.passed && rm -rf $$(dirname $$clone)
 

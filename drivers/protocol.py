@@ -1,6 +1,5 @@
 """Interface of all amplifier drivers; `daq` accesses drives only through it."""
 
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -13,9 +12,9 @@ from recordings.schemas import Level
 
 SIMULATED = "delta-workbench simulated drive"
 """Beginning of the device name of every simulated drive."""
-LOCKSTEP_TIMEOUT = 2.0 * float(os.environ.get("DELTA_WORKBENCH_PATIENCE", "1"))
-"""Longest time that an answer may take in lockstep [s]. Simulated time stands still meanwhile: only this machine can
-be late, and one that is busy may say how many times longer it takes."""
+LOCKSTEP_TIMEOUT = 2.0
+"""Longest time that an answer may take in lockstep [s], on a quiet machine (see `patience`). Simulated time stands
+still meanwhile: only this machine can be late."""
 
 Setpoint = Any
 """Targets of one cycle in the driver's wire format, made by `Amplifiers.encode` before the cycle starts."""

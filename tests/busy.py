@@ -6,7 +6,7 @@ import sys
 
 def main() -> int:
     """Start so many busy processes, run the command, and end them."""
-    if len(sys.argv) < 4 or not sys.argv[1].isdigit() or sys.argv[2] != "--":
+    if len(sys.argv) < 4 or not sys.argv[1].isdecimal() or sys.argv[2] != "--":
         print(f"expected: python -m tests.busy COUNT -- COMMAND\nfound: {' '.join(sys.argv[1:])}", file=sys.stderr)
         return 2
     # Each ends by itself when its standard input does, so also if this process is killed.

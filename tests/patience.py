@@ -10,9 +10,9 @@ import os
 import time
 from concurrent.futures import ProcessPoolExecutor
 
+from drivers.patience import factor
 from tests.timekeeping import LOOP_COUNT, LOOP_DURATION
 
-FACTOR = float(os.environ.get("DELTA_WORKBENCH_PATIENCE", "1"))
 _LARGEST = 10.0
 _DURATION = 3.0
 """Time that is measured [s]."""
@@ -20,7 +20,7 @@ _DURATION = 3.0
 
 def patient(seconds: float) -> float:
     """A deadline of the test harness [s] on this machine."""
-    return FACTOR * seconds
+    return factor() * seconds
 
 
 def measured(duration: float = _DURATION) -> float:

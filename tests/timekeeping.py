@@ -23,6 +23,9 @@ relative to the machine for which the rates in the tests were chosen."""
 LOOP_COUNT, LOOP_DURATION = 20_000, 20_000 * 14e-9
 """Iterations of an empty loop in each step, and their duration on that machine [s]."""
 
+NO_TIME = "this machine does not keep time"
+"""Reason of a skip."""
+
 
 @dataclass
 class Machine:
@@ -48,7 +51,7 @@ class Machine:
         if self.keeps_time:
             raise Mistimed(f"{otherwise}\n(this machine keeps time: {self})")
         last_line = next(reversed(otherwise.strip().splitlines()), "")
-        pytest.skip(f"this machine does not keep time: {self}. So nothing follows from: {last_line}")
+        pytest.skip(f"{NO_TIME}: {self}. So nothing follows from: {last_line}")
 
     def __str__(self) -> str:
         return (

@@ -2,6 +2,7 @@
 
 import time
 
+from drivers import patience
 from drivers.protocol import LOCKSTEP_TIMEOUT
 
 HOST_SHARE = 0.15
@@ -21,6 +22,7 @@ class LockstepClock:
     """Whether time stands still between cycles."""
 
     def __init__(self, rate: float) -> None:
+        self.answer_timeout = self._longest = patience.factor() * type(self).answer_timeout
         self._period_ns = 1e9 / rate
         self._index = 0
 
@@ -35,8 +37,7 @@ class LockstepClock:
 
     def note_answers(self, missing: int) -> None:
         """Wait less each time that answers are missing: a lost drive must not hold up every cycle to the end."""
-        longest = type(self).answer_timeout
-        self.answer_timeout = max(self.answer_timeout / 2, _LEAST_TIMEOUT) if missing else longest
+        self.answer_timeout = max(self.answer_timeout / 2, _LEAST_TIMEOUT) if missing else self._longest
 
     def stamp(self, index: int) -> int:
         """Time of SYNC `index` [ns]: the time of SYNC 0 plus `index` configured periods."""

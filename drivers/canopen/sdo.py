@@ -11,6 +11,7 @@ from canopen import ObjectDictionary
 from canopen.sdo import SdoAbortedError, SdoClient, SdoCommunicationError
 from canopen.sdo.constants import REQUEST_DOWNLOAD, REQUEST_UPLOAD, RESPONSE_ABORTED
 
+from drivers import patience
 from drivers.canopen.bus import Link
 from drivers.canopen.node_axes import on_node
 from drivers.protocol import LOCKSTEP_TIMEOUT
@@ -52,7 +53,8 @@ class _PollingClient(SdoClient):  # type: ignore[misc]
 
     def read_response(self) -> bytes:
         lockstep = self._link.clock is not None
-        timeout = max(self.RESPONSE_TIMEOUT, LOCKSTEP_TIMEOUT) if lockstep else self.RESPONSE_TIMEOUT
+        longest = patience.factor() * LOCKSTEP_TIMEOUT if lockstep else 0.0
+        timeout = max(self.RESPONSE_TIMEOUT, longest)
         for arbitration_id, data in self._link.frames(timeout):
             if arbitration_id != self.tx_cobid or len(data) != 8 or not self._is_response(data):
                 self._on_other_frame(arbitration_id, data)

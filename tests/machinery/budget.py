@@ -21,8 +21,9 @@ def table(steps: Sequence[tuple[str, float, float]], runs: Sequence[Finished]) -
         counted = f"{tests:>8}{skipped:>9}" if inside else f"{'':>17}"
         yield f"{name:<28}{wall:>8.0f}{cpu:>8.0f}{counted}{wall / total if total else 0:>8.0%}"
     for share in dict.fromkeys(run.share for run in runs if not run.share.startswith("1/1 ")):
-        part, digest = share.split()
-        yield f"slow tests: share {part} drawn by {digest}; again: make test-slow SHARE={part} DRAW={digest}"
+        part, one_in, digest = share.split(" ", 2)
+        again = f"make test-slow SHARE={part} ONE_IN={one_in} DRAW={digest}"
+        yield f"slow tests: share {part} drawn by {digest}; again: {again}"
 
 
 def read_steps(folder: Path) -> list[tuple[str, float, float]]:

@@ -40,6 +40,17 @@ def drawn(share: str, digest: str) -> Callable[[str], bool]:
     return lambda module: (bucket(module, count) - first) % count < taken
 
 
+def check(config: pytest.Config) -> None:
+    """Check what is to be drawn.
+
+    Raises:
+        pytest.UsageError: it says no share, or no number of variations.
+    """
+    parsed(config.getoption("--share"))
+    if config.getoption("--one-in") < 1:
+        raise pytest.UsageError(f"--one-in: expected 1 or more, found {config.getoption('--one-in')}")
+
+
 def is_left_out(config: pytest.Config, path: Path) -> bool:
     """Whether a module is not drawn and has nothing essential: it is not even imported, which would take longest."""
     is_module = path.suffix == ".py" and path.name.startswith("test_")

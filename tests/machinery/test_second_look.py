@@ -1,12 +1,14 @@
 """What failed is looked at once more; what must not be excused is not."""
 
+import json
 import subprocess
+from dataclasses import asdict, replace
 
 import pytest
 
 from tests.machinery import second_look
 from tests.machinery.conftest import Planted
-from tests.machinery.hand_over import Failure, Finished
+from tests.machinery.hand_over import BEGUN, RUNS, Failure, Finished
 from tests.machinery.second_look import MOST, failures, finished, main, verdict
 
 BAD = {
@@ -15,16 +17,23 @@ BAD = {
     "test_power": "from tests.failures import assert_safe\ndef test_power():\n    assert_safe(False, 'drive 2')\n",
     "test_hang": "import time, pytest\n@pytest.mark.timeout(1)\ndef test_hang():\n    time.sleep(1e6)\n",
     "test_late": "from tests.timekeeping import Machine\ndef test_late():\n    Machine().expect(False, 'late')\n",
+    "test_torn": "from tests.failures import assert_safe\nimport pytest\n"
+    "@pytest.fixture\ndef torn():\n    yield\n    raise OSError\ndef test_torn(torn):\n    assert_safe(False)\n",
+    "test_finally": "from tests.failures import assert_safe\n"
+    "def test_finally():\n    try:\n        assert_safe(False)\n    finally:\n        raise OSError\n",
+    "test_group": "from tests.failures import Unsafe\n"
+    "def test_group():\n    raise ExceptionGroup('flaky', [ValueError(), Unsafe()])\n",
     "test_good": "def test_good():\n    pass\n",
 }
 NAMED = {
     ("test_wrong.py", "test"),
     ("test_set_up.py", "test"),
-    ("test_power.py", "safety"),
+    *((f"test_{name}.py", "safety") for name in ("power", "torn", "finally", "group")),
     ("test_late.py", "timing"),
     ("test_hang.py", "test"),
 }
-CRASH = "import os\ndef test_crash():\n    os._exit(1)\n"
+CRASH = "import os\ndef test_crash():\n    os._exit({0})\n"
+BROKEN = "import nothing_of_this_name\n"
 
 
 def kinds(planted: Planted) -> set[tuple[str, str]]:
@@ -43,19 +52,20 @@ def test_what_failed_is_handed_over_and_fails_no_run(planted: Planted) -> None:
 
 @pytest.mark.slow
 def test_side_by_side_a_crash_is_handed_over_as_one(planted: Planted) -> None:
-    for name, text in (BAD | {"test_crash": CRASH}).items():
+    for name, text in (BAD | {"test_crash": CRASH.format(1), "test_broken": BROKEN}).items():
         planted.write(name, text)
     done = planted.run("--hand-to", str(planted.handed), "-n", "1")
     assert done.code == 0, done.out
     assert done.passed == {"test_good.py::test_good"}
-    assert kinds(planted) == NAMED | {("test_crash.py", "crash")}
+    never = {("test_crash.py", "crash"), ("worker gw0", "crash"), ("test_broken.py", "collection")}
+    assert kinds(planted) == NAMED | never
 
 
 @pytest.mark.slow
 def test_where_nobody_collects_and_where_nothing_is_collected_a_run_fails(planted: Planted) -> None:
     planted.write("test_wrong", BAD["test_wrong"])
     assert planted.run().code == 1
-    planted.write("test_broken", "import nothing_of_this_name\n")
+    planted.write("test_broken", BROKEN)
     assert planted.run("--hand-to", str(planted.handed)).code == 2
 
 
@@ -75,7 +85,7 @@ def test_verdict(failed: str, passing: str, good: bool, said: str) -> None:
     assert (result, ", ".join(lines)) == (good, said)
 
 
-@pytest.mark.parametrize("kind", ["safety", "crash"])
+@pytest.mark.parametrize("kind", ["safety", "collection", "crash"])
 def test_safety_and_crashes_are_never_looked_at_again(kind: str) -> None:
     seen: list[str] = []
     failed = [Failure("a", "test"), Failure("b", kind)]  # type: ignore[arg-type]
@@ -86,11 +96,22 @@ def test_safety_and_crashes_are_never_looked_at_again(kind: str) -> None:
 
 
 def test_a_skip_excuses_only_what_was_late(monkeypatch: pytest.MonkeyPatch) -> None:
-    run = Finished("", passed=0, failed=0, skipped=1, share="")
-    monkeypatch.setattr(second_look, "finished", lambda folder: [run])
+    runs = [Finished("", passed=0, failed=0, skipped=1, unjudged=1, share="")]
+    monkeypatch.setattr(second_look, "finished", lambda folder: runs)
     monkeypatch.setattr("subprocess.run", lambda command, **options: subprocess.CompletedProcess(command, 0))
     assert second_look.passes(Failure("a", "timing"))
     assert not second_look.passes(Failure("a", "test"))
+    runs[0] = replace(runs[0], unjudged=0)
+    assert not second_look.passes(Failure("a", "timing"))
+
+
+@pytest.mark.slow
+def test_a_run_that_ends_before_its_end_is_no_good_run(planted: Planted, capsys: pytest.CaptureFixture[str]) -> None:
+    planted.write("test_crash", CRASH.format(0))
+    planted.handed.mkdir()
+    assert planted.run("--hand-to", str(planted.handed)).code == 0
+    assert main(planted.handed) == 1
+    assert capsys.readouterr().out == "1 runs of tests began, 0 ended\n"
 
 
 @pytest.mark.slow
@@ -98,6 +119,8 @@ def test_second_look_runs_a_test_of_this_folder_once_more(planted: Planted) -> N
     here = "tests/machinery/test_second_look.py"
     steady, gone = f"{here}::test_verdict[--True-]", f"{here}::test_that_is_not_there"
     planted.handed.mkdir()
+    for name in (BEGUN, RUNS):
+        (planted.handed / name).write_text(f"{json.dumps(asdict(Finished('', 1, 1, 0, 0, '1/1 1 -')))}\n")
     lines = [f'{{"test": "{name}", "kind": "test"}}\n' for name in (steady, gone)]
     (planted.handed / "failed.jsonl").write_text(lines[0])
     assert main(planted.handed) == 0

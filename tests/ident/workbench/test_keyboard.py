@@ -8,6 +8,8 @@ from tests.ident.workbench.conftest import Browser, RunningWorkbench
 pytestmark = pytest.mark.slow
 AWAY = 20.0
 """Longer than a browser may be silent [s]."""
+ACKNOWLEDGED = 4.0
+"""Time in which a page says what it has received [s], after which it is not sent again."""
 
 
 @pytest.mark.essential
@@ -69,9 +71,18 @@ def _check_one_plot_at_a_time(browser: Browser) -> None:
 def test_a_browser_that_was_away_goes_on_where_it_was(own_workbench: RunningWorkbench, browser: Browser) -> None:
     browser.open(own_workbench.address)
     browser.page.get_by_text("Choose a recording with Train").wait_for(state="detached")  # the page is connected
-    browser.page.evaluate("window.kept = true; window.socket.disconnect()")
-    browser.page.wait_for_timeout(1e3 * AWAY)
+    browser.page.wait_for_timeout(1e3 * ACKNOWLEDGED)
+    browser.page.evaluate(
+        """delay => {
+            window.kept = true;
+            const connection = window.socket.io;
+            connection.randomizationFactor(0);
+            connection.reconnectionDelayMax(delay);
+            connection.reconnectionDelay(delay);
+            connection.engine.close();
+        }""",
+        1e3 * AWAY,
+    )
     browser.click("tab-model")
-    browser.page.evaluate("window.socket.connect()")
     browser.page.get_by_text("Press Fit").first.wait_for()
     assert browser.page.evaluate("window.kept"), "the page was loaded again"
