@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from _pytest.faulthandler import fault_handler_stderr_fd_key  # output of tests is captured already
 from hypothesis import HealthCheck, settings
 
 from tests.machinery import draw, hand_over
@@ -73,9 +74,11 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_collection() -> Generator[None, object, object]:
+def pytest_collection(session: pytest.Session) -> Generator[None, object, object]:
     """End a process whose tests are not collected in time, as where a module waits while it is imported."""
-    faulthandler.dump_traceback_later(patient(_DEADLINE), exit=True, file=sys.__stderr__)
+    faulthandler.dump_traceback_later(
+        patient(_DEADLINE), exit=True, file=session.config.stash[fault_handler_stderr_fd_key]
+    )
     try:
         return (yield)
     finally:
