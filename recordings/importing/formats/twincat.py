@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from recordings.errors import BadInput
-from recordings.importing.formats.csv import table_of_lines
+from recordings.importing.layout import TextLayout, decode, lines_of, table_of_lines
+from recordings.importing.numerals import number
 from recordings.importing.table import Table, distinct
-from recordings.importing.text import TextLayout, decode, lines_of, number
 from recordings.importing.units import parse
 from recordings.interpolation import interpolate
 from recordings.recording import Floats
@@ -74,7 +74,7 @@ def _numbers(path: Path, before: list[str], rows: list[str], delimiter: str) -> 
     """Numbers (n, width) of the rows, `before` which other lines stand; shorter rows end with gaps."""
     width = max(row.count(delimiter) for row in rows) + 1
     names = tuple(f"#{k + 1}" for k in range(width))
-    layout = TextLayout(delimiter, "," if any("," in row for row in rows[:100]) else ".", names, {}, len(before))
+    layout = TextLayout(delimiter, names, len(before))
     whole = [row + delimiter * (width - 1 - row.count(delimiter)) for row in rows]
     table = table_of_lines(path, [*before, *whole], layout)
     return np.column_stack([table.column(name) for name in names])
