@@ -115,15 +115,12 @@ def find_layout(path: Path, lines: list[str]) -> TextLayout:
 def _delimiter(rows: list[str]) -> str:
     """The delimiter that turns the most rows into rows of numbers."""
 
-    def score(delimiter: str) -> tuple[float, int, int]:
+    def score(delimiter: str) -> tuple[float, int, int, int]:
         table = [_split(line, delimiter) for line in rows]
         width = _width(table)
-        if width < 2:
-            return 0.0, 0, 0
-        cells = [cell for row in table if len(row) == width for cell in row]
-        numeric = sum(is_number(cell) for cell in cells) / len(cells)
-        regular = sum(len(row) == width for row in table) / len(table)
-        return numeric * regular, width, -_DELIMITERS.index(delimiter)
+        regular = [row for row in table if len(row) == width]
+        numeric = sum(is_number(cell) for row in regular for cell in row) if width > 1 else 0
+        return numeric / (width * len(table)), len(regular), width, -_DELIMITERS.index(delimiter)
 
     return max(_DELIMITERS, key=score)
 

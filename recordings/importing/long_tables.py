@@ -25,6 +25,8 @@ _MOST_JOINTS = 64
 """A column with more distinct values is none of joints."""
 _MOST_SHARED = 0.1
 """Columns of two topics have at most this share of their rows in common."""
+_MIN_TURNS, _LEAST_TURNS = 0.1, 10
+"""Rows of topics stand between each other if they take turns in this share of the rows, and so often."""
 _MOST_TIMES = 0.75
 """In a long table, the distinct times are at most this share of the rows: two joints make a half."""
 
@@ -81,6 +83,8 @@ def merged(table: Table) -> Table:
     if guess is None or base is None or len(topics) < 2:
         return table
     rows = known[base[0]]
+    if np.count_nonzero(np.diff(rows)) < max(_LEAST_TURNS, _MIN_TURNS * len(rows)):
+        return table
     others = [name for names in topics.values() if names is not base for name in names]
     apart = [
         name for name in others if (known[name] & rows).sum() <= _MOST_SHARED * min(known[name].sum(), rows.sum())

@@ -120,8 +120,19 @@ class _Draw:
             time[ROWS // 2 :] += 17 / rate
         self.drawn.time = time
         self.pair = False
-        kinds = ["column", "column", "wraps", "set back", "first zero", "sec and nsec", "date", "date and time"]
-        kind = "column" if self.fault in ("unsaid rate", "rows exchanged") else str(self.rng.choice(kinds))
+        kinds = {
+            "wraps": 0.15,
+            "set back": 0.15,
+            "first zero": 0.18,
+            "sec and nsec": 0.16,
+            "date": 0.18,
+            "date and time": 0.18,
+        }
+        kind = (
+            "column"
+            if self.fault in ("unsaid rate", "rows exchanged")
+            else str(self.rng.choice(list(kinds), p=list(kinds.values())))
+        )
         if kind in ("date", "date and time") and self.delimiter == " ":
             kind = "column"
         self.traits.add(kind)
