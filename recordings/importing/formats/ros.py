@@ -33,6 +33,8 @@ _TYPE = "sensor_msgs/msg/JointState"
 _RECORDED_TYPE = "delta_msgs/msg/AmplifierState"
 """Message type that only recordings of this program hold."""
 _FIELDS = ("position", "velocity", "effort")
+_CLOCK = 946_684_800 * 10**9
+"""Time of a clock that was set, at least [ns]: the year 2000."""
 _LATE = 10
 """Number of messages in a row that are those of a clock that was set back, and not late ones."""
 _MAGIC = (b"\x89MCAP0", b"SQLite format 3\0", b"#ROSBAG V2.0")
@@ -159,6 +161,8 @@ def _topic(path: Path, bag: "AnyReader", wanted: str | None) -> str:
 
 
 class _Message(NamedTuple):
+    number: int
+    """Its place on the topic, from 1."""
     stamp: int
     """Of the header [ns]."""
     arrival: int
@@ -172,12 +176,12 @@ def _messages(bag: "AnyReader", topic: str) -> Iterator[_Message]:
     """Messages of `topic` in the order in which they were recorded."""
     connections = [connection for connection in bag.connections if connection.topic == topic]
     kept: dict[tuple[str, ...], tuple[str, ...]] = {}
-    for connection, arrival, raw in bag.messages(connections=connections):
+    for number, (connection, arrival, raw) in enumerate(bag.messages(connections=connections), start=1):
         message: Any = bag.deserialize(raw, connection.msgtype)
         names, stamp = tuple(message.name), message.header.stamp
         fields = tuple(getattr(message, field) for field in _FIELDS)
         # Equal names share their memory: there may be millions of messages.
-        yield _Message(stamp.sec * 10**9 + stamp.nanosec, arrival, kept.setdefault(names, names), fields)
+        yield _Message(number, stamp.sec * 10**9 + stamp.nanosec, arrival, kept.setdefault(names, names), fields)
 
 
 def _table(path: Path, topic: str, messages: list[_Message], names: tuple[str, ...]) -> Table:
@@ -228,22 +232,19 @@ def _order(messages: list[_Message]) -> tuple[Ints, Ints, list[str]]:
     if len(np.unique(stamps)) < 2 <= len(stamps):
         stamps = np.array([message.arrival for message in messages])
         notes.append("the stamps of the messages are all the same: time is that of arrival, which jitters more")
-    rows = np.flatnonzero(stamps)
-    if 0 < len(rows) < len(stamps) and 0 < np.ptp(stamps[rows]) < stamps[rows].min():
-        first = int(np.argmin(stamps)) + 1
-        notes.append(
-            f"{len(stamps) - len(rows)} messages have no stamp (0), the first is message {first}, and were left out"
-        )
+    rows = np.flatnonzero(stamps >= (_CLOCK if stamps.max() >= _CLOCK else 1))
+    unset = np.setdiff1d(np.arange(len(stamps)), rows)
+    if len(unset) and len(rows) and 0 < np.ptp(stamps[rows]) < stamps[rows].min():
+        first = messages[unset[0]].number
+        notes.append(f"{len(unset)} messages of before the clock was set, the first is number {first}, were left out")
     else:  # a clock that began with 0, as that of a simulation
         rows = np.arange(len(stamps))
     stamps = stamps[rows]
     for row in np.flatnonzero(np.diff(stamps) < 0) + 1:
         if len(later := stamps[row : row + _LATE]) == _LATE and later.max() < stamps[row - 1]:
-            back = stamps[row - 1] - stamps[row]
+            back, number = stamps[row - 1] - stamps[row], messages[rows[row]].number
             stamps[row:] += back + int(np.median(np.diff(stamps)))
-            notes.append(
-                f"message {rows[row] + 1}: the clock was set back by {back / 1e9:g} s; time goes on from before"
-            )
+            notes.append(f"message {number}: the clock was set back by {back / 1e9:g} s; time goes on from before")
     if late := int((np.diff(stamps) < 0).sum()):
         notes.append(f"{late} messages came out of order and were sorted by their stamps")
     unique, kept = np.unique(stamps, return_index=True)
@@ -263,8 +264,8 @@ def _values(path: Path, messages: list[_Message], joints: tuple[str, ...], field
         here, there = layouts[names]
         if len(content) and len(names) not in (0, len(content)):
             raise BadInput(
-                f"{path}: message {row + 1}: {len(names)} values of {_FIELDS[field]}, one for each name, expected, "
-                f"{len(content)} found; choose another --topic"
+                f"{path}: message {message.number}: {len(names)} values of {_FIELDS[field]}, one for each name, "
+                f"expected, {len(content)} found; choose another --topic"
             )
         if len(content) > there.max(initial=-1):
             table[row, here] = content[there]

@@ -102,13 +102,25 @@ RIGHT: dict[str, tuple[Sequence[tuple[str, Any]], dict[str, Any], dict[str, list
         states([0, *CLOCK[:3]]),
         {},
         {"time": [0, 0.004, 0.008], "position_1": [11, 21, 31]},
-        ["1 messages have no stamp (0), the first is message 1, and were left out"],
+        ["1 messages of before the clock was set, the first is number 1, were left out"],
     ),
     "messages without a stamp in between": (
         states([*CLOCK[:2], 0, 0, CLOCK[4]]),
         {},
         {"time": [0, 0.004, 0.016], "position_1": [1, 11, 41]},
-        ["2 messages have no stamp (0), the first is message 3"],
+        ["2 messages of before the clock was set, the first is number 3"],
+    ),
+    "a computer that gets its time late": (
+        states([12 * 10**9, 12 * 10**9 + 4 * 10**6, *CLOCK[2:5]]),
+        {},
+        {"time": [0, 0.004, 0.008], "position_1": [21, 31, 41]},
+        ["2 messages of before the clock was set, the first is number 1"],
+    ),
+    "a simulation, first messages without a stamp": (
+        states([0, 0, 100 * 10**9, 100 * 10**9 + 10**7]),
+        {},
+        {"time": [0, 0.01]},
+        ["2 messages of before the clock was set"],
     ),
     "a simulation that begins with 0": (states([0, 10**7, 2 * 10**7]), {}, {"time": [0, 0.01, 0.02]}, []),
     "a clock that was set back": (
