@@ -1,8 +1,8 @@
 """Conversion of measurements of other programs to recordings.
 
 A file is read by the format that recognises it (`formats`) into a table (`table`); its columns become quantities in
-SI units (`mapping`, `units`, `quantities`), and these a recording. `layout` decides what rows of text say, `clock` what
-time is, `columns` what the other columns hold; `observations` says what can be seen in the result.
+SI units (`mapping`, `units`, `quantities`), and these a recording. `layout` decides what rows of text say, `clock`
+what time is, `columns` what other columns hold; `observations` says what can be seen in the result.
 """
 
 from collections.abc import Mapping, Sequence
