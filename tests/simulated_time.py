@@ -1,7 +1,7 @@
 """Time that passes only where the tested code waits for it: in `sleep`, or in `select` while nothing has arrived.
 
 Nobody else advances it, so no test depends on how busy the machine is. What is to happen meanwhile a test plans with
-`at`; it happens within the wait that reaches its time. A wait lasts exactly as long as was asked for.
+`at`; it happens within the wait that reaches its time. A sleep lasts as long as was asked for, and `oversleep` more.
 """
 
 import heapq
@@ -20,8 +20,10 @@ _EPOCH = 1_700_000_000
 class SimulatedTime:
     """Stands for the modules `time` and `select` in the tested code."""
 
-    def __init__(self) -> None:
+    def __init__(self, oversleep: float = 0.0) -> None:
+        """`oversleep`: what each sleep lasts too long [s]."""
         self.now = 100.0
+        self._oversleep = oversleep
         self._planned: list[tuple[float, int, Callable[[], object]]] = []
         self._numbers = itertools.count()
 
@@ -49,7 +51,7 @@ class SimulatedTime:
 
     def sleep(self, duration: float) -> None:
         """Wait for `duration` [s]."""
-        end = self.now + duration
+        end = self.now + duration + self._oversleep
         while self._step(end) < end:
             pass
 
@@ -72,9 +74,9 @@ class SimulatedTime:
         return self.now
 
 
-def simulate_time(monkeypatch: pytest.MonkeyPatch, *modules: ModuleType) -> SimulatedTime:
+def simulate_time(monkeypatch: pytest.MonkeyPatch, *modules: ModuleType, oversleep: float = 0.0) -> SimulatedTime:
     """Give modules simulated time for the present test."""
-    clock = SimulatedTime()
+    clock = SimulatedTime(oversleep)
     for module in modules:
         monkeypatch.setattr(module, "time", clock)
         if hasattr(module, "select"):

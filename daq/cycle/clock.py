@@ -77,7 +77,7 @@ class HostClock:
         return max(0.0, time.perf_counter() - (self._start + index * self._period))
 
     def note_answers(self, missing: int) -> None:
-        """See `LockstepClock`; a period is as long as it is."""
+        """See `LockstepClock`; answers must come within the period anyway."""
 
     def stamp(self, index: int) -> int:
         """See `LockstepClock`."""

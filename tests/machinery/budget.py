@@ -14,7 +14,7 @@ STEPS = "steps.tsv"
 def table(steps: Sequence[tuple[str, float, float]], runs: Sequence[Finished]) -> Iterator[str]:
     """Lines for steps (name, wall seconds, CPU seconds) and the runs of pytest in them."""
     total = sum(wall for _, wall, _ in steps)
-    yield f"{'step':<28}{'wall s':>8}{'CPU s':>8}{'tests':>8}{'skipped':>9}{'share':>8}"
+    yield f"{'step':<28}{'wall s':>8}{'CPU s':>8}{'tests':>8}{'skipped':>9}{'of all':>8}"
     for name, wall, cpu in (*steps, ("in all", total, sum(cpu for *_, cpu in steps))):
         inside = [run for run in runs if run.step == name or name == "in all"]
         tests, skipped = sum(run.passed + run.failed for run in inside), sum(run.skipped for run in inside)

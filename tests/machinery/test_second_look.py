@@ -85,7 +85,6 @@ def test_safety_and_crashes_are_never_looked_at_again(kind: str) -> None:
     assert not seen
 
 
-@pytest.mark.slow
 def test_a_skip_excuses_only_what_was_late(monkeypatch: pytest.MonkeyPatch) -> None:
     run = Finished("", passed=0, failed=0, skipped=1, share="")
     monkeypatch.setattr(second_look, "finished", lambda folder: [run])
@@ -94,6 +93,7 @@ def test_a_skip_excuses_only_what_was_late(monkeypatch: pytest.MonkeyPatch) -> N
     assert not second_look.passes(Failure("a", "test"))
 
 
+@pytest.mark.slow
 def test_second_look_runs_a_test_of_this_folder_once_more(planted: Planted) -> None:
     here = "tests/machinery/test_second_look.py"
     steady, gone = f"{here}::test_verdict[--True-]", f"{here}::test_that_is_not_there"

@@ -27,7 +27,7 @@ def pipe() -> Iterator[tuple[int, int]]:
 
 
 def held(clock: SimulatedTime, source: int, phase: str = "stream") -> float:
-    """How long the run is let go on [s]."""
+    """Time after which the run is stopped [s]."""
     begin = clock.now
     hold = HoldToRun(CycleProgress(phase=phase), source)
     with StopRequest() as stop:

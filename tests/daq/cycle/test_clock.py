@@ -2,32 +2,15 @@ import pytest
 
 from daq.cycle import clock as module
 from daq.cycle.clock import HostClock, LockstepClock
-
-
-class Host:
-    """Simulated computer: time passes only in `sleep`, and each sleep lasts 0.1 ms too long."""
-
-    def __init__(self) -> None:
-        self.now = 100.0
-
-    def perf_counter(self) -> float:
-        return self.now
-
-    def time_ns(self) -> int:
-        return round((self.now + 1.7e9) * 1e9)
-
-    def sleep(self, duration: float) -> None:
-        self.now += duration + 1e-4
+from tests.simulated_time import SimulatedTime, simulate_time
 
 
 @pytest.fixture
-def time(monkeypatch: pytest.MonkeyPatch) -> Host:
-    host = Host()
-    monkeypatch.setattr(module, "time", host)
-    return host
+def time(monkeypatch: pytest.MonkeyPatch) -> SimulatedTime:
+    return simulate_time(monkeypatch, module, oversleep=1e-4)
 
 
-def test_host_stamps_are_evenly_spaced_however_late_the_host_is(time: Host) -> None:
+def test_host_stamps_are_evenly_spaced_however_late_the_host_is(time: SimulatedTime) -> None:
     clock = HostClock(1000.0)
     clock.wait(0)
     time.sleep(0.005)
@@ -36,7 +19,7 @@ def test_host_stamps_are_evenly_spaced_however_late_the_host_is(time: Host) -> N
     assert clock.stamp(2) - clock.stamp(1) == clock.stamp(1) - clock.stamp(0) == 1_000_000
 
 
-def test_host_deadlines_do_not_drift(time: Host) -> None:
+def test_host_deadlines_do_not_drift(time: SimulatedTime) -> None:
     clock = HostClock(1000.0)
     before = time.perf_counter()
     clock.wait(0)
@@ -48,7 +31,7 @@ def test_host_deadlines_do_not_drift(time: Host) -> None:
     assert clock.overdue(20) == pytest.approx(1e-4)
 
 
-def test_cycle_begins_before_its_sync_by_the_lead(time: Host) -> None:
+def test_cycle_begins_before_its_sync_by_the_lead(time: SimulatedTime) -> None:
     clock = HostClock(1000.0, lead=4e-4)
     clock.wait(0)
     began = time.time_ns()
