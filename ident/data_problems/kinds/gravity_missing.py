@@ -82,4 +82,4 @@ def _held_out(recordings: Sequence[PreparedRecording], weight: Sequence[Floats])
 def _solved(columns: Floats, torque: Floats) -> Floats:
     """Least squares solution (k,) of the known rows."""
     known = np.isfinite(torque) & np.isfinite(columns).all(axis=2)
-    return np.linalg.lstsq(columns[known], torque[known], rcond=None)[0]
+    return np.asarray(np.linalg.lstsq(columns[known], torque[known], rcond=None)[0], dtype=float)
