@@ -1,25 +1,20 @@
-"""Object dictionaries of drives in EDS and DCF files (CiA 306).
+"""Object dictionaries of drives in EDS and DCF files (CiA 306), as their makers write them.
 
-canopen parses the file. Its known limitations are mended here: it opens files only in the locale's encoding, leaves a
-signed default in hexadecimal unsigned, needs a section of device information, reads one entry of a compact array and
-no value, and answers every sub-index of a variable and of an array.
+An object is what has a section [6040] or [1018sub1]. Lists and counts of objects, and fields that nothing needs, may
+say what they like; where a field that an object needs is wrong, the error names its section, key and line.
 """
 
-import io
-import logging
 import struct
-import warnings
 from collections.abc import Iterator, Mapping
-from configparser import Error, RawConfigParser
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from canopen.objectdictionary import ODVariable, datatypes
-from canopen.objectdictionary.eds import import_eds
 
-from recordings.errors import BadInput
+from drivers.eds_sections import Section, Sections, divide
+from recordings.errors import BadInput, printable
 from recordings.limits import bounded_content
 
 Address = tuple[int, int]
@@ -27,11 +22,17 @@ Address = tuple[int, int]
 
 _LARGEST_FILE = 5_000_000
 """Size limit [bytes]."""
-
-
 _MOST_ENTRIES = 254
 """Sub-indexes of an object."""
-_ENTRY_KEYS = ("ParameterName", "DataType", "AccessType", "LowLimit", "HighLimit", "DefaultValue", "PDOMapping")
+_DOMAIN, _VAR = 2, 7
+_OBJECT_TYPES = (0, _DOMAIN, 5, 6, _VAR, 8, 9)
+_LAST_TYPE = 0xFFF
+"""Last index of a data type; those of objects follow."""
+_ACCESS = ("ro", "wo", "rw", "rwr", "rww", "const")
+_BIT_RATES = (10, 20, 50, 125, 250, 500, 800, 1000)
+_NO = ("", "no", "false")
+"""What is left of a field that denies something without its zeros."""
+_NO_SECTION = Section("", 0, {})
 
 
 @dataclass(frozen=True)
@@ -112,37 +113,26 @@ def load_dictionary(path: Path, node_id: int) -> Dictionary:
     """Read an EDS or DCF file; `node_id` replaces $NODEID.
 
     Raises:
-        BadInput: the file is missing, or is no EDS or DCF.
+        BadInput: the file is missing, is no EDS or DCF, or says wrongly what an object needs.
     """
     text = _text(path)
     try:
         dictionary = _parse(text, node_id)
-    except (Error, KeyError, ValueError, TypeError) as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise BadInput(f"{path}: an EDS or DCF file (CiA 306) expected, {reason}; check the file") from None
-    if not any(index >= 0x1000 for index in dictionary.indices):
+    except ValueError as error:
+        raise BadInput(f"{path}, {printable(str(error))}; correct the file") from None
+    if not any(index > _LAST_TYPE for index in dictionary.indices):
         raise BadInput(f"{path}: an EDS or DCF file (CiA 306) expected, no object in it; check the file")
     return dictionary if dictionary.name else replace(dictionary, name=path.stem)
 
 
 @lru_cache(maxsize=16)
 def _parse(text: str, node_id: int) -> Dictionary:
-    """The dictionary in the text of a file, kept because parsing takes long and drives are often of one type."""
-    if "[DeviceInfo]" not in text:
-        # canopen warns of its absence through a deprecated function.
-        text += "\n[DeviceInfo]\n"
-    # canopen logs data types that it does not know and serves their bytes as they are, which is what a drive does.
-    logging.getLogger("canopen").setLevel(logging.CRITICAL)
-    with warnings.catch_warnings():  # it logs by a method that Python has deprecated
-        warnings.simplefilter("ignore", DeprecationWarning)
-        parsed: Any = import_eds(io.StringIO(text + _compact_entries(text)), node_id)
-    entries = dict(_entries(parsed))
-    return Dictionary(
-        entries,
-        parsed.device_information.product_name or "",
-        frozenset(index for index, _ in entries),
-        frozenset(parsed.device_information.allowed_baudrates),
-    )
+    """The dictionary in the text of a file, kept because drives are often of one type."""
+    sections = divide(text)
+    entries = dict(sorted(_entries(sections, node_id), key=lambda entry: entry[0]))
+    device = sections.get("deviceinfo", _NO_SECTION)
+    rates = [1000 * rate for rate in _BIT_RATES if device.text(f"BaudRate_{rate}").lower().strip("0x") not in _NO]
+    return Dictionary(entries, device.text("ProductName"), frozenset(index for index, _ in entries), frozenset(rates))
 
 
 def _text(path: Path) -> str:
@@ -153,46 +143,100 @@ def _text(path: Path) -> str:
         return content.decode("latin-1")
 
 
-def _compact_entries(text: str) -> str:
-    """Sections of the entries of arrays whose file gives one description for all (CompactSubObj), with the values of
-    a DCF."""
-    file = RawConfigParser(inline_comment_prefixes=(";",))
-    file.read_string(text)
-    lines, given = [""], {section.lower() for section in file.sections()}
-    for section in file.sections():
-        count = min(int(file.get(section, "CompactSubObj", fallback="0"), 0), _MOST_ENTRIES)
-        for sub in range(1, count + 1):
-            if (entry := f"{section}sub{sub:x}".lower()) not in given:
-                value = file.get(f"{section}Value", str(sub), fallback=None)
-                keys = {key: file.get(section, key, fallback=None) for key in _ENTRY_KEYS} | {"ParameterValue": value}
-                lines += [f"[{entry}]", "ObjectType=0x7", *(f"{key}={keys[key]}" for key in keys if keys[key])]
-    return "\n".join(lines)
+def _entries(sections: Sections, node_id: int) -> Iterator[tuple[Address, ObjectDescription]]:
+    dummies = sections.get("dummyusage", _NO_SECTION)
+    for number in range(datatypes.BOOLEAN, datatypes.UNSIGNED32 + 1):
+        if dummies.text(name := f"Dummy{number:04}").lower().strip("0x") not in _NO:
+            yield (number, 0), ObjectDescription(number, "const", None, name=name)
+    objects = {key: section for key, section in sections.items() if isinstance(key, tuple)}
+    divided = {index for index, sub in objects if sub is not None}
+    for (index, sub), section in objects.items():
+        if (kind := section.number("ObjectType", f"{_VAR}")) not in _OBJECT_TYPES:
+            raise section.wrong("ObjectType", "7 (VAR), 8 (ARRAY), 9 (RECORD) or 2 (DOMAIN)")
+        if sub is not None:
+            yield (index, sub), _description(section, sections, node_id)
+        elif count := section.number("CompactSubObj", "0"):
+            yield from _compact_entries(index, min(count, _MOST_ENTRIES), section, sections, node_id)
+        elif (
+            kind in (_VAR, _DOMAIN)
+            and (index not in divided or section.text("DataType"))
+            and (index, 0) not in objects
+        ):
+            yield (index, 0), _description(section, sections, node_id)
 
 
-def _entries(parsed: Any) -> Iterator[tuple[Address, ObjectDescription]]:
-    for item in parsed.values():
-        for variable in [item] if isinstance(item, ODVariable) else item.values():
-            yield (variable.index, variable.subindex), _description(variable)
+def _compact_entries(
+    index: int, count: int, section: Section, sections: Sections, node_id: int
+) -> Iterator[tuple[Address, ObjectDescription]]:
+    """Entries of an array whose file gives one description for all, and lists of their values and names."""
+    lists = {
+        key: sections.get(f"{index:04x}{key.removeprefix('parameter')}", _NO_SECTION).fields
+        for key in ("parametervalue", "parametername")
+    }
+    if (index, 0) not in sections:
+        yield (index, 0), ObjectDescription(datatypes.UNSIGNED8, "rw", None, name="Number of entries")
+    for sub in range(1, count + 1):
+        if (index, sub) not in sections:
+            fields = section.fields | {key: own[f"{sub}"] for key, own in lists.items() if f"{sub}" in own}
+            yield (index, sub), _description(replace(section, fields=fields), sections, node_id)
 
 
-def _description(variable: Any) -> ObjectDescription:
-    value = variable.default if variable.value is None else variable.value
+def _description(section: Section, sections: Sections, node_id: int) -> ObjectDescription:
+    is_domain = section.number("ObjectType", f"{_VAR}") == _DOMAIN  # which needs to say neither type nor access
+    data_type = section.number("DataType", f"{datatypes.DOMAIN}" if is_domain else "")
+    if not 0 < data_type <= _LAST_TYPE:
+        raise section.wrong("DataType", "the index of a data type, such as 0x0007,")
+    if data_type > datatypes.UNSIGNED64:
+        # CANFestival describes an object with limits by a type of its own; others are bytes as they are.
+        own = sections.get((data_type, 1))
+        data_type = own.number("DefaultValue") if own else datatypes.DOMAIN
+    access = (section.text("AccessType") or "rw" * is_domain).lower()
+    if access not in _ACCESS:
+        raise section.wrong("AccessType", f"one of {', '.join(_ACCESS)}")
+    value, default = (_value(section, key, data_type, node_id) for key in ("ParameterValue", "DefaultValue"))
+    low, high = (_limit(section, key, data_type, node_id) for key in ("LowLimit", "HighLimit"))
     return ObjectDescription(
-        variable.data_type,
-        variable.access_type,
-        None if value is None else _encoded(variable, value),
-        variable.min,
-        variable.max,
-        variable.pdo_mappable,
-        variable.name,
-        variable.value is not None,
+        data_type,
+        access,
+        _encoded(data_type, default if value is None else value),
+        low,
+        high,
+        section.number("PDOMapping", "0") != 0,
+        section.text("ParameterName"),
+        value is not None,
     )
 
 
-def _encoded(variable: Any, value: Any) -> bytes | None:
-    if variable.data_type in datatypes.SIGNED_TYPES and value >= 1 << len(variable) - 1:
-        value -= 1 << len(variable)
+def _value(section: Section, key: str, data_type: int, node_id: int) -> Any:
+    """Value of a field: of types of numbers a number, of others a text; None where there is none."""
+    text, layout = section.text(key), ODVariable.STRUCT_TYPES.get(data_type)
+    if layout is None or not text:
+        return text if layout is None and key.lower() in section.fields else None
+    if data_type in datatypes.FLOAT_TYPES:
+        try:
+            return float(text)
+        except ValueError:
+            section.number(key)  # 10.0 may be 0x41200000
+            return None
+    value, bits = section.number(key, node_id=node_id), 8 * layout.size
+    return value - (1 << bits) if data_type in datatypes.SIGNED_TYPES and value >= 1 << bits - 1 else value
+
+
+def _limit(section: Section, key: str, data_type: int, node_id: int) -> int | None:
+    """A limit that is a whole number; None where there is none."""
+    value = _value(section, key, data_type, node_id)
     try:
-        return bytes(variable.encode_raw(value))
-    except (ValueError, TypeError, struct.error):
+        return value if isinstance(value, int) or not section.text(key) else section.number(key)
+    except ValueError:
+        return None
+
+
+def _encoded(data_type: int, value: Any) -> bytes | None:
+    variable = ODVariable("", 0)
+    variable.data_type = data_type
+    try:
+        if value is not None and data_type in (datatypes.OCTET_STRING, datatypes.DOMAIN):
+            value = bytes.fromhex(value)
+        return None if value is None else bytes(variable.encode_raw(value))
+    except (ValueError, TypeError, OverflowError, struct.error):
         return None

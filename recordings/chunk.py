@@ -49,18 +49,37 @@ def unpacked(chunk: Chunk, allowance: Allowance | None = None) -> bytes:
     """
     size = chunk.uncompressed_size
     (allowance or Allowance()).take(size, len(chunk.data))
-    if chunk.compression == "":
-        data = chunk.data
-    elif chunk.compression == "zstd":
-        # One byte more than declared, so that a chunk that holds more is not taken for a whole one.
-        data = zstandard.ZstdDecompressor().stream_reader(chunk.data).read(size + 1)
-    elif chunk.compression == "lz4":
-        data = lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, size + 1)
-    else:
-        raise ValueError(f"the compression {chunk.compression[:20]!r} of a chunk is not known")
+    # One byte more than declared, so that a chunk that holds more is not taken for a whole one.
+    data = _decompressed(chunk.compression, chunk.data, size + 1)
     if len(data) != size or chunk.uncompressed_crc not in (0, zlib.crc32(data)):  # 0: written without a checksum
         raise ValueError("a chunk does not hold what it declares")
     return data
+
+
+def _decompressed(compression: str, data: bytes, most: int) -> bytes:
+    if compression == "":
+        return data
+    if compression == "zstd":
+        return zstandard.ZstdDecompressor().stream_reader(data).read(most)
+    if compression == "lz4":
+        try:
+            return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, most))
+        except RuntimeError as error:
+            raise ValueError(str(error)) from None
+    raise ValueError(f"the compression {compression[:20]!r} of a chunk is not known")
+
+
+def beginning(chunk: Chunk) -> bytes:
+    """Whole records in a chunk whose data were not written to the end.
+
+    Raises one of `container.DECODE_ERRORS` where it is damaged.
+    """
+    Allowance().take(chunk.uncompressed_size, len(chunk.data))
+    data, end, after = _decompressed(chunk.compression, chunk.data, chunk.uncompressed_size), 0, 0
+    while after <= len(data):
+        end, head = after, data[after : after + RECORD_HEAD]
+        after += RECORD_HEAD + (RECORD.unpack(head)[1] if len(head) == RECORD_HEAD else 0)
+    return data[:end]
 
 
 def located(data: bytes, index: Sequence[bytes] = ()) -> tuple[Offsets, list[tuple[int, bytes]]]:

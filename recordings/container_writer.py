@@ -56,7 +56,11 @@ def pack(batches: Iterable[Batch]) -> Packed:
         offsets = len(data) + batch.itemsize * np.arange(len(batch), dtype=np.uint64)
         parts[int(batch["channel"][0])].append(np.column_stack([batch["log"], offsets]))
         data += batch.tobytes()
-    index = {channel: np.concatenate(entries) for channel, entries in parts.items()}
+    return packed(data, {channel: np.concatenate(entries) for channel, entries in parts.items()})
+
+
+def packed(data: bytes, index: Index) -> Packed:
+    """Compress records, among them the messages of `index`, into a chunk."""
     times = np.concatenate([entries[:, 0] for entries in index.values()])
     chunk = Chunk(
         compression="zstd",
@@ -72,7 +76,7 @@ def pack(batches: Iterable[Batch]) -> Packed:
 class ContainerWriter:
     """Writes one MCAP file to `stream`, which stays open; the file is complete only after `finish`."""
 
-    def __init__(self, stream: BinaryIO) -> None:
+    def __init__(self, stream: BinaryIO, header: Header | None = None) -> None:
         """Write the magic and the header."""
         self._stream = stream
         self._position = 0
@@ -82,7 +86,7 @@ class ContainerWriter:
         self._metadata: list[MetadataIndex] = []
         self._counts: Counter[int] = Counter()
         self._write(MAGIC)
-        self._record(Header(PROFILE, LIBRARY))
+        self._record(header or Header(PROFILE, LIBRARY))
 
     def describe(self, *descriptions: Schema | Channel) -> None:
         """Write schemas and channels; known ones are skipped."""

@@ -7,9 +7,8 @@ from pathlib import Path
 
 from recordings.errors import BadInput, file_errors
 from recordings.files import sha256
-from recordings.importing.formats.csv import table_of_lines
+from recordings.importing.layout import TextLayout, table_of_lines
 from recordings.importing.table import Table
-from recordings.importing.text import TextLayout
 from recordings.limits import check_columns, check_lines
 
 
@@ -29,7 +28,7 @@ def read_table(path: Path) -> Table:
         raise BadInput(f"{path}: text in UTF-8 expected; save the file as UTF-8 CSV") from None
     while lines and not lines[-1].strip():
         lines.pop()
-    table = table_of_lines(path, lines, TextLayout(",", ".", _names(path, lines), {}, first=1))
+    table = table_of_lines(path, lines, TextLayout(",", _names(path, lines), first=1, marks="."))
     for name in (*table.invalid, *table.columns):
         table.column(name)  # says which cell is no finite number
     return replace(table, digest=sha256(path))

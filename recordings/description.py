@@ -16,6 +16,7 @@ from recordings import schemas
 from recordings.cdr import Encoder, parse_schema
 from recordings.recording import Floats
 from recordings.rig import Geometry, Rig
+from recordings.urdf import robot_of
 
 PLATFORM = ("platform_x", "platform_y", "platform_z")
 """Joints that move the platform along the axes of the base [m]."""
@@ -50,7 +51,7 @@ def urdf_of(rig: Rig) -> str | None:
 
 def frames(urdf: str) -> tuple[Frame, ...]:
     """The frames of the links of a `urdf`, in the order of its joints."""
-    return tuple(map(_frame, ElementTree.fromstring(urdf).findall("joint")))
+    return tuple(map(_frame, robot_of(urdf).findall("joint")))
 
 
 def placed(frame: Frame, position: Floats) -> tuple[Floats, Floats]:

@@ -11,19 +11,23 @@ from mcap import records
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 
-from recordings.chunk import RECORD, RECORD_HEAD, unpacked
+from recordings.chunk import RECORD, RECORD_HEAD, beginning, unpacked
 from recordings.container import DECODE_ERRORS, MAGIC, RecordStream, decode
 
 _BLOCK = 1 << 20
 """Size of the blocks in which a record is searched [bytes]."""
+_LARGEST_CHUNK = 1 << 26
+"""Size up to which a chunk that was cut off is read [bytes]."""
+_CHUNK_HEAD = 40
+"""Size of what precedes the data of a chunk, without the name of its compression [bytes]."""
 _LENGTH_BYTES = 4
 """Bytes of the length that may differ from 0: no record has more than 4 GB."""
-# Messages outside of chunks, which no recording has, would be anything.
 _KINDS: dict[int, Any] = {
     Opcode.HEADER: records.Header,
     Opcode.FOOTER: records.Footer,
     Opcode.SCHEMA: records.Schema,
     Opcode.CHANNEL: records.Channel,
+    Opcode.MESSAGE: records.Message,
     Opcode.CHUNK: records.Chunk,
     Opcode.MESSAGE_INDEX: records.MessageIndex,
     Opcode.CHUNK_INDEX: records.ChunkIndex,
@@ -57,6 +61,10 @@ class IntactRecords:
     def __init__(self, stream: RecordStream) -> None:
         self._stream = stream
         self._end = stream.end - len(MAGIC) * stream.complete
+        self.beginning = b""
+        """Whole records in the chunk in which the file is cut off; known after `spans`."""
+        self.cut = 0
+        """Number of bytes that were written of it."""
 
     @cached_property
     def spans(self) -> list[Span]:
@@ -92,6 +100,8 @@ class IntactRecords:
         offset = len(MAGIC)
         while offset < self._end:
             span = self._head(offset)
+            if span is None and self._is_cut(offset):
+                return
             if span is None or not self._is_followed(span):
                 other = self._next(offset + 1)
                 if span is None or not self._is_whole(span) or (other and other.start < span.end):
@@ -110,11 +120,29 @@ class IntactRecords:
         end = offset + RECORD_HEAD + length
         return Span(opcode, offset, end) if opcode in _KINDS and end <= self._end else None
 
+    def _is_cut(self, offset: int) -> bool:
+        """Whether the file is cut off in the data of a chunk that begins at `offset`."""
+        record = self._stream.read(offset, min(self._end, offset + _LARGEST_CHUNK))
+        if self._stream.complete or record[0] != Opcode.CHUNK:
+            return False
+        try:
+            chunk = decode(records.Chunk.read, record[RECORD_HEAD:])
+            self.beginning = beginning(chunk)
+        except DECODE_ERRORS:
+            return False
+        self.cut = RECORD_HEAD + _CHUNK_HEAD + len(chunk.compression) + len(chunk.data)
+        return offset + self.cut == self._end  # else its length is damaged, and others follow
+
     def _is_followed(self, span: Span) -> bool:
         return span.end == self._end or self._head(span.end) is not None
 
     def _is_whole(self, span: Span) -> bool:
-        """Whether a record is what its head says: written again, it is the same, and a chunk fits its checksum."""
+        """Whether a record is what its head says: written again, it is the same, and a chunk fits its checksum.
+
+        A message, which stands outside of chunks in no recording of this program, would be anything.
+        """
+        if span.opcode == Opcode.MESSAGE:
+            return False
         builder: Any = RecordBuilder()  # partly without annotations
         body = self.body(span)
         try:

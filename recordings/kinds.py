@@ -36,7 +36,7 @@ _ZIPPED = ((b"xl/", "an Excel workbook"), (b"opendocument", "an OpenDocument fil
 def kind_of(path: Path, head: bytes) -> tuple[str, str] | None:
     """Kind of a file that begins with `head`, or of a folder, and what to do; None for what may be a table."""
     if path.is_dir():
-        return "a folder without metadata.yaml", "name a file in it"
+        return "a folder that is no bag", "name a file in it"
     if head.startswith(b"PK\x03\x04"):
         with path.open("rb") as stream:
             content = stream.read(1 << 16)

@@ -1,19 +1,24 @@
-"""Rewriting a truncated or damaged MCAP file: its intact chunks, a new end and a new index."""
+"""Rewriting a truncated or damaged MCAP file: its intact chunks, a new end and a new index.
+
+A recording of this program stays one: lost descriptions are replaced, and its run ends. A file of another program
+keeps its messages, and what was written of a chunk in which it is cut off.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, Metadata, Schema
+from mcap.records import Channel, Chunk, Header, Metadata, Schema
 from pydantic import ValidationError
 
 from recordings import container, schemas
 from recordings.blocks import SampleTable, encode, message_types
-from recordings.chunk import MESSAGE_HEAD, located, rows, unpacked
-from recordings.container_writer import ContainerWriter, Packed
+from recordings.chunk import MESSAGE_HEAD, RECORD, located, rows, unpacked
+from recordings.container_writer import LIBRARY, ContainerWriter, Index, Packed, packed
 from recordings.errors import BadInput
 from recordings.files import new_file
 from recordings.intact import IntactRecords, Span
@@ -23,6 +28,8 @@ from recordings.rig import Rig
 
 _SAMPLES = "/amplifiers"
 """Topic with one message for each sample, which holds the SYNC counter."""
+_LOOSE = 1 << 20
+"""Size at which messages outside of chunks become a chunk [bytes]."""
 _CRC = 4
 """Size of a checksum [bytes]: the last field of the footer."""
 
@@ -31,6 +38,10 @@ _CRC = 4
 class RewriteSummary:
     """What was kept and lost in a rewritten file."""
 
+    foreign: bool
+    """Whether another program wrote the file; its rows are messages."""
+    whole: bool
+    """Whether nothing is lost, and the end is there."""
     messages: int
     rows: int
     """Samples."""
@@ -46,6 +57,17 @@ class RewriteSummary:
     """Those of `rig` and `run` that the old file does not hold any more."""
     altered: bool
     """Whether the checksum of the old file says that something else was changed, which may be in `rig` or `run`."""
+
+    @property
+    def kind(self) -> str:
+        """What the rows are."""
+        return "messages" if self.foreign else "samples"
+
+    @property
+    def loss(self) -> str:
+        """What was lost, in words."""
+        rows = "an unknown number of" if self.lost_rows is None else self.lost_rows
+        return f"{rows} {self.kind}, {self.lost_chunks} chunks, {self.lost_bytes} bytes"
 
 
 def rewrite(
@@ -66,10 +88,10 @@ def rewrite(
     with container.open_records(source) as stream:
         intact = IntactRecords(stream)
         with new_file(out) as target:
-            rewriter = _Rewriter(source, intact, ContainerWriter(target))
+            rewriter = _Rewriter(source, intact, target)
             rewriter.copy_intact()
             rewriter.finish(run, samples, rig)
-        return rewriter.summary(_cycles(out))
+        return rewriter.summary(np.empty(0, np.int64) if rewriter.foreign else _cycles(out))
 
 
 def _cycles(path: Path) -> Ints:
@@ -79,8 +101,13 @@ def _cycles(path: Path) -> Ints:
 
 
 class _Rewriter:
-    def __init__(self, source: Path, intact: IntactRecords, writer: ContainerWriter) -> None:
-        self._source, self._intact, self._writer = source, intact, writer
+    def __init__(self, source: Path, intact: IntactRecords, target: BinaryIO) -> None:
+        self._source, self._intact = source, intact
+        header = next((header for _, header in intact.decoded(Opcode.HEADER)), Header("", LIBRARY))
+        own = {record.name for _, record in intact.decoded(Opcode.METADATA)} & {"rig", "run"}
+        self.foreign = header.library != LIBRARY and not own
+        self._writer = ContainerWriter(target, header if self.foreign else None)
+        self._loose = bytearray()
         self._topics: dict[int, str] = {}
         self._metadata: dict[str, dict[str, str]] = {}
         self._messages = self._chunks = 0
@@ -94,6 +121,9 @@ class _Rewriter:
                 self._copy(span)
             except container.DECODE_ERRORS:
                 self._damaged.append(span)
+        if self.foreign:
+            self._loose += self._intact.beginning
+            self._pack_loose()
         if not self._messages:
             raise BadInput(
                 f"recording {self._source} holds no intact data, so there is nothing to recover; record again"
@@ -102,8 +132,8 @@ class _Rewriter:
     def finish(self, run: Mapping[str, str], samples: SampleTable | None, rig: Rig | None) -> None:
         """Write `samples`, `run`, what stands for records that are lost, and the end."""
         channels = {topic: channel for channel, topic in self._topics.items()}
-        for packed in () if samples is None else encode(samples, channels):
-            self._writer.chunk(packed)
+        for each in () if samples is None else encode(samples, channels):
+            self._writer.chunk(each)
         for _, known in message_types():
             if known.topic in schemas.TOPICS:  # every recording has them, with messages or without
                 self._describe_if_lost(known.id)
@@ -114,19 +144,25 @@ class _Rewriter:
             self._writer.metadata("rig", rig_record(rig))
         if "run" in self._lost_records:
             self._writer.metadata("run", run_record(_unknown_run(self._first)))
-        self._writer.metadata("run", run)
+        if not self.foreign:
+            self._writer.metadata("run", run)
         self._writer.finish()
 
     def summary(self, cycles: Ints) -> RewriteSummary:
         """What was kept and lost; cycles: (n,) SYNC counters of the samples that were kept."""
         lost = self._intact.skipped + sum(span.end - span.start for span in self._damaged)
+        lost -= self._intact.cut if self.foreign else 0
+        whole = not lost and any(span.opcode == Opcode.FOOTER for span in self._intact.spans)
+        rows = self._messages if self.foreign else len(cycles)
         damaged = sum(span.opcode == Opcode.CHUNK for span in self._damaged)
         announced = sum(span.opcode == Opcode.CHUNK_INDEX for span in self._intact.spans)
         return RewriteSummary(
+            foreign=self.foreign,
+            whole=whole,
             messages=self._messages,
-            rows=len(cycles),
+            rows=rows,
             duration=(self._last - self._first) / 1e9,
-            lost_rows=self._lost_rows(cycles) if lost else 0,
+            lost_rows=0 if whole else self._lost_rows(rows, cycles),
             lost_chunks=max(damaged, announced - self._chunks),
             lost_bytes=lost,
             lost_records=self._lost_records,
@@ -135,7 +171,7 @@ class _Rewriter:
 
     @property
     def _lost_records(self) -> tuple[str, ...]:
-        valid = {"rig": _is_rig, "run": _is_run}
+        valid = {} if self.foreign else {"rig": _is_rig, "run": _is_run}
         return tuple(name for name, is_valid in valid.items() if not is_valid(self._metadata.get(name, {})))
 
     def _is_altered(self) -> bool:
@@ -148,32 +184,45 @@ class _Rewriter:
         # 0: written without a checksum
         return any(stated not in (0, self._intact.checksum(start, end)) for stated, start, end in data + summary)
 
-    def _lost_rows(self, cycles: Ints) -> int | None:
-        """Number of samples that the indexes of chunks announce, or that the SYNC counter leaves out."""
-        channels = {channel for channel, topic in self._topics.items() if topic == _SAMPLES}
+    def _lost_rows(self, kept: int, cycles: Ints) -> int | None:
+        """Number of rows, beside those `kept`, by the indexes of chunks, or that the SYNC counter leaves out."""
+        channels = {channel for channel, topic in self._topics.items() if self.foreign or topic == _SAMPLES}
         for _, statistics in self._intact.decoded(Opcode.STATISTICS):
             counts = statistics.channel_message_counts
             written = sum(int(counts.get(channel, 0)) for channel in channels)
-            return max(written - len(cycles), 0)
+            return max(written - kept, 0)
         if not any(span.opcode == Opcode.DATA_END for span in self._intact.spans):
             return None  # nothing tells what came behind the last sample
         indexes = self._intact.decoded(Opcode.MESSAGE_INDEX)
         announced = sum(len(index.records) for _, index in indexes if index.channel_id in channels)
         gaps = int(np.ptp(cycles)) + 1 - len(np.unique(cycles)) if len(cycles) else 0
-        return max(announced - len(cycles), gaps) or None
+        return max(announced - kept, gaps) or None
 
     def _copy(self, span: Span) -> None:
         if span.opcode == Opcode.CHUNK:
-            self._writer.chunk(self._repack(container.decode(Chunk.read, self._intact.body(span))))
+            chunk = container.decode(Chunk.read, self._intact.body(span))
+            self._writer.chunk(Packed(chunk, self._indexed(unpacked(chunk))))
             self._chunks += 1
         elif span.opcode == Opcode.METADATA:
             record = container.decode(Metadata.read, self._intact.body(span))
             self._metadata.setdefault(record.name, {}).update(record.metadata)
+        elif span.opcode == Opcode.MESSAGE:
+            body = self._intact.body(span)
+            self._loose += RECORD.pack(span.opcode, len(body)) + body if self.foreign else b""
+            if len(self._loose) > _LOOSE:
+                self._pack_loose()
         else:
             self._describe(span.opcode, self._intact.body(span))
 
-    def _repack(self, chunk: Chunk) -> Packed:
-        data = unpacked(chunk)
+    def _pack_loose(self) -> None:
+        """Write the records that stand in no chunk as one."""
+        data = bytes(self._loose)
+        if index := self._indexed(data):
+            self._writer.chunk(packed(data, index))
+        self._loose.clear()
+
+    def _indexed(self, data: bytes) -> Index:
+        """Index of the messages in an unpacked chunk; what they need is described."""
         messages, other_records = located(data)
         for opcode, body in other_records:
             self._describe(opcode, body)
@@ -186,7 +235,7 @@ class _Rewriter:
             self._messages += len(offsets)
             self._first = min(self._first, int(log.min()))
             self._last = max(self._last, int(log.max()))
-        return Packed(chunk, {channel: np.concatenate(entries) for channel, entries in index.items()})
+        return {channel: np.concatenate(entries) for channel, entries in index.items()}
 
     def _describe(self, opcode: int, body: bytes) -> None:
         if opcode == Opcode.SCHEMA:
@@ -198,7 +247,7 @@ class _Rewriter:
 
     def _describe_if_lost(self, channel: int) -> None:
         """Describe a `channel` as this program does, if its description is lost."""
-        if channel not in self._topics:
+        if channel not in self._topics and not self.foreign:
             for schema, known in message_types():
                 if known.id == channel:
                     self._topics[channel] = known.topic

@@ -152,7 +152,8 @@ def check_container(container: Container, topics: Collection[str]) -> Container:
     lacking = [name for name in ("rig", "run") if name not in container.metadata]
     lacking += [topic for topic in topics if topic not in container.fields]
     if lacking and container.cut_off:
-        raise BadInput(f"recording {path} was cut off before its first data; record again")
+        found = f"recording {path} was cut off before its first data"
+        raise BadInput(f"{found}; record again") if "rig" in container.metadata else ForeignFile(found, path)
     if lacking:
         raise ForeignFile(
             f"{path} is not a recording of this program: metadata records 'rig' and 'run' and the topics "

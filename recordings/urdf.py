@@ -12,7 +12,8 @@ from xml.etree import ElementTree
 from pydantic import Field, model_validator
 
 from recordings.config import ConfigSection, Positive
-from recordings.limits import bounded_text
+from recordings.errors import BadInput
+from recordings.limits import LARGEST_TEXT, bounded_content
 
 JointType = Literal["revolute", "prismatic"]
 Vector = tuple[float, float, float]
@@ -187,7 +188,33 @@ def with_text(content: dict[str, Any], folder: Path) -> dict[str, Any]:
     """
     if not isinstance(name := content.get("urdf"), str):
         return content
-    return content | {"urdf": bounded_text(folder / name, "'urdf' of the rig file:")}
+    return content | {"urdf": _text(folder / name)}
+
+
+def _text(path: Path) -> str:
+    what = "'urdf' of the rig file:"
+    content = bounded_content(path, what, LARGEST_TEXT)
+    try:
+        if b"\0" not in content:  # as UTF-16 has
+            return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        pass
+    try:  # an XML parser knows other encodings, by the first bytes or by what these declare
+        return ElementTree.tostring(ElementTree.fromstring(content), encoding="unicode")
+    except (ElementTree.ParseError, LookupError, ValueError) as error:
+        raise BadInput(f"{what} {path}: XML in UTF-8 expected, {error} found; save it as UTF-8") from None
+
+
+def robot_of(text: str) -> ElementTree.Element:
+    """Return the root of a URDF without what nobody reads: its own namespace, and axes of fixed joints, often 0."""
+    robot = ElementTree.fromstring(text)
+    own = robot.tag.rpartition("}")[0] + "}"
+    for element in robot.iter():
+        element.tag = element.tag.removeprefix(own)
+    for joint in robot.findall("joint[@type='fixed']"):
+        for axis in joint.findall("axis"):
+            joint.remove(axis)
+    return robot
 
 
 @lru_cache(maxsize=16)
@@ -198,7 +225,7 @@ def read_joints(text: str) -> tuple[UrdfJoint, ...]:
         ValueError: it is no URDF of a tree of links with joints of one direction each.
     """
     try:
-        robot = ElementTree.fromstring(text)
+        robot = robot_of(text)
     except ElementTree.ParseError as error:
         raise ValueError(f"urdf: XML expected, {error} found; check the file") from None
     if robot.tag != "robot":

@@ -148,6 +148,7 @@ def command(
     seen = observe(imported)
     click.echo(f"{out}: asking `ident check` whether the data can be right", err=True)
     problems, unchecked = data_problems.of_file(out)
+    problems = [*problems, *imported.healed]
     figures = _figures(imported, out, seen) | {"data_problems": [each.model_dump(mode="json") for each in problems]}
     if unchecked:
         figures["notes"].append(unchecked)
@@ -240,6 +241,7 @@ def _figures(imported: "Imported", out: Path, seen: "list[Observation]") -> dict
     import numpy as np
 
     steps, samples = imported.steps, imported.samples
+    torque = samples.effort if samples.voltage is None else samples.voltage
     return {
         "schema": 1,
         "recording": str(out),
@@ -250,6 +252,7 @@ def _figures(imported: "Imported", out: Path, seen: "list[Observation]") -> dict
         "duration_s": float(steps.sum()),
         "step_s": {"min": float(steps.min()), "median": float(np.median(steps)), "max": float(steps.max())},
         "gaps": np.isnan(samples.position).sum(axis=0).tolist(),
+        "torque_gaps": [] if torque is None else np.isnan(torque).sum(axis=0).tolist(),
         "cycles": int(samples.repeat.max()) + 1,
         "period_s": imported.run.period,
         "start": imported.run.start,
@@ -271,6 +274,7 @@ def _show(
     click.echo(f"samples: {figures['samples']} in {figures['duration_s']:g} s")
     click.echo(f"steps: {step['median']}, from {step['min']} to {step['max']}")
     gaps = [", ".join(map(str, figures["gaps"]))] if any(figures["gaps"]) else []
+    gaps += ["in torque"] if any(figures["torque_gaps"]) else []
     gaps += ["in time"] if any(observation.name == "time-gaps" for observation in seen) else []
     click.echo(f"gaps: {'; '.join(gaps) or 'none'}")
     click.echo(f"cycles: {cycles}")

@@ -7,6 +7,7 @@ import click
 
 from daq.command_options import FILE, JSON
 from recordings.command_line import refuse_together, say_next
+from recordings.next_command import free_name
 
 
 @click.command(short_help="Make an interrupted or damaged recording whole.", epilog="Example: daq recover run.mcap")
@@ -20,7 +21,7 @@ def command(file: Path, out: Path | None, in_place: bool, rig_file: Path | None,
     status 1.
 
     Says what was lost. If it was made by listening, and the program did not come to make the samples, they are made
-    from the frames. FILE itself is not touched.
+    from the frames. An MCAP file of another program keeps its messages. FILE itself is not touched.
     """
     from daq.passive.recover import recover, recover_in_place
     from recordings.rig import load_rig
@@ -38,14 +39,16 @@ def command(file: Path, out: Path | None, in_place: bool, rig_file: Path | None,
     }
     if as_json:
         document = {"schema": 1, "rows": kept.rows, "lost": lost, "altered": kept.altered, "out": str(target)}
-        click.echo(json.dumps(document | {"reconstructed": recovered.reconstructed}))
+        click.echo(json.dumps(document | {"reconstructed": recovered.reconstructed, "foreign": kept.foreign}))
         return
-    click.echo(f"kept: {kept.rows} samples, {kept.messages} messages of {kept.duration:.3f} s")
-    rows = "an unknown number of" if kept.lost_rows is None else kept.lost_rows
-    click.echo(f"lost: {rows} samples, {kept.lost_chunks} chunks, {kept.lost_bytes} bytes")
+    rows = "" if kept.foreign else f"{kept.rows} samples, "
+    click.echo(f"kept: {rows}{kept.messages} messages of {kept.duration:.3f} s")
+    click.echo(f"lost: {kept.loss}")
     if kept.altered:
-        click.echo("altered: something beside the samples, by the checksum of the file; check rig and run")
+        click.echo(f"altered: something beside the {kept.kind}, by the checksum of the file; check rig and run")
     following: tuple[object, ...] = ("daq", "info", target)
+    if kept.foreign:
+        following = ("daq", "import", target, "--out", free_name(target.with_suffix(".imported.mcap")))
     if "run" in kept.lost_records:
         click.echo("lost: the record of the run; its trajectory, rate and whether it was simulated are not known")
     if "rig" in kept.lost_records:

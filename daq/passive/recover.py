@@ -27,17 +27,22 @@ class Recovered:
 def recover(source: Path, out: Path, rig: Rig | None = None) -> Recovered:
     """Write everything intact in `source` to the complete recording `out`; `source` is not changed.
 
+    A file of another program becomes a complete one with its messages, and no recording.
+
     rig: in place of a record `rig` that is lost.
 
     Raises:
-        BadInput: `source` is missing, is already complete, is no recording or holds nothing intact, or `out` exists.
+        BadInput: `source` is missing, is already complete, is no MCAP file or holds nothing intact, or `out` exists.
         OSError: `out` cannot be written.
     """
+    whole = BadInput(f"recording {source} is whole; there is nothing to recover")
     if _is_whole(source):
-        raise BadInput(f"recording {source} is whole; there is nothing to recover")
+        raise whole
     kept = rewrite(source, out, _END, rig=rig)
     try:
-        described = rig is not None or "rig" not in kept.lost_records
+        if kept.foreign and kept.whole:
+            raise whole
+        described = not kept.foreign and (rig is not None or "rig" not in kept.lost_records)
         made = _complete(out) if described else 0
     except BaseException:
         out.unlink(missing_ok=True)

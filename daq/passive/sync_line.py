@@ -49,8 +49,8 @@ def number_syncs(arrival: Ints) -> Ints:
 
 
 def _period(arrival: Ints) -> float:
-    """Median period [ns] over segments so long that lateness does not matter; segments with gaps are a minority."""
-    lag = min(200, len(arrival) // 2)
+    """Median period [ns] over segments so long that lateness does not matter; one gap is in a third of them."""
+    lag = min(200, max(len(arrival) // 4, 1))
     return float(np.median(arrival[lag:] - arrival[:-lag])) / lag
 
 

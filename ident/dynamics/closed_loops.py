@@ -103,7 +103,7 @@ class ClosedLoops:
 
 
 def closed_loops(model: Any, loops: Sequence[Loop], driven: Ints, following: Ints, start: Floats) -> ClosedLoops:
-    """Return the `loops` of a `pinocchio.Model`; see `ClosedLoops` for the others.
+    """Return the `loops` of a `pinocchio.Model` made by `rigid_chain`; see `ClosedLoops` for the others.
 
     Raises:
         BadInput: they do not close near `start`, or leave a joint free.
@@ -113,7 +113,7 @@ def closed_loops(model: Any, loops: Sequence[Loop], driven: Ints, following: Int
     model = model.copy()
 
     def frame(link: str, point: Sequence[float]) -> int:
-        number = model.getFrameId(link, pinocchio.BODY)
+        number = model.getFrameId(f"link:{link}", pinocchio.BODY)
         body = model.frames[number]
         place, name = body.placement * pinocchio.SE3(np.eye(3), np.array(point)), f"end {model.nframes}"
         return int(model.addFrame(pinocchio.Frame(name, body.parentJoint, number, place, pinocchio.OP_FRAME)))
@@ -131,7 +131,7 @@ def first_pose(loops: ClosedLoops) -> Pose:
     Raises:
         BadInput: none is found, or the loops leave a joint free.
     """
-    newton, names = _Newton(loops), list(loops.model.names)[1:]
+    newton, names = _Newton(loops), [name.removeprefix("joint:") for name in loops.model.names][1:]
     pose = newton.pose(loops.start)
     for _ in range(_ITERATIONS):
         if pose.closed:

@@ -16,7 +16,7 @@ from ident.dynamics.closed_loops import ClosedLoops, closed_loops
 from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
-from recordings.urdf import Chain
+from recordings.urdf import Chain, robot_of
 
 LINK_PARAMETERS = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 """Inertial parameters of a link, in Pinocchio's order: mass [kg], first moments [kg m], inertia about the origin of
@@ -150,35 +150,43 @@ def _built(described: str) -> RigidChain:
     model = pinocchio.buildModelFromXML(_plain(chain.urdf))
     position = np.zeros(model.nq)
     for name, value in chain.fixed.items():
-        position[model.idx_qs[model.getJointId(name)]] = value
-    names = (*chain.joints, *chain.following)
+        position[model.idx_qs[model.getJointId(f"joint:{name}")]] = value
+    names = [f"joint:{name}" for name in (*chain.joints, *chain.following)]
     others = [index for index in range(1, model.njoints) if model.names[index] not in names]
     model = pinocchio.buildReducedModel(model, others, position)
     model.gravity.linear = np.array(chain.gravity)
     order = np.array([model.idx_vs[model.getJointId(name)] for name in names])
-    tool = model.getFrameId(chain.tool or chain.joints[-1], pinocchio.BODY if chain.tool else pinocchio.JOINT)
+    tool = model.getFrameId(f"link:{chain.tool}" if chain.tool else f"joint:{chain.joints[-1]}")
     if chain.payload and chain.payload.mass != "unknown":
         load, frame = chain.payload.mass * point_mass(chain.payload.com), model.frames[tool]
         model.appendBodyToJoint(frame.parentJoint, pinocchio.Inertia.FromDynamicParameters(load), frame.placement)
     if not chain.loops:
         return RigidChain(model, order, tool, None)
     start = np.zeros(model.nv)
-    for name in chain.start.keys() & set(names):
-        start[model.idx_vs[model.getJointId(name)]] = chain.start[name]
+    for name, value in chain.start.items():
+        if f"joint:{name}" in names:
+            start[model.idx_vs[model.getJointId(f"joint:{name}")]] = value
     driven, following = np.split(order, [len(chain.joints)])
     return RigidChain(model, order, tool, closed_loops(model, chain.loops, driven, following, start))
 
 
 def _plain(text: str) -> str:
-    """Return the URDF `text` with nothing but links and joints that have one coordinate each."""
-    robot = ElementTree.fromstring(text)
+    """Return the URDF `text` with nothing but links and joints that have one coordinate each.
+
+    Names become `link:NAME` and `joint:NAME`: Pinocchio keeps both in one list, with some of its own (`universe`).
+    """
+    robot = robot_of(text)
+    robot.attrib = {"name": "robot"}  # without a name, or with a version that it does not know, it is refused
     for element in list(robot):
         if element.tag not in _KEPT:
             robot.remove(element)
             continue
+        element.set("name", f"{element.tag}:{element.get('name')}")
         for part in list(element):
             if part.tag not in _KEPT[element.tag]:
                 element.remove(part)
+            elif part.tag in ("parent", "child"):
+                part.set("link", f"link:{part.get('link')}")
         if element.tag == "joint" and element.get("type") != "fixed":
             # A continuous joint would have two coordinates, the cosine and the sine of its angle.
             element.set("type", "prismatic" if element.get("type") == "prismatic" else "revolute")

@@ -1,8 +1,8 @@
 """Conversion of measurements of other programs to recordings.
 
 A file is read by the format that recognises it (`formats`) into a table (`table`); its columns become quantities in
-SI units (`mapping`, `units`, `quantities`), and these a recording. `guessing` says what columns may be, and
-`observations` what can be seen in the result.
+SI units (`mapping`, `units`, `quantities`), and these a recording. `layout` decides what rows of text say, `clock`
+what time is, `columns` what other columns hold; `observations` says what can be seen in the result.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,9 +17,10 @@ from recordings import blocks
 from recordings.blocks import SampleTable
 from recordings.columns import columns as columns_of
 from recordings.config import validated
+from recordings.data_problems import DataProblem
 from recordings.errors import BadInput
 from recordings.imported import imported_rig, measured_torque
-from recordings.importing import formats
+from recordings.importing import clock, formats
 from recordings.importing.healing import Healing
 from recordings.importing.mapping import sources
 from recordings.importing.quantities import Quantities, quantities
@@ -74,6 +75,8 @@ class Imported:
     """SHA-256 of the file."""
     notes: tuple[str, ...] = ()
     """Sentences on what was left out, and how the file was read."""
+    healed: tuple[DataProblem, ...] = ()
+    """Data problems that the import took out itself."""
 
     def recording(self, path: Path) -> Recording:
         """The recording as it is read from the file `path` that `import_data` writes."""
@@ -146,13 +149,15 @@ def converted(
 def of_table(table: Table, description: Description, mapping: Sequence[str] = ()) -> Imported:
     """Convert the measurements in `table`, as `import_data`."""
     columns = sources(table, mapping)
+    time = clock.read(table, columns.get("time"))
+    table = time.table
     values = quantities(table, columns, description.hints)
-    rate = 1e9 / mean_step(values.stamp)
+    rate = 1e9 / mean_step(time.stamp)
     rig = _rig(table, description, values.joints, rate)
     joints = dict(values.joints)
     if not {"voltage", "effort"} & joints.keys():
         joints["effort"] = _effort(table, joints["current"], rig)
-    repeat, period = repetitions(table, values.cycle, values.stamp, joints.get("command", joints["position"]))
+    repeat, period = repetitions(table, values.cycle, time.stamp, joints.get("command", joints["position"]))
     run = Run(
         trajectory=IMPORTED,
         trajectory_digest=table.digest,
@@ -162,16 +167,16 @@ def of_table(table: Table, description: Description, mapping: Sequence[str] = ()
         software=software(),
         simulated=description.simulated,
         pace="realtime",
-        start=description.start or _start(table, values),
+        start=description.start or _start(time),
         robot=description.robot,
         exit_status=0,
         reason=f"imported from {table.path.name}",
     )
-    samples = description.healing.of(_samples(rig, values, joints, repeat))
-    used = {source.column for source in columns.values()}
+    samples = description.healing.of(_samples(rig, time, values, joints, repeat))
+    used = {column for source in columns.values() for column in source.columns}
     unread = ", ".join(name for name in table.unreadable if name not in used)
     notes = (*table.notes, *([f"left out, because not finite numbers throughout: {unread}"] if unread else []))
-    return Imported(rig, _run(run, description, samples), samples, table.digest, notes)
+    return Imported(rig, _run(run, description, samples), samples, table.digest, notes, time.problems)
 
 
 def is_ours(path: Path) -> bool:
@@ -188,21 +193,26 @@ def _healed(path: Path, description: Description, mapping: Sequence[str]) -> Imp
     table = Table(path, columns_of(recording), digest=recording.digest)
     rig = description.rig or recording.rig
     columns = sources(table, mapping)
+    time = clock.read(table, columns.get("time"))
     values = quantities(table, columns, RigHints(rig.joint_types, rig.drives))
     _rig(table, replace(description, rig=rig), values.joints, recording.run.rate)  # the number of joints is right
     of_drives = {name: getattr(recording, name).astype(np.int64) for name in ("statusword", "error_code")}
-    samples = description.healing.of(replace(_samples(rig, values, values.joints, recording.repeat), **of_drives))
+    samples = description.healing.of(
+        replace(_samples(rig, time, values, values.joints, recording.repeat), **of_drives)
+    )
     note = f"{path.name}: rig, run and gaps are kept, bus frames and events are not"
     return Imported(rig, _run(recording.run, description, samples), samples, table.digest, (note,))
 
 
-def _samples(rig: Rig, values: Quantities, joints: Mapping[str, Floats], repeat: Ints) -> SampleTable:
-    """The samples of `joints`, (n, dof) by quantity, at the stamps of `values`."""
+def _samples(
+    rig: Rig, time: clock.Clock, values: Quantities, joints: Mapping[str, Floats], repeat: Ints
+) -> SampleTable:
+    """The samples of `joints`, (n, dof) by quantity."""
     return SampleTable(
         joints=rig.joint_names,
-        stamp=values.stamp,
-        log=values.stamp,
-        cycle=np.arange(len(values.stamp)),
+        stamp=time.stamp,
+        log=time.stamp,
+        cycle=np.arange(len(time.stamp)),
         repeat=repeat,
         extra=values.extra,
         position=joints["position"],
@@ -225,11 +235,11 @@ def _run(run: Run, description: Description, samples: SampleTable) -> Run:
     return run.model_copy(update={"rate": run.rate / thin, "torque_window": run.torque_window or 1 / run.rate})
 
 
-def _start(table: Table, values: Quantities) -> str:
+def _start(time: clock.Clock) -> str:
     """ISO 8601 time of the first sample as the file says it; 1970 where it does not."""
-    if values.epoch is not None:
-        return datetime.fromtimestamp(values.epoch, UTC).isoformat(timespec="milliseconds")
-    return table.start or _NO_DATE
+    if time.epoch is not None:
+        return datetime.fromtimestamp(time.epoch, UTC).isoformat(timespec="milliseconds")
+    return time.table.start or _NO_DATE
 
 
 def _effort(table: Table, current: Floats, rig: Rig) -> Floats:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from recordings.columns import numbered
 from recordings.importing.table import Table
-from recordings.importing.units import parse
+from recordings.importing.units import is_none
 from recordings.limits import check_columns
 from recordings.recording import Floats
 
@@ -42,6 +42,7 @@ def table_of_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], units: Mappi
             left_out.append(f"{name} of shape {array.shape}" + (f" and not {count} values long" if count else ""))
         elif array.dtype.kind == "M":
             columns[name], start = _seconds(array)
+            stated[name] = "s"
         elif array.dtype.kind not in "fiub":
             kind = "text" if array.dtype.kind in "OSUT" else array.dtype.name
             left_out.append(f"{name} holds {kind}")
@@ -52,7 +53,7 @@ def table_of_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], units: Mappi
             rows = array.astype(float) if len(array) == count else array.astype(float).T
             named = {name: rows} if rows.ndim == 1 else numbered(name, rows)
             columns |= named
-            if parse(unit := (units or {}).get(name, "")):
+            if not is_none(unit := (units or {}).get(name, "")):
                 stated |= dict.fromkeys(named, unit)
     notes = (f"left out, because not {count} values long: {', '.join(other)}",) if other else ()
     return Table(

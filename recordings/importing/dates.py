@@ -1,7 +1,7 @@
 """Dates and times of day as seconds."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 
 import numpy as np
@@ -11,7 +11,23 @@ from recordings.recording import Floats
 
 _TIME_OF_DAY = re.compile(r"(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)")
 _DAY_FIRST = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})[ T](.*)")
+_DATE = re.compile(r"\d{4}[-/]\d{2}[-/]\d{2}|\d{1,2}\.\d{1,2}\.\d{4}")
 _DAY = 86400.0
+
+
+def joined(texts: Mapping[str, Sequence[str]]) -> dict[str, Sequence[str]]:
+    """Make one column of a column of dates and one of times of day among the cells of columns."""
+    date, time = (
+        next((name for name, cells in texts.items() if cells and all(map(kind.fullmatch, cells))), None)
+        for kind in (_DATE, _TIME_OF_DAY)
+    )
+    if date is None or time is None:
+        return dict(texts)
+    cells = [
+        f"{day} {of_day if of_day[2] == ':' else f'0{of_day}'}"
+        for day, of_day in zip(texts[date], texts[time], strict=True)
+    ]
+    return {f"{date} {time}": cells, **{name: texts[name] for name in texts if name not in (date, time)}}
 
 
 def seconds(cells: Sequence[str]) -> tuple[Floats, str | None] | None:

@@ -1,4 +1,4 @@
-"""Long tables, with a row for each time and joint: made wide, with a column for each joint."""
+"""Rows that say in parts what holds at one time: a row for each joint, or for each topic, made one row."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.errors import BadInput
-from recordings.importing.guessing import kind, words_of
+from recordings.importing import clock
+from recordings.importing.columns import DRIVES, kind
 from recordings.importing.mapping import joint_quantity
-from recordings.importing.table import JOINT_QUANTITIES, Table
+from recordings.importing.table import JOINT_QUANTITIES, Table, words_of
 from recordings.interpolation import interpolate
 from recordings.recording import Bools, Floats
 
@@ -22,6 +23,10 @@ _VALUES = ("value", "values", "val", "wert", "data", "reading")
 """A single column of values that is called so adds nothing to the name of the key."""
 _MOST_JOINTS = 64
 """A column with more distinct values is none of joints."""
+_MOST_SHARED = 0.1
+"""Columns of two topics have at most this share of their rows in common."""
+_MIN_TURNS, _LEAST_TURNS = 0.1, 10
+"""Rows of topics stand between each other if they take turns in this share of the rows, and so often."""
 _MOST_TIMES = 0.75
 """In a long table, the distinct times are at most this share of the rows: two joints make a half."""
 
@@ -36,7 +41,7 @@ def widened(table: Table) -> Table:
         BadInput: a joint stands twice at one time.
     """
     wide = any(map(joint_quantity, table.columns))
-    name = next((column for column in table.columns if kind(table, column) == "time"), None)
+    name = next((column for column in table.columns if clock.is_called_time(table, column)), None)
     if wide or name is None or len(table.columns[name]) < 2 or not np.isfinite(table.columns[name]).all():
         return table
     time = table.columns[name]
@@ -61,6 +66,40 @@ def widened(table: Table) -> Table:
     invalid = {column: why for column, why in table.invalid.items() if column not in keys}
     notes = (*table.notes, note)
     return replace(table, columns=columns, units=units, invalid=invalid, first_line=None, labels={}, notes=notes)
+
+
+def merged(table: Table) -> Table:
+    """Put the rows of several topics, which stand between each other with gaps in place of the others, together.
+
+    What is not of the positions' topic is interpolated at its times. A table of one topic is returned as it is.
+    """
+    guess = clock.find(table)
+    known = {name: np.isfinite(values) for name, values in table.columns.items()}
+    topics: dict[bytes, list[str]] = {}
+    for name, rows in known.items():
+        if guess and rows.any() and not rows.all():
+            topics.setdefault(rows.tobytes(), []).append(name)
+    base = next((names for names in topics.values() if any(kind(table, name) == "position" for name in names)), None)
+    if guess is None or base is None or len(topics) < 2:
+        return table
+    rows = known[base[0]]
+    if np.count_nonzero(np.diff(rows)) < max(_LEAST_TURNS, _MIN_TURNS * len(rows)):
+        return table
+    others = [name for names in topics.values() if names is not base for name in names]
+    apart = [
+        name for name in others if (known[name] & rows).sum() <= _MOST_SHARED * min(known[name].sum(), rows.sum())
+    ]
+    if not any(kind(table, name) in DRIVES for name in apart):
+        return table
+    time = np.sum([table.columns[name] * unit.factor for name, unit in guess.source.parts], axis=0)
+    columns = dict(table.columns)
+    for name in apart:
+        columns[name] = interpolate(time, time[known[name]], table.columns[name][known[name]])
+    note = (
+        f"rows of several topics stand between each other: {', '.join(apart)} interpolated at the times of {base[0]}"
+    )
+    of_base = replace(table, columns=columns, notes=(*table.notes, note)).of_rows(np.flatnonzero(rows))
+    return replace(of_base, first_line=None)
 
 
 def _candidates(table: Table, time: str) -> Iterator[tuple[str, NDArray[Any]]]:

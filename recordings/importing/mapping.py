@@ -2,13 +2,13 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from recordings.config import toml_content
 from recordings.errors import BadInput, did_you_mean
 from recordings.importing.table import JOINT_QUANTITIES, ROW, Table
-from recordings.importing.units import NO_UNIT, Unit, parse, split_header
+from recordings.importing.units import NO_UNIT, Unit, is_none, parse, split_header
 
 TIMES = ("time", "cycle")
 _TARGET = re.compile(rf"({'|'.join(JOINT_QUANTITIES)})_([1-9]\d*)|({'|'.join(TIMES)})")
@@ -16,10 +16,26 @@ _TARGET = re.compile(rf"({'|'.join(JOINT_QUANTITIES)})_([1-9]\d*)|({'|'.join(TIM
 
 @dataclass(frozen=True)
 class Source:
-    """Column of a file, and its unit."""
+    """Column of a file, and its unit; of a time in two columns, the one that counts parts of its steps as well."""
 
     column: str
     unit: Unit
+    plus: "Source | None" = None
+
+    def __str__(self) -> str:
+        """As `--map` has it behind the equals sign."""
+        own = f"{self.column}:{self.unit.text}" if self.unit.text else self.column
+        return f"{own}+{self.plus}" if self.plus else own
+
+    @property
+    def parts(self) -> tuple[tuple[str, Unit], ...]:
+        """Its columns and their units."""
+        return ((self.column, self.unit), *(self.plus.parts if self.plus else ()))
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of its columns."""
+        return tuple(name for name, _ in self.parts)
 
 
 def joint_quantity(name: str) -> tuple[str, int] | None:
@@ -45,7 +61,7 @@ def sources(table: Table, entries: Sequence[str]) -> dict[str, Source]:
         if target in given:
             raise BadInput(f"--map: one column for {target} expected, two found; remove one")
         given[target] = _source(table, target, text)
-    mapped = {*given, *(source.column for source in given.values())}
+    mapped = {*given, *(column for source in given.values() for column in source.columns)}
     named = {
         name: Source(name, _stated(table, name))
         for name in (*table.columns, *table.invalid)
@@ -89,6 +105,9 @@ def _source(table: Table, target: str, text: str) -> Source:
     """Column and unit of `text`: COLUMN, or COLUMN:UNIT; names may hold colons."""
     if (column := _column(table, text)) is not None:
         return Source(column, _stated(table, column))
+    if target == "time" and "+" in text and _column(table, text.rpartition(":")[0].strip()) is None:
+        whole, part = (_source(table, target, half.strip()) for half in text.split("+", 1))
+        return replace(whole, plus=part)
     name, colon, unit_text = (part.strip() for part in text.rpartition(":"))
     column = _column(table, name) if colon else None
     if column is None:
@@ -115,4 +134,16 @@ def _column(table: Table, text: str) -> str | None:
 
 
 def _stated(table: Table, name: str) -> Unit:
-    return parse(table.units.get(name, "")) or NO_UNIT
+    """Unit that the file states.
+
+    Raises:
+        BadInput: it states one that is not known.
+    """
+    text = table.units.get(name, "")
+    unit = parse(text)
+    if unit is None and not is_none(text):
+        raise BadInput(
+            f"{table.path}, column {name!r}: a unit such as deg, Nm, ms or 0.1% expected, {text!r} found; say which "
+            f'it is, as in --map "position_1={name}:deg"'
+        )
+    return unit or NO_UNIT

@@ -86,10 +86,11 @@ def _gaps(imported: Imported) -> Iterator[Observation]:
     if long.any():
         text = f"{_count(int(long.sum()), 'gap')} in time, the longest {imported.steps.max():.4g} s, not filled"
         yield Observation("time-gaps", "note", text)
-    for joint, column in _columns(imported, "position"):
-        if np.isnan(column).any():
-            count = _count(int(np.isnan(column).sum()), "gap")
-            yield Observation("gaps", "note", f"position {joint}: {count}", joint)
+    for name in ("position", "voltage", "effort"):
+        for joint, column in _columns(imported, name):
+            if np.isnan(column).any():
+                count = _count(int(np.isnan(column).sum()), "gap")
+                yield Observation("gaps", "note", f"{name} {joint}: {count}", joint)
 
 
 def _empty(imported: Imported) -> Iterator[Observation]:

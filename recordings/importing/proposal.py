@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 
 from recordings.importing import formats
-from recordings.importing.guessing import DRIVES, ColumnGuess, guess
+from recordings.importing.columns import DRIVES, ColumnGuess, guess
 from recordings.importing.mapping import joint_quantity
 from recordings.importing.table import JOINT_QUANTITIES, Table
 from recordings.next_command import free_name
 
 PLACEHOLDER = "NUMBER"
 """Stands in a command for a number that the user has to know; `daq import` refuses it."""
+UNIT = "UNIT"
+"""Stands there for a unit."""
 _PREVIEW_VALUES = 300
 """Number of values of a column in the JSON document."""
 
@@ -103,8 +105,10 @@ def options(table: Table, guesses: Sequence[ColumnGuess], given: Collection[str]
     words = list(table.options)
     for made in sorted(targets, key=lambda made: _place(made.target or "")):
         unit = made.source.unit.text if made.source else ""
-        if made.column != made.target or unit not in ("", table.units.get(made.column)):
-            words += ["--map", f"{made.target}={made.column}{f':{unit}' if unit else ''}"]
+        if made.asks and not unit:
+            words += ["--map", f"{made.target}={made.column}:{UNIT}"]
+        elif made.column != made.target or unit not in ("", table.units.get(made.column)):
+            words += ["--map", f"{made.target}={made.source}"]
     words += [] if {"--mechanism", "--rig"} & set(given) else _axes(targets)
     if _lacks_torque_per_ampere(guesses, given):
         words += ["--kt", PLACEHOLDER]
@@ -154,6 +158,8 @@ def missing(guesses: Sequence[ColumnGuess], given: Collection[str] = ()) -> list
             f"{len(_positions(guesses))} joints, where a delta robot has three: choose three with --names (of a bag; "
             "1,2,3 of position_1 ...) or with --map, or say what it is with --rig, or with --mechanism axes"
         )
+    asked = dict.fromkeys(made.asks for made in guesses if made.asks)
+    sentences += [f"{text} is for you to say, in --map" for text in asked]
     unscaled = {made.source.unit.dimension for made in guesses if made.source and not made.source.unit.scaled}
     if unscaled & {"counts", "count rate"} and "--rig" not in given:
         sentences.append("counts need the counts per turn of the joint: write counts/8192, or give --rig with drives")

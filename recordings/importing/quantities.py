@@ -8,14 +8,9 @@ import numpy as np
 from recordings.errors import BadInput
 from recordings.importing.mapping import Source, joint_quantity
 from recordings.importing.table import Table
-from recordings.importing.units import RigHints, check_dimension, to_si
+from recordings.importing.units import RigHints, to_si
 from recordings.plausible import LARGEST, first_implausible
-from recordings.recording import Floats, Ints
-
-_MAX_TIME = 2**31
-"""Largest time that a ROS time stamp holds [s]."""
-_DATES = (1e9, 4e9)
-"""Times [s] between these are counted from 1970, as ROS and Unix do: 2001 to 2096."""
+from recordings.recording import Floats
 
 _PARTIAL = ("temperature",)
 """Quantities that may be there for some joints only."""
@@ -27,71 +22,24 @@ _MAX_DOF = 64
 class Quantities:
     """What a table holds, in SI units."""
 
-    stamp: Ints
-    """(n,) time [ns] from the first sample."""
     joints: dict[str, Floats]
     """(n, dof) by quantity."""
     cycle: str | None
     """Column with the number of the repetition."""
     extra: dict[str, Floats]
     """(n,) further columns, by name."""
-    epoch: float | None
-    """Time of the first sample since 1970 [s], where the column of time counts from there."""
 
 
 def quantities(table: Table, sources: Mapping[str, Source], hints: RigHints) -> Quantities:
     """Convert the columns of `sources` to SI units; all other columns of numbers are extra.
 
     Raises:
-        BadInput: time or positions are missing or invalid, joints are numbered with gaps, a unit does not fit, or no
+        BadInput: positions are missing or invalid, joints are numbered with gaps, a unit does not fit, or no
             joint has such a value.
     """
-    stamp, epoch = _stamps(table, sources.get("time"))
     joints = _joints(table, sources, hints)
     cycle = sources["cycle"].column if "cycle" in sources else None
-    return Quantities(stamp, joints, cycle, _extra(table, sources, hints), epoch)
-
-
-def _stamps(table: Table, source: Source | None) -> tuple[Ints, float | None]:
-    """Time stamps (n,) [ns] from the first sample; time of that since 1970 [s], where time counts from there."""
-    if source is None:
-        raise BadInput(
-            f"{table.path}: a column 'time' expected, {table.listed()} found; say which it is, as in --map "
-            f'"time=COLUMN:ms", or see daq import {table.path} --guess'
-        )
-    where = f"{table.path}, column {source.column!r}"
-    check_dimension(source.unit, "time", prismatic=False, where=where)
-    raw = table.column(source.column)
-    if len(raw) < 2:
-        raise BadInput(f"{table.path}: at least two samples expected, {len(raw)} found; record more")
-    if np.isnan(raw).any():
-        row = int(np.argmax(np.isnan(raw)))
-        raise BadInput(
-            f"{table.location(row, source.column)}: a time expected, none found; complete or remove the row"
-        )
-    time = raw * source.unit.factor
-    # Whole seconds are split off, so that times since 1970 keep the full float resolution of their fractions.
-    seconds = np.floor(time)
-    if abs(seconds[-1] - seconds[0]) >= _MAX_TIME:
-        raise BadInput(
-            f"{where}: times within {_MAX_TIME} s expected, {seconds[-1] - seconds[0]:g} s found; say the unit, as "
-            f'in --map "time={source.column}:ns"'
-        )
-    relative = (seconds - seconds[0]).astype(np.int64) * 10**9 + np.rint((time - seconds) * 1e9).astype(np.int64)
-    stamp: Ints = relative - relative[0]
-    _check_increasing(table, source, raw, stamp)
-    return stamp, float(time[0]) if _DATES[0] < time[0] < _DATES[1] else None
-
-
-def _check_increasing(table: Table, source: Source, raw: Floats, stamp: Ints) -> None:
-    wrong = np.flatnonzero(np.diff(stamp) <= 0)
-    if len(wrong):
-        row, unit = int(wrong[0]) + 1, source.unit.text or "s"
-        raise BadInput(
-            f"{table.location(row, source.column)}: a time after {float(raw[row - 1])!r} {unit} expected, "
-            f"{float(raw[row])!r} found; sort the rows and remove those that stand twice, or count rows, as in --map "
-            '"time=row:s*0.001" for one per ms'
-        )
+    return Quantities(joints, cycle, _extra(table, sources, hints))
 
 
 def _joints(table: Table, sources: Mapping[str, Source], hints: RigHints) -> dict[str, Floats]:
@@ -146,7 +94,7 @@ def _in_si(table: Table, sources: Mapping[str, Source], quantity: str, joint: in
 
 def _extra(table: Table, sources: Mapping[str, Source], hints: RigHints) -> dict[str, Floats]:
     """Columns (n,) that are no quantity of the motion, by name; current and temperature in SI units."""
-    used = {source.column for source in sources.values()} | set(table.unreadable)
+    used = {column for source in sources.values() for column in source.columns} | set(table.unreadable)
     extra = {
         f"{name} (not used)" if name in sources else name: table.column(name)
         for name in table.columns

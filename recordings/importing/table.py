@@ -1,5 +1,6 @@
 """The table that every import format is read into: named columns of numbers, as they stand in the file."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
@@ -10,16 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.errors import BadInput
-from recordings.recording import Floats
+from recordings.recording import Floats, Ints
 
 JOINT_QUANTITIES = ("position", "velocity", "command", "voltage", "effort", "current", "temperature")
 """What a column may hold of a joint: QUANTITY_1 of the first."""
 ROW = "row"
 """Name of the column of row numbers 0, 1, 2, ..., which every table has."""
+_TOKEN = re.compile(r"[A-Z]+(?![a-zäöü])|[A-ZÄÖÜ]?[a-zäöü]+|\d+")
 _MOST_NAMES = 12
 """Number of columns that an error lists."""
 _LONGEST_NAME = 60
 """Of a column in an error [characters]: what is no table has names of any length."""
+
+
+def words_of(name: str) -> list[str]:
+    """Words and numbers of the name of a column, in small letters."""
+    return [word.lower() for word in _TOKEN.findall(name)]
 
 
 def distinct(names: Sequence[str]) -> list[str]:
@@ -115,6 +122,14 @@ class Table:
             notes=(*self.notes, note),
             options=(*self.options, "--names", ",".join(names)),
         )
+
+    def of_rows(self, rows: Ints) -> "Table":
+        """The table with these rows (m,) only."""
+        columns = {name: values[rows] for name, values in self.columns.items()}
+        follow = self.first_line is not None and (np.diff(rows) == 1).all()
+        line = self.first_line + int(rows[0]) if follow and self.first_line is not None else None
+        labels = {name: cells[rows] for name, cells in self.labels.items()}
+        return replace(self, columns=columns, labels=labels, first_line=line)
 
     def listed(self) -> str:
         """Names of the columns, for error messages."""

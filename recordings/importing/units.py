@@ -11,6 +11,7 @@ from recordings.rig import Drive, JointType
 _TURN = 2 * math.pi
 _DEGREE = math.pi / 180
 
+_COUNTS = ("counts", "count", "cnt", "inc", "incr", "ticks", "tick", "increments", "pulses", "pulse", "Inkremente")
 _DIMENSIONS: dict[str, dict[str, float]] = {
     "angle": {
         **dict.fromkeys(("rad", "radian", "radians"), 1.0),
@@ -21,16 +22,18 @@ _DIMENSIONS: dict[str, dict[str, float]] = {
     },
     "length": {"m": 1.0, "mm": 1e-3, "um": 1e-6, "cm": 1e-2},
     "angular velocity": {
-        **dict.fromkeys(("rad/s", "rad/sec"), 1.0),
-        **dict.fromkeys(("deg/s", "°/s", "deg/sec"), _DEGREE),
+        **dict.fromkeys(("rad/s", "rad/sec", "rad·s^-1", "1/s"), 1.0),
+        "mrad/s": 1e-3,
+        **dict.fromkeys(("deg/s", "°/s", "deg/sec", "dps", "Grad/s"), _DEGREE),
+        "mdeg/s": 1e-3 * _DEGREE,
         **dict.fromkeys(("turns/s", "turn/s", "rev/s", "rps", "Hz"), _TURN),
         **dict.fromkeys(("rpm", "RPM", "1/min", "rev/min", "U/min", "min^-1"), _TURN / 60),
     },
     "speed": {"m/s": 1.0, "mm/s": 1e-3},
     "torque": {
-        **dict.fromkeys(("Nm", "N m", "N·m", "N.m", "N*m", "N-m"), 1.0),
-        **dict.fromkeys(("mNm", "mN m", "mN·m"), 1e-3),
-        **dict.fromkeys(("kNm", "kN m"), 1e3),
+        **dict.fromkeys(("Nm", "N m", "N·m", "N.m", "N*m", "N-m", "newton metre", "newton meter"), 1.0),
+        **dict.fromkeys(("mNm", "mN m", "mN·m", "mN.m"), 1e-3),
+        **dict.fromkeys(("kNm", "kN m", "kN·m"), 1e3),
         "Ncm": 1e-2,
     },
     "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3},
@@ -38,14 +41,14 @@ _DIMENSIONS: dict[str, dict[str, float]] = {
     "voltage": {"V": 1.0, "mV": 1e-3},
     "temperature": {"degC": 1.0, "°C": 1.0, "C": 1.0, "K": 1.0},
     "time": {
-        **dict.fromkeys(("s", "sec", "seconds"), 1.0),
-        "ms": 1e-3,
-        "us": 1e-6,
-        "ns": 1e-9,
+        **dict.fromkeys(("s", "sec", "secs", "second", "seconds", "Sekunden"), 1.0),
+        **dict.fromkeys(("ms", "msec", "msecs", "millis", "millisec", "millisecond", "milliseconds"), 1e-3),
+        **dict.fromkeys(("us", "usec", "usecs", "micros", "microsec", "microsecond", "microseconds"), 1e-6),
+        **dict.fromkeys(("ns", "nsec", "nsecs", "nanos", "nanosec", "nanosecond", "nanoseconds"), 1e-9),
         "min": 60.0,
     },
-    "counts": dict.fromkeys(("counts", "count", "cnt", "inc", "ticks", "increments"), 1.0),
-    "count rate": dict.fromkeys(("counts/s", "count/s", "cnt/s", "inc/s", "ticks/s"), 1.0),
+    "counts": dict.fromkeys((*_COUNTS, "qc"), 1.0),
+    "count rate": {**dict.fromkeys((f"{name}/s" for name in _COUNTS), 1.0), "qc/s": 1.0},
     "share": {"%": 1e-2, "permille": 1e-3, "‰": 1e-3},
 }
 _OFFSETS = {"K": -273.15}
@@ -83,22 +86,38 @@ def parse(text: str) -> Unit | None:
         rest, scaled = rest[: match.start()].strip(), True
     if not rest:
         return Unit(text, None, factor, scaled=True) if scaled else None
-    spelling = rest.replace("µ", "u").replace("μ", "u").replace("º", "°")
-    for dimension, factors in _DIMENSIONS.items():
-        if spelling in factors:
-            return Unit(text, dimension, factor * factors[spelling], _OFFSETS.get(spelling, 0.0) * factor, scaled)
+    spelling = _EXPLAINED.sub("", rest.translate(_ALIKE)).strip("[]() ")
+    multiple = _MULTIPLE.fullmatch(spelling)
+    if multiple and float(multiple[1]):
+        factor, spelling = factor * float(multiple[1]), multiple[2]
+    for spelled in (spelling, _ANY_CASE.get(spelling.lower(), "")):
+        for dimension, factors in _DIMENSIONS.items():
+            if spelled in factors:
+                return Unit(text, dimension, factor * factors[spelled], _OFFSETS.get(spelled, 0.0) * factor, scaled)
     return None
 
 
-_BRACKETS = re.compile(r"^(.*?)[\s_/]*[\[(]([^\[\]()]+)[\])]\s*$")
+_ALIKE = str.maketrans({"µ": "u", "μ": "u", "º": "°", "⋅": "·", "•": "·", "∙": "·", "²": "^2"})
+_EXPLAINED = re.compile(r"(?<=[^\s(\[])\s*[(\[][^()\[\]]*[)\]]$")
+"""Words behind a unit, as in "° (Angle)"."""
+_MULTIPLE = re.compile(r"(\d+\.?\d*(?:[eE][-+]?\d+)?)\s*\*?\s*([^\d\s/].*)")
+"""A multiple of a unit, such as 0.1%."""
+_ANY_CASE = {name.lower(): name for factors in _DIMENSIONS.values() for name in factors if len(name) > 1}
+"""Units of more than one letter, by their small letters."""
+_BRACKETS = re.compile(r"^(.*?)[\s_/]*[\[(]([^\[\]()]*(?:\([^()]*\))?)[\])]\s*$")
 
 
 def split_header(header: str) -> tuple[str, str]:
-    """Name and unit of a column whose unit stands in brackets, "q1 [deg]"; the unit is empty where none does."""
+    """Name of a column, and what stands in brackets behind it, "q1 [deg]": its unit, unless it is an index."""
     match = _BRACKETS.match(header)
-    if match and match[1] and parse(match[2]):
+    if match and match[1].strip(' "') and not match[2].strip().isdigit() and match[2].strip():
         return match[1].strip(), match[2].strip()
     return header.strip(), ""
+
+
+def is_none(unit: str) -> bool:
+    """Whether the `unit` that a file states says that there is none."""
+    return unit.strip("[]() ").lower() in ("", "-", "--", "1", "none", "n/a", "na", "null")
 
 
 _REVOLUTE = {

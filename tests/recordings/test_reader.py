@@ -164,7 +164,10 @@ BYTE = b"\x00\x01\x00\x00\x01"
             lambda path: path.write_bytes(b"\xff\xd8\xff\xe0\x00\x10JFIF"),
             "is not an MCAP file, but a JPEG picture; .* daq import",
         ),
-        (lambda path: path.write_bytes(b"\x89MCAP0\r\n"), "cut off before its first data"),
+        (
+            lambda path: path.write_bytes(b"\x89MCAP0\r\n"),
+            "cut off before its first data; if another program wrote it",
+        ),
         (lambda path: by_others(path, BYTE), "not a recording of this program: .* rig, run, /joint_states"),
         (lambda path: by_others(path, BYTE, rig=True), "not a recording of this program: .* /joint_states"),
         (lambda path: by_others(path, BYTE, topic="/joint_states"), "not a recording of this program"),

@@ -18,8 +18,8 @@ RIG = 'name = "r"\nmechanism = "urdf"\nurdf = "arm.urdf"\n'
 DRIVEN = RIG + 'joints = ["rail", "shoulder"]\n'
 
 
-def load(folder: Path, rig: str = DRIVEN, urdf: str = ARM) -> Rig:
-    (folder / "arm.urdf").write_text(urdf, encoding="utf-8")
+def load(folder: Path, rig: str = DRIVEN, urdf: str | bytes = ARM) -> Rig:
+    (folder / "arm.urdf").write_bytes(urdf if isinstance(urdf, bytes) else urdf.encode())
     (folder / "rig.toml").write_text(rig, encoding="utf-8")
     return load_rig(folder / "rig.toml", driven=False)
 
@@ -100,9 +100,12 @@ def test_rig_holds_the_text_and_needs_no_file_afterwards(tmp_path: Path) -> None
         ),
         ('name = "r"\nmechanism = "urdf"\n', ARM, 'mechanism "urdf" needs the key urdf'),
         ('name = "r"\ngravity = [0.0, 0.0, 0.0]\n', ARM, 'gravity belongs to the mechanism "urdf", "delta" found'),
+        (DRIVEN, ARM.encode("utf-16")[:-40], "arm.urdf: XML in UTF-8 expected, .* found; save it as UTF-8"),
+        (DRIVEN, b"\xff" + ARM.encode(), "XML in UTF-8 expected, not well-formed"),
+        (DRIVEN, b'<?xml version="1.0" encoding="ebcdic-9"?>\xff', "XML in UTF-8 expected, unknown encoding"),
         (DRIVEN.replace("arm.urdf", "leg.urdf"), ARM, "'urdf' of the rig file: .*leg.urdf does not exist"),
     ],
 )
-def test_what_cannot_be_right_is_explained(tmp_path: Path, rig: str, urdf: str, reason: str) -> None:
+def test_what_cannot_be_right_is_explained(tmp_path: Path, rig: str, urdf: str | bytes, reason: str) -> None:
     with pytest.raises(BadInput, match=reason):
         load(tmp_path, rig, urdf)

@@ -16,7 +16,7 @@ from ident.export.targets import ExportRequest
 from ident.export.targets import beside as carried_file
 from ident.export.xml_file import text, write_xml
 from recordings.recording import Floats
-from recordings.urdf import read_joints
+from recordings.urdf import read_joints, robot_of
 
 __all__ = ["carried_file", "write"]
 
@@ -32,7 +32,7 @@ def write(request: ExportRequest) -> Carried:
     """
     arm = arm_of(request.model, request.path)
     chain = arm.mechanism.chain
-    robot = ElementTree.fromstring(chain.urdf)
+    robot = robot_of(chain.urdf)
     children = {joint.name: joint.child for joint in read_joints(chain.urdf)}
     for link in robot.findall("link"):
         for inertial in link.findall("inertial"):

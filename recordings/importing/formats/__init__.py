@@ -57,7 +57,7 @@ def read(path: Path, topic: str | None = None, names: tuple[str, ...] = ()) -> T
     elif topic:
         raise BadInput(f"{path}: --topic chooses from a ROS bag, {name} found; leave it out")
     else:
-        table = long_tables.widened(_load(name).read(path)).of_joints(names)
+        table = long_tables.merged(long_tables.widened(_load(name).read(path))).of_joints(names)
     return replace(table, digest=_digest(path))
 
 

@@ -1,29 +1,42 @@
-"""CSV export of TwinCAT Scope View (Beckhoff): a header per channel, a column of time before each channel or group.
+"""Text export of TwinCAT Scope View (Beckhoff): groups of columns, each a time and the channels that share it.
 
-The time columns are in ms from the start of the export, or in ticks of 100 ns since 1601 ("full timestamp"). Channels
-with another sample time than the first are interpolated at its instants. The format is described at
-https://infosys.beckhoff.com (TE13xx, TC3 Scope View, "Export to csv").
+The line of names tells the columns: where it repeats its key, `Name`, stands a time, and behind it stand its
+channels: one ("Timelines: All"), or all that follow each other with one sample time ("For each sampletime"). The
+cells of groups that have ended are blank, or left out at the end of the row.
+
+Times are in ms from the start of the export, or in ticks of 100 ns since 1601 ("Full Timestamp"). Channels of other
+groups than the first are interpolated at its instants. The format is described at https://infosys.beckhoff.com
+(TE13xx, TC3 Scope View, "Export to csv").
 """
 
 import re
+from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from recordings.errors import BadInput
-from recordings.importing.formats.csv import table_of_lines
+from recordings.importing.layout import TextLayout, decode, lines_of, table_of_lines
 from recordings.importing.table import Table, distinct
-from recordings.importing.text import TextLayout, decode, lines_of, number
-from recordings.importing.units import parse
-from recordings.interpolation import interpolate
 from recordings.recording import Floats
 
-_HEAD = re.compile(rb"^(?:\xef\xbb\xbf)?Name([\t;:|])[^\r\n]*\r?\nFile\1")
+_HEAD = re.compile(rb"^(?:\xef\xbb\xbf)?Name([\t;:|, ])[^\r\n]*\r?\nFile\1")
+_KEY = re.compile(
+    r"Name|Symbol(Name|Comment|Based)|Data-Type|SampleTime(\[ms\])?|VariableSize|Index(Group|Offset)|Net[Ii][Dd]|Port|"
+    r"BitMask|(Unit )?(Offset|ScaleFactor)|Unit"
+)
+"""Begins a line of the header, where others continue a comment."""
+_KIND = re.compile(r"\s*\([^()]*\)$")
+"""What is measured in a unit, as in "Nm (Torque)"; "(None)" is no unit."""
+_PLAIN = {"ScaleFactor": "1", "Offset": "0", "Unit ScaleFactor": "1", "Unit Offset": "0"}
+_START = re.compile(r"^Start(?:time of export|Record)\W(\d{15,18})\b", re.MULTILINE)
 _EPOCH = datetime(1601, 1, 1, tzinfo=UTC)
 _TICKS_PER_MS = 1e4
-_FIRST_FULL_STAMP = 1e15
-"""A larger time is a full time stamp in ticks; in ms it would be 30,000 years."""
+_FULL_STAMP_DIGITS = 16
+"""A time of so many digits is a full time stamp in ticks; in ms it would be 30,000 years."""
+_REMEDY = "export again with Timelines 'For each sampletime' and a tab as separator"
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -33,80 +46,102 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def read(path: Path) -> Table:
     """See `ImportFormat`."""
-    content = path.read_bytes()
-    match = _HEAD.match(content)
-    delimiter = match[1].decode() if match else "\t"
-    lines = lines_of(decode(content, path))
-    header, first = _header(path, lines, delimiter)
-    rows = [line for line in lines[first:] if line.strip() and line.strip() != "EOF"]
+    text = decode(path.read_bytes(), path)
+    lines, delimiter = lines_of(text), text[len("Name")]
+    while lines[-1].strip() in ("", "EOF"):
+        lines.pop()
+    keys = {line.partition(delimiter)[0].strip(): place for place, line in reversed([*enumerate(lines)][2:])}
+    places = {key: place for key, place in keys.items() if _KEY.fullmatch(key)}
+    titles = _cells(lines[places["Name"]], delimiter) if "Name" in places else []
+    edges = [*(k for k, title in enumerate(titles) if title == "Name"), len(titles)]
+    if len(edges) < 2 or any(end - begin < 2 for begin, end in pairwise(edges)):
+        raise BadInput(f"{path}: a line 'Name' with channels behind every 'Name' expected, none found; {_REMEDY}")
+    names = distinct(["time", *titles[1:]])
+    stated = _stated(path, lines, delimiter, places, edges, names)
+    first = next((k for k in range(max(places.values()) + 1, len(lines)) if lines[k].strip()), len(lines))
+    numbers = _numbers(path, lines, first, delimiter, edges, names)
+    columns = {"time": numbers[np.isfinite(numbers[:, 0]), 0]}
+    for begin, end in pairwise(edges):
+        known = numbers[np.isfinite(numbers[:, begin])]
+        for k in range(begin + 1, end):
+            columns[names[k]] = _interpolated(columns["time"], known[:, begin], known[:, k])
+    units = {name: _KIND.sub("", cell) for name, cell in stated.get("Unit", {}).items() if _KIND.sub("", cell)}
+    scaled = {name for key in _PLAIN for name, cell in stated.get(key, {}).items() if cell != _PLAIN[key]}
+    notes = tuple(f"{name}: scale and offset of the header are taken as applied" for name in names if name in scaled)
+    start = _START.search(text)
+    date = (_EPOCH + timedelta(microseconds=int(start[1]) / 10)).isoformat(timespec="milliseconds") if start else None
+    return Table(path, columns, {"time": "ms", **units}, date, notes=notes)
+
+
+def _cells(line: str, delimiter: str, ends: Sequence[int] = ()) -> list[str]:
+    """Cells of a line, of which there may be as many as the `ends` say; a separator may end the line, too."""
+    cells = [cell.strip() for cell in line.split(delimiter)]
+    return cells if cells[-1] or len(cells) in ends else cells[:-1]
+
+
+def _stated(
+    path: Path, lines: Sequence[str], delimiter: str, places: dict[str, int], edges: list[int], names: Sequence[str]
+) -> dict[str, dict[str, str]]:
+    """What the lines of the header at these `places` state of each channel, by key.
+
+    A line with a decimal comma or a comment may be divided otherwise than the names are; that of the units must not.
+    """
+    stated = {}
+    for key, place in places.items():
+        cells = _cells(lines[place], delimiter, edges[-1:])
+        if [*(k for k, cell in enumerate(cells) if cell == key), len(cells)] == edges:
+            stated[key] = {name: cell for name, cell in zip(names, cells, strict=True) if cell != key}
+        elif key == "Unit":
+            raise BadInput(
+                f"{path}, line {place + 1}: {edges[-1]} cells, 'Unit' below each 'Name', expected, "
+                f"{len(cells)} found; {_REMEDY}"
+            )
+    return stated
+
+
+def _numbers(
+    path: Path, lines: Sequence[str], first: int, delimiter: str, edges: list[int], names: Sequence[str]
+) -> Floats:
+    """Numbers (n, k) of the lines from the `first` on, NaN in cells of groups that have ended; times in ms.
+
+    Each of the `edges` begins a group with its time, the last one ends the row.
+    """
+    rows: list[list[str]] = []
+    ends = edges[-1:]
+    for place, line in enumerate(lines[first:], start=first + 1):
+        rows.append(_cells(line, delimiter, ends))
+        if len(rows[-1]) not in ends:
+            raise BadInput(f"{path}, line {place}: {ends[-1]} cells expected, {len(rows[-1])} found; {_REMEDY}")
+        ends = [end for end in edges[1:] if end <= len(rows[-1])]  # a group that has ended does not go on
     if not rows:
         raise BadInput(f"{path}: rows of numbers behind the header expected, none found; export the data as well")
-    channels = distinct(header["Name"])
-    table = _numbers(path, lines[:first], rows, delimiter)
-    times, values = _pairs(path, table, len(channels), header)
-    instants = times[0][np.isfinite(times[0])]
-    columns = {"time": instants}
-    for name, time, value in zip(channels, times, values, strict=True):
-        columns[name] = interpolate(instants, time, value)
-    stated = {
-        name: unit.split(" ")[0]
-        for name, unit in zip(channels, header.get("Unit", []), strict=False)
-        if parse(unit.split(" ")[0])
-    }
-    return Table(path, columns, {"time": "ms", **stated}, _start(lines, delimiter))
-
-
-def _header(path: Path, lines: list[str], delimiter: str) -> tuple[dict[str, list[str]], int]:
-    """Header of the channels: a value per channel by key, and the index of the first line with data."""
-    begin = next((k for k, line in enumerate(lines[2:], start=2) if line.startswith(f"Name{delimiter}")), None)
-    if begin is None:
-        raise BadInput(f"{path}: a line 'Name' with the channels expected, none found; export with the full header")
-    header: dict[str, list[str]] = {}
-    for place, line in enumerate(lines[begin:], start=begin):
-        cells = line.split(delimiter)
-        if not cells[0] or number(cells[0].strip(), ",") is not None or number(cells[0].strip(), ".") is not None:
-            return header, place + (not line.strip())
-        header[cells[0].strip()] = [cell.strip() for cell in cells[1::2]]
-    return header, len(lines)
-
-
-def _numbers(path: Path, before: list[str], rows: list[str], delimiter: str) -> Floats:
-    """Numbers (n, width) of the rows, `before` which other lines stand; shorter rows end with gaps."""
-    width = max(row.count(delimiter) for row in rows) + 1
-    names = tuple(f"#{k + 1}" for k in range(width))
-    layout = TextLayout(delimiter, "," if any("," in row for row in rows[:100]) else ".", names, {}, len(before))
-    whole = [row + delimiter * (width - 1 - row.count(delimiter)) for row in rows]
-    table = table_of_lines(path, [*before, *whole], layout)
-    return np.column_stack([table.column(name) for name in names])
-
-
-def _pairs(path: Path, table: Floats, count: int, header: dict[str, list[str]]) -> tuple[list[Floats], list[Floats]]:
-    """Time [ms] and values of each channel: every channel has a time of its own, or shares it with those before."""
-    if table.shape[1] == 2 * count:
-        times, values = list(table[:, ::2].T), list(table[:, 1::2].T)
-    else:
-        periods = header.get("SampleTime[ms]", [])
-        times, values, column = [], [], 0
-        for k in range(count):
-            if k == 0 or (k < len(periods) and periods[k] != periods[k - 1]):
-                time, column = column, column + 1
-            times.append(table[:, min(time, table.shape[1] - 1)])
-            values.append(table[:, min(column, table.shape[1] - 1)])
-            column += 1
-        if column != table.shape[1]:
+    start = int(rows[0][0]) if rows[0][0].isdecimal() and len(rows[0][0]) >= _FULL_STAMP_DIGITS else 0
+    if start:  # subtracted from whole numbers, because a float has no room for ticks since 1601
+        rows = [[f"{int(c) - start}" if k in edges and c.isdecimal() else c for k, c in enumerate(r)] for r in rows]
+    decimal = "," if delimiter != "," and any("," in line for line in lines[first:]) else "."
+    whole = ["\t".join(row + [""] * (edges[-1] - len(row))) for row in rows]
+    table = table_of_lines(path, [*lines[:first], *whole], TextLayout("\t", tuple(names), first, marks=decimal))
+    numbers = np.column_stack([table.column(name) for name in names])
+    numbers[:, edges[:-1]] /= _TICKS_PER_MS if start else 1.0
+    for begin, end in pairwise(edges):
+        group = numbers[:, begin:end]
+        group[1:][(np.diff(group, axis=0) == 0).all(axis=1)] = (
+            np.nan
+        )  # repeated until the next ("Fill with previous")
+        before = np.fmax.accumulate(np.concatenate([[-np.inf], group[:-1, 0]]))
+        wrong = np.isfinite(group[:, 1:]).any(axis=1) & ~(group[:, 0] > before)
+        if wrong.any() or np.isnan(group[:, 0]).all():
+            place = int(np.argmax(wrong))
             raise BadInput(
-                f"{path}: a column of time for every channel, or for every sample time, expected, {table.shape[1]} "
-                f"columns for {count} channels found; export with Timelines 'All'"
+                f"{path}, line {first + place + 1}, column '{names[begin]}': a time after {before[place]:g} ms "
+                f"expected, {group[place, 0]:g} found; {_REMEDY}"
             )
-    first = np.nanmin(times[0])
-    scale = _TICKS_PER_MS if first > _FIRST_FULL_STAMP else 1.0
-    return [(time - first * (scale > 1)) / scale for time in times], values
+    return numbers
 
 
-def _start(lines: list[str], delimiter: str) -> str | None:
-    """ISO 8601 time of the first sample."""
-    for line in lines[:10]:
-        cells = line.split(delimiter)
-        if cells[0].strip() in ("Starttime of export", "StartRecord") and len(cells) > 1 and cells[1].isdigit():
-            return (_EPOCH + timedelta(microseconds=int(cells[1]) / 10)).isoformat(timespec="milliseconds")
-    return None
+def _interpolated(instants: Floats, time: Floats, values: Floats) -> Floats:
+    """Values at the `instants`; NaN beside gaps, and more than a step before the first or after the last."""
+    step = np.diff(time).max(initial=0.0)
+    result = np.interp(instants, time, values)
+    result[(instants < time[0] - step) | (instants > time[-1] + step)] = np.nan
+    return result

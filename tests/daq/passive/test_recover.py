@@ -10,8 +10,10 @@ from click.testing import CliRunner
 from daq.commands.recover import command
 from daq.passive.recover import recover, recover_in_place
 from recordings.errors import BadInput, RunFailed
-from recordings.reader import read, read_can
+from recordings.reader import is_foreign, read, read_can
 from tests.daq.passive.listening import SAMPLE, arrivals, sample_frames, write
+
+FOREIGN = SAMPLE.parent / "foreign" / "joint_states_0.mcap"
 
 
 @pytest.fixture
@@ -68,6 +70,7 @@ def test_unrecoverable_files_are_rejected_and_leave_no_partial_file(cut: Path, t
     (tmp_path / "head.mcap").write_bytes(cut.read_bytes()[:300])
     for source, reason in (
         (SAMPLE, "is whole; there is nothing to recover"),
+        (FOREIGN, "is whole; there is nothing to recover"),
         (tmp_path / "none.mcap", "does not exist"),
         (tmp_path / "noise.mcap", "not an MCAP file"),
         (tmp_path / "head.mcap", "no intact data"),
@@ -94,3 +97,16 @@ def test_interrupted_recording_becomes_complete_and_the_command_says_what_was_ke
     assert figures["lost"]["rows"] is None
     assert figures["lost"]["bytes"] > 1000
     assert (figures["lost"]["chunks"], figures["lost"]["records"]) == (0, [])
+
+
+def test_cut_file_of_another_program_keeps_its_messages_and_becomes_no_recording(tmp_path: Path) -> None:
+    content, path, out = FOREIGN.read_bytes(), tmp_path / "a.mcap", tmp_path / "a.recovered.mcap"
+    path.write_bytes(content[: len(content) // 2])
+    result = CliRunner().invoke(command, [str(path)], catch_exceptions=False)
+    kept, lost, *_ = result.stdout.splitlines()
+    assert 1000 < int(kept.split()[1]) < 2840
+    assert (kept.split()[2], lost) == ("messages", "lost: an unknown number of messages, 0 chunks, 0 bytes")
+    assert result.stderr.strip() == f"next: daq import {out} --out {out.with_suffix('.imported.mcap')}"
+    assert is_foreign(out)
+    figures = CliRunner().invoke(command, [str(path), "--in-place", "--json"], catch_exceptions=False).stdout
+    assert (json.loads(figures)["foreign"], json.loads(figures)["rows"]) == (True, int(kept.split()[1]))

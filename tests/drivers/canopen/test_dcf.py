@@ -61,7 +61,7 @@ def test_pdos_come_last_in_the_order_of_cia_301_and_stay_off(tmp_path: Path) -> 
 
 @pytest.mark.parametrize(
     ("text", "reason"),
-    [(EDS.read_text(), "it is an EDS"), ("[1000\n", "DCF file .* expected"), (None, "does not exist")],
+    [(EDS.read_text(), "it is an EDS"), ("[1000\n", "line 1, .* expected"), (None, "does not exist")],
 )
 def test_file_that_is_no_dcf_is_refused(text: str | None, reason: str, tmp_path: Path) -> None:
     if text is not None:

@@ -10,6 +10,7 @@ import pytest
 from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.data_problems import examined, kind_names
 from ident.data_problems.implausible import ImplausibleData
+from ident.dynamics.motion import Motion
 from recordings.data_problems import DataProblem
 from recordings.errors import BadInput
 from recordings.reader import read
@@ -132,6 +133,25 @@ def test_a_mistake_is_told_by_kind_and_joint_with_its_remedy(mistake: str, motio
     assert (problem.kind, problem.joints, problem.blocks) == (expected.kind, expected.joints, expected.blocks)
     assert expected.remedy in problem.remedy
     assert problem.kind in kind_names()
+
+
+def lighter(recording: Recording, share: float) -> Recording:
+    """The recording with a `share` of its robot's weight taken out of the torque."""
+    ((each,),) = prepared([recording])
+    known = each.usable.all(axis=1)
+    parameters = np.linalg.lstsq(np.concatenate(each.regressor[known]), each.torque[known].ravel(), rcond=None)[0]
+    still = np.zeros_like(recording.position)
+    weight = each.mechanism.gravity(Motion(recording.position, still, still, still), parameters)
+    return effort(lambda tau: tau - share * weight)(recording)
+
+
+@pytest.mark.parametrize("motion", ["fig5a", "fig5b"])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_torque_without_weight_is_told_where_the_weight_is_known(seed: int, motion: str) -> None:
+    (problem,) = problems_of(lighter(robot(seed, motion), 1.0))
+    assert (problem.kind, problem.blocks) == ("gravity-missing", True)
+    assert "Record the torque that the motor gives" in problem.remedy
+    assert problems_of(lighter(robot(seed, motion), 0.4)) == [], "a lighter robot is none without weight"
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -70,11 +70,14 @@ def delta_keys() -> dict[str, Any]:
 
 
 def four_bar_keys(rocker: float = 0.3, **keys: Any) -> dict[str, Any]:
-    """A crank of 0.3 m, a coupler of 0.5 m with a mass, and a rocker, in the plane of x and z; 0.5 m between them."""
+    """A crank of 0.3 m, a coupler of 0.5 m with a mass, and a rocker, in the plane of x and z; 0.5 m between them.
+
+    The crank is called as its joint, and the ground as Pinocchio calls its own.
+    """
     parts = [
-        *map(link, ("base", "crank", "rocker")), link("coupler", 2.0, (0.25, 0, 0), (0.0, 0.0, 0.0)),
-        joint("drive", "base", "crank", "0 -1 0"), joint("elbow", "crank", "coupler", "0 -1 0", (0, 0, 0.3)),
-        joint("pivot", "base", "rocker", "0 -1 0", (0.5, 0, 0)),
+        *map(link, ("universe", "drive", "rocker")), link("coupler", 2.0, (0.25, 0, 0), (0.0, 0.0, 0.0)),
+        joint("drive", "universe", "drive", "0 -1 0"), joint("elbow", "drive", "coupler", "0 -1 0", (0, 0, 0.3)),
+        joint("pivot", "universe", "rocker", "0 -1 0", (0.5, 0, 0)),
     ]  # fmt: skip
     loop = {"a": "coupler", "b": "rocker", "point_a": (0.5, 0.0, 0.0), "point_b": (0.0, 0.0, rocker)}
     return {"urdf": robot(parts), "joints": ("drive",), "loops": (loop,), **keys}

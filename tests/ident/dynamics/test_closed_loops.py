@@ -103,7 +103,8 @@ def test_start_tells_on_which_side_a_linkage_is(start: dict[str, float], side: i
     angle = np.linspace(0.1, 0.7, 30)[:, None]
     at = Motion(angle, 0 * angle, 0 * angle, 0 * angle)
     (q, _, _), _ = linkage.links.loops.along(angle, 0 * angle, 0 * angle)  # type: ignore[union-attr]
-    place = dict(zip(list(linkage.links.model.names)[1:], q.T, strict=True))
+    names = [name.removeprefix("joint:") for name in linkage.links.model.names]
+    place = dict(zip(names[1:], q.T, strict=True))
     assert np.allclose(place["pivot"], angle[:, 0]) == (side > 0)
     tip = 0.3 * np.stack([-np.sin(angle[:, 0]), np.cos(angle[:, 0])]) + 0.5 * np.stack(
         [np.cos(angle[:, 0] + place["elbow"]), np.sin(angle[:, 0] + place["elbow"])]
@@ -124,7 +125,7 @@ def test_start_tells_on_which_side_a_linkage_is(start: dict[str, float], side: i
         ),
         (four_bar_keys(joints=("pivot",), fixed={"drive": 0.0, "elbow": 0.0}), "neither driven nor fixed expected"),
         (
-            {**four_bar_keys(), "loops": ({"a": "coupler", "b": "crank", "point_b": (0.0, 0.0, 0.3)},)},
+            {**four_bar_keys(), "loops": ({"a": "coupler", "b": "drive", "point_b": (0.0, 0.0, 0.3)},)},
             "elbow can move while they stand; name it in joints or fixed",
         ),
     ],

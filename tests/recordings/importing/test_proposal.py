@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from daq.commands.import_ import command
-from recordings.importing.guessing import guess
+from recordings.importing.columns import guess
 from recordings.importing.proposal import missing, options, propose
 from recordings.importing.table import Table
 from tests.running import printed

@@ -128,7 +128,7 @@ WRONG = {
     ),
     "half a database": ("half.db3", "half.db3 cannot be read as a ROS bag"),
     "another archive": ("bag.zip", "a ZIP archive found; unpack it"),
-    "a folder that is no bag": ("folder", "a folder without metadata.yaml found"),
+    "a folder that is no bag": ("folder", "a folder that is no bag found"),
     "a letter that is called a recording": ("letter.mcap", "letter.mcap: a column 'time' expected"),
     "angle of no joint": (
         "huge-angle.csv --mechanism axes",

@@ -3,6 +3,8 @@
 import copy
 import importlib.util
 import pickle
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,9 +15,10 @@ from ident.dynamics.effects.library import load
 from ident.dynamics.mechanisms import RigidMechanism
 from ident.dynamics.mechanisms.urdf import Urdf
 from ident.dynamics.motion import Motion
+from recordings.description import frames
 from recordings.errors import BadInput
 from recordings.recording import Floats
-from recordings.rig import Rig
+from recordings.rig import Rig, load_rig
 
 pytest.importorskip("pinocchio")
 
@@ -134,8 +137,53 @@ def test_links_without_inertia_have_no_reference() -> None:
     assert mechanisms.create(rig(urdf(inertial=False))).nominal_torque(motion()) is None
 
 
-def test_continuous_joint_is_a_revolute_one() -> None:
-    other = mechanisms.create(rig(urdf(kinds=("revolute", "prismatic", "continuous")))).nominal_torque(motion())
+NAMED = ("j1", "j2", "j3")
+FLANGE = '<link name="{0}"/><joint name="{1}" type="fixed"><parent link="l3"/><child link="{0}"/>{2}</joint></robot>'
+DECLARED = '<?xml version="1.0" encoding="{}"?>'
+
+
+def with_flange(link: str, joint: str, axis: str = "") -> str:
+    return urdf().replace("</robot>", FLANGE.format(link, joint, axis))
+
+
+SPELLINGS: dict[str, tuple[str | bytes, tuple[str, ...]]] = {
+    "continuous joints": (urdf(kinds=("revolute", "prismatic", "continuous")), NAMED),
+    "a link as Pinocchio names its own": (urdf().replace('"base"', '"universe"'), NAMED),
+    "a joint as Pinocchio names its own": (urdf().replace('"j1"', '"root_joint"'), ("root_joint", "j2", "j3")),
+    "both": (urdf().replace('"base"', '"root_joint"').replace('"j1"', '"universe"'), ("universe", "j2", "j3")),
+    "joints as links": (urdf().replace('name="j', 'name="l'), ("l1", "l2", "l3")),
+    "joints as other links": (urdf().replace('"j1"', '"l2"').replace('"j2"', '"base"'), ("l2", "base", "j3")),
+    "a fixed joint as its link": (with_flange("flange", "flange"), NAMED),
+    "a fixed joint as a driven one's link": (with_flange("flange", "l3"), NAMED),
+    "a fixed joint with an axis of zero": (with_flange("flange", "held", '<axis xyz="0 0 0"/>'), NAMED),
+    "a fixed joint with an empty axis": (with_flange("flange", "held", "<axis/>"), NAMED),
+    "a default namespace": (urdf().replace("<robot", '<robot xmlns="http://www.ros.org"'), NAMED),
+    "a prefix for all": (re.sub("<(/?)", r"<\1u:", urdf()).replace("<u:robot", '<u:robot xmlns:u="u"'), NAMED),
+    "namespaces of extensions": (
+        urdf().replace("<robot", '<robot xmlns:d="d"').replace("</robot>", '<d:joint name="x"/></robot>'), NAMED
+    ),
+    "no name, another version": (urdf().replace(' name="r"', ' version="2.0"'), NAMED),
+    "UTF-16 with its mark": ((DECLARED.format("utf-16") + urdf()).encode("utf-16"), NAMED),
+    "UTF-16 with its mark alone": (urdf().encode("utf-16"), NAMED),
+    "UTF-16 without it": ((DECLARED.format("utf-16") + urdf()).encode("utf-16-be"), NAMED),
+    "UTF-8 with a mark": ((DECLARED.format("utf-8") + urdf()).encode("utf-8-sig"), NAMED),
+    "Latin-1": ((DECLARED.format("iso-8859-1") + urdf().replace("j1", "Fuß")).encode("latin-1"), ("Fuß", "j2", "j3")),
+    "UTF-8": (urdf().replace("j1", "関節"), ("関節", "j2", "j3")),
+    "DOS": ((DECLARED.format("utf-8") + "\n" + urdf().replace(">", ">\n")).replace("\n", "\r\n"), NAMED),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SPELLINGS)
+def test_any_spelling_is_the_same_robot(name: str, tmp_path: Path) -> None:
+    content, joints = SPELLINGS[name]
+    (tmp_path / "r.urdf").write_bytes(content if isinstance(content, bytes) else content.encode())
+    listed = ", ".join(f'"{joint}"' for joint in joints)
+    (tmp_path / "r.toml").write_text(
+        f'name = "r"\nmechanism = "urdf"\nurdf = "r.urdf"\njoints = [{listed}]\n', encoding="utf-8"
+    )
+    read = load_rig(tmp_path / "r.toml", driven=False)
+    assert [frame.joint for frame in frames(read.urdf)][:3] == list(joints)
+    other = mechanisms.create(Rig.model_validate_json(read.model_dump_json())).nominal_torque(motion())
     np.testing.assert_allclose(other, mechanisms.create(rig()).nominal_torque(motion()), rtol=1e-12)
 
 

@@ -51,6 +51,8 @@ def states(stamps: Sequence[int], names: Sequence[str] = NAMES) -> list[tuple[st
 TOPICS = ("/left/joint_states", "/right/joint_states")
 BOTH = [(topic, content) for _, content in states([0, 10**7]) for topic in TOPICS]
 STRANGER = [*states([0, 10**7]), *states([2 * 10**7], names=("gripper",))]
+FEW = [*states([2 * 10**7], names=("gripper",)), *states([0, 10**7, 3 * 10**7])]
+CLOCK = [1767600000 * 10**9 + k * 4 * 10**6 for k in range(30)]
 SHORT = ("/joint_states", message(0, NAMES, [1.0], [1.0, 2.0]))
 RIGHT: dict[str, tuple[Sequence[tuple[str, Any]], dict[str, Any], dict[str, list[float]], list[str]]] = {
     "a joint": (states([0, 10**7]), {"names": ("b",)}, {"position_1": [2, 12]}, []),
@@ -60,7 +62,30 @@ RIGHT: dict[str, tuple[Sequence[tuple[str, Any]], dict[str, Any], dict[str, list
         {"time": [0, 0.01, 0.02], "position_1": [2, 12, 22], "position_2": [1, 11, 21]},
         [],
     ),
-    "joints that messages lack": (STRANGER, {"names": NAMES}, {"position_1": [1, 11, np.nan]}, []),
+    "joints that messages lack": (
+        [*states([0, 10**7]), *states([2 * 10**7], names=("b",))],
+        {"names": NAMES},
+        {"position_1": [1, 11, np.nan], "position_2": [2, 12, 1]},
+        [],
+    ),
+    "those of another robot": (
+        STRANGER,
+        {"names": NAMES},
+        {"position_1": [1, 11]},
+        [r"1 messages of other joints (gripper) were left out"],
+    ),
+    "few of another robot": (
+        FEW,
+        {},
+        {"time": [0, 0.01, 0.03], "position_2": [2, 12, 22]},
+        [r"1 messages of other joints (gripper) were left out; --names"],
+    ),
+    "the few of another robot": (
+        FEW,
+        {"names": ("gripper",)},
+        {"position_1": [1]},
+        ["3 messages of other joints (a, b) were left out"],
+    ),
     "names in another order": (
         [*states([0]), *states([10**7], names=("b", "a"))],
         {},
@@ -72,6 +97,37 @@ RIGHT: dict[str, tuple[Sequence[tuple[str, Any]], dict[str, Any], dict[str, list
         {},
         {"time": [0, 0.01, 0.02], "position_1": [11, 1, 21]},
         ["1 messages came out of order", "1 messages repeat the stamp"],
+    ),
+    "a first message before the clock": (
+        states([0, *CLOCK[:3]]),
+        {},
+        {"time": [0, 0.004, 0.008], "position_1": [11, 21, 31]},
+        ["1 messages of before the clock was set, the first is number 1, were left out"],
+    ),
+    "messages without a stamp in between": (
+        states([*CLOCK[:2], 0, 0, CLOCK[4]]),
+        {},
+        {"time": [0, 0.004, 0.016], "position_1": [1, 11, 41]},
+        ["2 messages of before the clock was set, the first is number 3"],
+    ),
+    "a computer that gets its time late": (
+        states([12 * 10**9, 12 * 10**9 + 4 * 10**6, *CLOCK[2:5]]),
+        {},
+        {"time": [0, 0.004, 0.008], "position_1": [21, 31, 41]},
+        ["2 messages of before the clock was set, the first is number 1"],
+    ),
+    "a simulation, first messages without a stamp": (
+        states([0, 0, 100 * 10**9, 100 * 10**9 + 10**7]),
+        {},
+        {"time": [0, 0.01]},
+        ["2 messages of before the clock was set"],
+    ),
+    "a simulation that begins with 0": (states([0, 10**7, 2 * 10**7]), {}, {"time": [0, 0.01, 0.02]}, []),
+    "a clock that was set back": (
+        states([*CLOCK[:20], *(stamp - 10**9 for stamp in CLOCK[20:])]),
+        {},
+        {"time": [0.004 * k for k in range(30)], "position_1": [10 * k + 1 for k in range(30)]},
+        ["message 21: the clock was set back by 0.996 s; time goes on from before"],
     ),
     "no stamps": (
         states([0, 0, 0]),
@@ -90,7 +146,7 @@ def test_messages_become_columns(name: str, tmp_path: Path) -> None:
     table = read(bag(tmp_path, *messages, topics=sorted({topic for topic, _ in messages})), **wanted)
     for column, values in columns.items():
         np.testing.assert_allclose(table.column(column), values, atol=1e-12)
-    assert all(expected in note for expected, note in zip(notes, table.notes[1:], strict=True))
+    assert all(expected in note for expected, note in zip(notes, table.notes[1:], strict=True)), table.notes
     assert table.options[:2] == ("--topic", wanted.get("topic", "/joint_states"))
 
 
@@ -140,8 +196,5 @@ def test_damaged_and_misnamed_bags_are_refused(tmp_path: Path) -> None:
     (tmp_path / "half.db3").write_bytes(whole[: len(whole) // 2])
     with pytest.raises(BadInput, match="cannot be read as a ROS bag"):
         read(tmp_path / "half.db3")
-    (path / "metadata.yaml").write_text("nonsense: [")
-    with pytest.raises(BadInput, match="cannot be read as a ROS bag"):
-        read(path)
     with pytest.raises(BadInput, match="is a recording of this program already"):
         read(Path(__file__).parents[4] / "recordings" / "samples" / "fig5a.mcap")

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from recordings.importing import guessing
+from recordings.importing import columns as module
 from recordings.importing.table import Table
 
 N = 400
@@ -22,7 +22,7 @@ def taken(table: Table) -> dict[str, str]:
     """Quantity and unit by column."""
     return {
         guess.column: f"{guess.target} {guess.source.unit.text}".strip()
-        for guess in guessing.guess(table)
+        for guess in module.guess(table)
         if guess.target and guess.source
     }
 
@@ -112,6 +112,6 @@ def test_a_time_that_stands_twice_is_the_time_all_the_same() -> None:
 def test_a_column_that_spoils_its_group_is_named() -> None:
     columns = {"t": TIME, "q1": ANGLE, "q2": ANGLE, "tau2": SPEED}
     table = Table(Path("data.csv"), columns, {}, invalid={"tau1": "line 3: a number expected, '---' found"})
-    why = {guess.column: guess.why for guess in guessing.guess(table)}
+    why = {guess.column: guess.why for guess in module.guess(table)}
     assert "'---' found" in why["tau1"]
     assert why["tau2"] == "effort: another is taken, or joints lack it"
