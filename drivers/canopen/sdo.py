@@ -52,9 +52,8 @@ class _PollingClient(SdoClient):  # type: ignore[misc]
         return not begins or data[1:4] == self._request[1:4] or data[:4] == _ABORT_WITHOUT_ADDRESS
 
     def read_response(self) -> bytes:
-        lockstep = self._link.clock is not None
-        longest = patience.factor() * LOCKSTEP_TIMEOUT if lockstep else 0.0
-        timeout = max(self.RESPONSE_TIMEOUT, longest)
+        in_lockstep = self._link.clock is not None
+        timeout = max(self.RESPONSE_TIMEOUT, patience.factor() * LOCKSTEP_TIMEOUT if in_lockstep else 0.0)
         for arbitration_id, data in self._link.frames(timeout):
             if arbitration_id != self.tx_cobid or len(data) != 8 or not self._is_response(data):
                 self._on_other_frame(arbitration_id, data)

@@ -40,7 +40,9 @@ def excerpts(recording: Recording) -> list[Excerpt]:
         first = np.linspace(0, len(cycles) - cycles_each, COUNT).round().astype(int)
         spans = [_span(recording, cycles[start], cycles[start + cycles_each - 1]) for start in first]
     else:
-        spans = [(start, start + LENGTH) for start in np.linspace(time[0], time[-1] - LENGTH, COUNT)]
+        # Spread over the rows: in a gap of an hour there are none to cut.
+        last = np.searchsorted(time, time[-1] - LENGTH)
+        spans = [(start, start + LENGTH) for start in time[np.linspace(0, last, COUNT).round().astype(int)]]
     return [_cut(recording, start - _MARGIN, end + _MARGIN) for start, end in spans]
 
 

@@ -57,7 +57,11 @@ def read(path: Path, topic: str | None = None, names: tuple[str, ...] = ()) -> T
     elif topic:
         raise BadInput(f"{path}: --topic chooses from a ROS bag, {name} found; leave it out")
     else:
-        table = long_tables.merged(long_tables.widened(_load(name).read(path))).of_joints(names)
+        table = _load(name).read(path)
+        if table.columns and table.count < 2:
+            names = table.listed()
+            raise BadInput(f"{path}: rows of numbers of {names} expected, {table.count} found; export it again")
+        table = long_tables.merged(long_tables.widened(table)).of_joints(names)
     return replace(table, digest=_digest(path))
 
 

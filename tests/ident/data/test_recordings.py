@@ -65,6 +65,17 @@ def test_long_recordings_are_cut_into_excerpts_of_whole_cycles(make: Callable[..
     assert sum(excerpt.recording.time[-1] for excerpt in sections) < 2 * MAX_DURATION
 
 
+def test_excerpts_of_a_recording_that_paused_an_hour_hold_rows(make: Callable[..., Recording]) -> None:
+    recording = make(cycles=4, rate=50.0)
+    half = len(recording.time) // 2
+    paused = replace(recording, time=recording.time + 3600.0 * (np.arange(len(recording.time)) >= half))
+    sections = excerpts(paused)
+    assert len(sections) == COUNT
+    assert all(len(section.recording.time) > 50 for section in sections)
+    assert sections[0].start == 0.0
+    assert sections[-1].start > 3600.0
+
+
 def test_a_recording_that_is_the_beginning_of_another_is_refused(make: Callable[..., Recording]) -> None:
     whole, different = make(cycles=2), make("fig5b", cycles=2)
     half = len(whole.time) // 2

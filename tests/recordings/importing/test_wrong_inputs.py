@@ -22,7 +22,14 @@ WRONG = {
     ),
     "output in no folder": ("table.csv --out none/new.mcap --mechanism axes", "folder none does not exist"),
     "empty": ("empty.csv", "empty.csv, line 1: a header row"),
-    "a header only": ("header.csv --mechanism axes", "at least two samples expected, 0 found"),
+    "a header only": (
+        "header.csv --mechanism axes",
+        "rows of numbers of time, position_1, voltage_1 expected, 0 found; export",
+    ),
+    "guess of a header only": (
+        "header.csv --guess",
+        "rows of numbers of time, position_1, voltage_1 expected, 0 found; export",
+    ),
     "a short row": ("short-row.csv --mechanism axes", "line 7: 3 cells as in the header expected, 2 found; complete"),
     "text in a cell": ("text-cell.csv --mechanism axes", "line 7, column 'position_1': a number expected, 'oops"),
     "time stands": ("two-times.csv --mechanism axes", "line 8, column 'time': a time after 0.05 s expected"),
@@ -109,7 +116,7 @@ WRONG = {
         "measurements expected (csv, feather, hdf5, mat, mdf4, npz, parquet, ros, tdms, twincat)",
     ),
     "thinned to nothing": ("table.csv --mechanism axes --thin 30", "--thin: at most 20 expected, 30 found; keep at"),
-    "a document of another kind": ("deep.json", f"a column 'time' expected, {60 * '['} found; say which"),
+    "a document of another kind": ("deep.json", f"rows of numbers of {60 * '['} expected, 0 found"),
     "a picture": ("photo.jpg", "a JPEG picture found; give the file of the measurements"),
     "a document": ("report.pdf", "a PDF document found; give the file of the measurements"),
     "a workbook": ("book.xlsx", "an Excel workbook found; save its sheet as CSV"),
@@ -129,7 +136,10 @@ WRONG = {
     "half a database": ("half.db3", "half.db3 cannot be read as a ROS bag"),
     "another archive": ("bag.zip", "a ZIP archive found; unpack it"),
     "a folder that is no bag": ("folder", "a folder that is no bag found"),
-    "a letter that is called a recording": ("letter.mcap", "letter.mcap: a column 'time' expected"),
+    "a letter that is called a recording": (
+        "letter.mcap",
+        "letter.mcap: rows of numbers of hello, world,, this, is, no, recording expected, 0 found",
+    ),
     "angle of no joint": (
         "huge-angle.csv --mechanism axes",
         "line 10, column 'position_1': position within ±1e+06 (SI units) expected, 1e+160 found; correct",
