@@ -179,29 +179,26 @@ def _guessed(table: Table, quantity: str, columns: Sequence[str]) -> dict[str, C
     """Guesses for the columns of one quantity, which have one unit."""
     stated = {column: _stated(table, column) for column in columns}
     units = {unit.dimension: unit for unit in stated.values() if unit.dimension is not None}
-    unknown = [
-        column for column in columns if not is_none(table.units.get(column, "")) and not parse(table.units[column])
-    ]
+    given = {column: table.units[column] for column in columns if not is_none(table.units.get(column, ""))}
+    unknown = [column for column, unit in given.items() if not parse(unit)]
     text, why, asks = "", "name; SI unit", ""
     if unknown:
-        text, why = "", f"unit {table.units[unknown[0]]!r} is not known"
-        asks = f"{quantity}: the unit {table.units[unknown[0]]!r} of column {unknown[0]!r} is not known"
+        why = f"unit {given[unknown[0]]!r} is not known"
+        asks = f"{quantity}: the unit {given[unknown[0]]!r} of column {unknown[0]!r} is not known"
     elif units:
         text, why = next(iter(units.values())).text, f"unit of {quantity} in another column"
     elif not all(joint_quantity(column) for column in columns):
         text, why, asks = _likely_unit(quantity, [table.columns[name] for name in columns if name in table.columns])
-    twice = [column for column in columns if quantity in ("position", *DRIVES) and _stands_twice(table, column)]
-    if twice:
-        asks = f"{quantity}: {_base(table, twice[0])!r} stands twice in the file, so which of them is meant"
+    twice = [column for column in columns if _stands_twice(table, column)]
+    if twice and quantity in ("position", *DRIVES):
+        asks = f"{quantity}: {twice[0]!r} stands twice in the file, so which of them is meant"
     made = {}
-    for number_, column in enumerate(columns, start=1):
-        unit, reason = (
-            stated[column],
-            f"unit {stated[column].text} in the {'file' if column in table.units else 'name'}",
-        )
+    for place, column in enumerate(columns, start=1):
+        unit = stated[column]
+        reason = f"unit {unit.text} in the {'file' if column in table.units else 'name'}"
         if unit.dimension is None:
             unit, reason = parse(text) or NO_UNIT, why
-        target = column if joint_quantity(column) else f"{quantity}_{number_}"
+        target = column if joint_quantity(column) else f"{quantity}_{place}"
         spoiled = table.invalid.get(column, "")
         made[column] = ColumnGuess(column, target, Source(column, unit), spoiled or reason, spoiled or asks)
     return made
@@ -244,10 +241,8 @@ def _time(table: Table, found: clock.TimeGuess, guesses: Mapping[str, ColumnGues
     if found.possible:
         fitting = [text for text in found.possible if _fits_speeds(table, guesses, source.column, text)]
         if len(fitting) == 1:
-            source, why = (
-                Source(source.column, clock.UNITS[fitting[0]]),
-                f"in {fitting[0]} the speeds are derivatives",
-            )
+            source = Source(source.column, clock.UNITS[fitting[0]])
+            why = f"in {fitting[0]} the speeds are derivatives"
         else:
             asks = f"time: {source.column!r} {why}, which may be {' or '.join(found.possible)}, so its unit"
             why = f"{why}: {' or '.join(found.possible)}"

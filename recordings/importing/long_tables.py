@@ -73,14 +73,13 @@ def merged(table: Table) -> Table:
 
     What is not of the positions' topic is interpolated at its times. A table of one topic is returned as it is.
     """
-    guess = clock.find(table)
     known = {name: np.isfinite(values) for name, values in table.columns.items()}
     topics: dict[bytes, list[str]] = {}
     for name, rows in known.items():
-        if guess and rows.any() and not rows.all():
+        if rows.any() and not rows.all():
             topics.setdefault(rows.tobytes(), []).append(name)
     base = next((names for names in topics.values() if any(kind(table, name) == "position" for name in names)), None)
-    if guess is None or base is None or len(topics) < 2:
+    if base is None or len(topics) < 2 or (guess := clock.find(table)) is None:
         return table
     rows = known[base[0]]
     if np.count_nonzero(np.diff(rows)) < max(_LEAST_TURNS, _MIN_TURNS * len(rows)):

@@ -125,9 +125,8 @@ def _numbers(
     numbers[:, edges[:-1]] /= _TICKS_PER_MS if start else 1.0
     for begin, end in pairwise(edges):
         group = numbers[:, begin:end]
-        group[1:][(np.diff(group, axis=0) == 0).all(axis=1)] = (
-            np.nan
-        )  # repeated until the next ("Fill with previous")
+        repeated = (np.diff(group, axis=0) == 0).all(axis=1)  # until the next ("Fill with previous")
+        group[1:][repeated] = np.nan
         before = np.fmax.accumulate(np.concatenate([[-np.inf], group[:-1, 0]]))
         wrong = np.isfinite(group[:, 1:]).any(axis=1) & ~(group[:, 0] > before)
         if wrong.any() or np.isnan(group[:, 0]).all():
