@@ -16,7 +16,6 @@ NAMES = (
     "reading",
     "cycle",
     "intervals",
-    "nonlinear_swarm",
     "commands",
     "torque",
     "workbench",

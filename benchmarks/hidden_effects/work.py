@@ -5,7 +5,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from multiprocessing import get_context
@@ -40,8 +40,8 @@ def interruptible() -> Iterator[None]:
 
 def run_all(
     task: Callable[[C], T], todo: Sequence[C], jobs: int, what: str, summary: Callable[[T], str] = str
-) -> Generator[T, None, None]:
-    """Yield the result of `task` for each case, in order of completion. Closing the generator stops running tasks."""
+) -> Iterator[T]:
+    """Yield the result of `task` for each case, in order of completion."""
     # One process per job: multithreaded libraries would compete for the cores.
     os.environ.update({f"{library}_NUM_THREADS": "1" for library in ("OPENBLAS", "OMP", "MKL", "NUMBA")})
     start = time.monotonic()

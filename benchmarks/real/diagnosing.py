@@ -46,11 +46,11 @@ def diagnose(manifest: Manifest, folder: Path, scratch: Path) -> DiagnosedSet:
     """
     import ident
 
-    train, validate = imported(manifest, folder, scratch)
+    train, validate = _imported(manifest, folder, scratch)
     return DiagnosedSet(manifest, ident.diagnose(train, validate=validate).as_json())
 
 
-def imported(manifest: Manifest, folder: Path, scratch: Path) -> tuple[list[Path], list[Path]]:
+def _imported(manifest: Manifest, folder: Path, scratch: Path) -> tuple[list[Path], list[Path]]:
     """Import the data set of `manifest` in `folder` to `scratch`: recordings for training, and for validation.
 
     Raises:

@@ -1,12 +1,16 @@
 """The complete analysis of a residual, and its first sentence."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
-from benchmarks.compare_sentences import CASES, OnAxes, OnDelta
+from ident.dynamics.motion import Motion
 from ident.identification.model_file import FloorVerdict, ResidualTest
+from ident.identification.prediction import Prediction
 from ident.residuals.analysis import WINDOWS, ResidualAnalysis, analyse
 from recordings.recording import Floats
+from tests.ident import building
 from tests.ident.residuals.conftest import Planted
 
 
@@ -50,14 +54,36 @@ def test_two_recordings_are_analysed_together(planted: Planted, noise: Floats) -
     assert both.predictions == (quiet, loud)
 
 
-FAST = [CASES[index] for index in (0, 2, 5, 7, 12)]
+def _stribeck(motion: Motion) -> Floats:
+    return np.exp(-((motion.velocity[:, 0] / 0.3) ** 2)) * motion.direction[:, 0]
 
 
-@pytest.mark.parametrize("case", FAST, ids=lambda case: case.expected)
-def test_the_first_sentence_names_the_variable(case: OnAxes | OnDelta) -> None:
-    sentence = case.sentence()
-    assert case.expected in sentence
-    assert case is not CASES[0] or sentence.endswith(": 14.0 periods per turn.")
+def _load_friction(motion: Motion) -> Floats:
+    return np.abs(building.INERTIA * motion.acceleration[:, 0]) * motion.direction[:, 0]
+
+
+@pytest.mark.parametrize(
+    ("expected", "torque", "size", "shape"),
+    [
+        ("wave over its position", lambda motion: np.sin(14 * motion.position[:, 0]), 0.5, 1),
+        ("over its position", lambda motion: motion.position[:, 0], 1.0, 3),
+        ("over its velocity", _stribeck, 0.4, 6),
+        ("computed load, reversed with", _load_friction, 1.0, 8),
+        ("over joint 2's acceleration", lambda motion: motion.acceleration[:, 1], 0.4, 13),
+    ],
+)
+def test_the_first_sentence_names_the_variable(
+    expected: str, torque: Callable[[Motion], Floats], size: float, shape: int
+) -> None:
+    planted = np.zeros((len(building.motion_of(2).position), 2))
+    planted[:, 0] = torque(building.motion_of(2, shape=shape))
+    planted *= size / np.sqrt(np.mean(planted[:, 0] ** 2))
+    recording = building.record(2, noise=0.05, seed=shape, shape=shape, extra=lambda motion: planted)
+    model = building.fitted(building.split([recording]))
+    prediction = Prediction(building.prepared(recording), model.computed[0], model.split.scored[0])
+    sentence, *_ = analyse(None, [prediction]).sentences
+    assert expected in sentence
+    assert "wave" not in expected or sentence.endswith(": 14.0 periods per turn.")
 
 
 def test_no_quantity_explains_noise_or_a_residual_of_zero(planted: Planted, noise: Floats) -> None:
