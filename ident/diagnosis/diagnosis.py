@@ -126,27 +126,11 @@ def diagnose(
 
     Raises:
         ImplausibleData: a recording cannot be what it is said to be.
-        BadInput: a recording cannot be used, the recordings are not of the same rig, or a requested effect does not
-            exist or cannot be observed.
+        BadInput: a recording cannot be used, the recordings or the model are not of the same rig, or a requested
+            effect does not exist or cannot be observed.
     """
     _check_effects((*options.only, *options.without), library, {})
-    return diagnose_prepared(
-        prepare_inputs(files, validate, library, options), library, options, progress, initial_model
-    )
-
-
-def diagnose_prepared(
-    inputs: DiagnosisInputs,
-    library: Mapping[str, Effect],
-    options: DiagnosisOptions,
-    progress: StatusCallback = lambda text: None,
-    initial_model: ModelFile | None = None,
-) -> Diagnosis:
-    """As `diagnose`, from `inputs` that were prepared.
-
-    Raises:
-        BadInput: the model is of another rig, or a requested effect cannot be observed.
-    """
+    inputs = prepare_inputs(files, validate, library, options)
     effects = inputs.effects
     _check_effects(options.only, library, {**effects.unobservable, **effects.untested})
     search = Search(inputs.split, effects.observable, progress)
