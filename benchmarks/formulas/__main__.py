@@ -1,4 +1,4 @@
-"""`python -m benchmarks.formulas --folder FOLDER [--part chosen] [--cases N] [--rivals] ...`."""
+"""`python -m benchmarks.formulas --folder FOLDER [--part chosen] [--cases N] ...`."""
 
 from functools import partial
 from pathlib import Path
@@ -7,7 +7,6 @@ import click
 
 from benchmarks.formulas import diagnosing, tables
 from benchmarks.formulas.cases import cases
-from benchmarks.formulas.rivals import RIVALS
 from benchmarks.formulas.scoring import score
 from benchmarks.hidden_effects import recording, sources, work
 from benchmarks.hidden_effects.cases import Kind, Part
@@ -32,19 +31,16 @@ from tests.foreign.pairs import TRAIN
 @click.option(
     "--cases", "count", type=click.IntRange(1, 120), default=60, show_default=True, help="Number of each kind."
 )
-@click.option("--rivals", is_flag=True, help=f"With {', '.join(RIVALS)} on the same rows.")
 @click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Number of parallel processes.")
 @click.option("--folder", type=click.Path(path_type=Path), required=True, help="Folder of the recordings.")
-def main(
-    part: Part, lock: str | None, kinds: tuple[Kind, ...], count: int, rivals: bool, jobs: int, folder: Path
-) -> None:
+def main(part: Part, lock: str | None, kinds: tuple[Kind, ...], count: int, jobs: int, folder: Path) -> None:
     """Hide laws, record, diagnose blind, propose formulas, score. Finished cases are not repeated; Ctrl-C stops."""
     digest = lock or sources.commit()
     selected = [case for kind in kinds for case in cases(kind, part, digest)[:count]]
     recording.record_missing(selected, folder, jobs)
-    version = f"{engine()}{' with rivals' * rivals}"
+    version = engine()
     possible = [case for case in selected if recording.is_possible(case, folder)]
-    task = partial(diagnosing.run, root=folder, engine=version, names=RIVALS * rivals)
+    task = partial(diagnosing.run, root=folder, engine=version)
     answers = work.Answers(folder)
     diagnosed = answers.completed(version, possible, task, jobs, lambda line: str(line.get("formula", line)))
     truths = [unseal(sealed_path(folder / case.name / TRAIN)) for case in possible]

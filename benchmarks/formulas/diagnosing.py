@@ -1,11 +1,10 @@
-"""Diagnose a case, propose a formula, and measure what the right model and the rivals reach on the same rows."""
+"""Diagnose a case, propose a formula, and measure what the right model reaches on the same rows."""
 
 import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from benchmarks.formulas import rivals
 from benchmarks.hidden_effects.cases import HiddenCase
 from benchmarks.hidden_effects.foreign import setting_of
 from drivers.simulated.seal import sealed_path, unseal
@@ -16,11 +15,8 @@ from ident.dynamics.effects.library import library
 from tests.foreign.pairs import TRAIN, VALIDATE, make
 
 
-def run(case: HiddenCase, root: Path, engine: str, names: tuple[str, ...]) -> dict[str, Any]:
-    """Diagnose a recorded case; return the line to store: formula, errors per joint [N m] and times [s].
-
-    names: those of the rivals.
-    """
+def run(case: HiddenCase, root: Path, engine: str) -> dict[str, Any]:
+    """Diagnose a recorded case; return the line to store: formula, errors per joint [N m] and times [s]."""
     start = time.monotonic()
     line: dict[str, Any] = {"case": case.name, "engine": engine}
     try:
@@ -28,7 +24,6 @@ def run(case: HiddenCase, root: Path, engine: str, names: tuple[str, ...]) -> di
         diagnosed = time.monotonic()
         line |= _proposed(diagnosis) | {"propose_seconds": time.monotonic() - diagnosed}
         line |= {"diagnose_seconds": diagnosed - start, "floor": _floor(case, root, diagnosis)}
-        line |= {"rivals": {name: rivals.compete(name, diagnosis) for name in names}}
     except Exception as error:  # any error is a failed case; the other cases continue
         line["error"] = f"{type(error).__name__}: {error}"
     return line

@@ -29,8 +29,6 @@ class ScoredFormula:
     """With the formula."""
     seconds: float
     """Of the search for a formula."""
-    rivals: dict[str, tuple[float, float]]
-    """Held-out error over that of the right model, and time [s]."""
 
     @property
     def law(self) -> str:
@@ -41,7 +39,7 @@ class ScoredFormula:
 def score(case: HiddenCase, truth: dict[str, Any], line: dict[str, Any]) -> ScoredFormula:
     """Compare a stored `line` of `diagnosing` with the sealed truth."""
     if "error" in line:
-        return ScoredFormula(case, line["error"], 0, False, math.inf, math.inf, math.inf, {})
+        return ScoredFormula(case, line["error"], 0, False, math.inf, math.inf, math.inf)
     formula, floor = line["formula"], math.hypot(*line["floor"])
     return ScoredFormula(
         case,
@@ -51,7 +49,6 @@ def score(case: HiddenCase, truth: dict[str, Any], line: dict[str, Any]) -> Scor
         math.hypot(*line["before"]) / floor,
         math.hypot(*line["after"]) / floor,
         line["propose_seconds"],
-        {name: (math.hypot(*each["after"]) / floor, each["seconds"]) for name, each in line["rivals"].items()},
     )
 
 

@@ -11,30 +11,24 @@ _REACHED = 1.2
 _COLUMNS = ("cases", "found", "right", "false", "before", "after", f"<= {_REACHED:g}", "terms", "seconds")
 _EXPLANATION = """\
 found: cases with a formula; right: of these, with the quantities of the hidden law; false: with others
-before, after: median held-out error over that of the right model, without and with the formula; seconds: to find it
-of a rival: median of that error, cases in which the formula's is smaller, and median time [s]"""
+before, after: median held-out error over that of the right model, without and with the formula
+seconds: to find the formula"""
 
 
 def lines(scored: list[ScoredFormula]) -> Iterator[str]:
     """Yield the table, by what is hidden, and a line for each case without the right formula."""
-    rivals = sorted({name for each in scored for name in each.rivals})
-    yield f"{'hidden':18}" + "".join(f"{name:>8}" for name in (*_COLUMNS, *(f"{name:>24}" for name in rivals)))
+    yield f"{'hidden':18}" + "".join(f"{name:>8}" for name in _COLUMNS)
     for law in sorted({each.law for each in scored}):
-        yield f"{law:18}{_cells([each for each in scored if each.law == law], rivals)}"
-    yield f"{'all':18}{_cells(scored, rivals)}\n{_EXPLANATION}"
+        yield f"{law:18}{_cells([each for each in scored if each.law == law])}"
+    yield f"{'all':18}{_cells(scored)}\n{_EXPLANATION}"
     for each in scored:
         if not each.right and each.case.kind != "nothing":
             yield f"  {each.case.name}: {each.before:.2f} to {each.after:.2f}: {each.text or 'no formula'}"
 
 
-def _cells(scored: list[ScoredFormula], rivals: list[str]) -> str:
+def _cells(scored: list[ScoredFormula]) -> str:
     found = [each for each in scored if each.terms]
     right, reached = sum(each.right for each in found), sum(each.after <= _REACHED for each in scored)
     before, after, seconds = np.median([(each.before, each.after, each.seconds) for each in scored], axis=0)
     counts = f"{len(scored):8}{len(found):8}{right:8}{len(found) - right:8}{before:8.2f}{after:8.2f}{reached:8}"
-    cells = [counts, f"{np.median([each.terms for each in found] or [0]):8.1f}{seconds:8.1f}"]
-    for name in rivals:
-        error, time = np.median([each.rivals.get(name, (np.inf, np.inf)) for each in scored], axis=0)
-        smaller = sum(each.after < each.rivals[name][0] for each in scored if name in each.rivals)
-        cells.append(f"{error:8.2f}{smaller:8}{time:8.1f}")
-    return "".join(cells)
+    return f"{counts}{np.median([each.terms for each in found] or [0]):8.1f}{seconds:8.1f}"
