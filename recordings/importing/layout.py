@@ -99,6 +99,9 @@ def find_layout(path: Path, lines: list[str]) -> TextLayout:
     # A header may hold a number or two, and a row of data a text or a date.
     typical = float(np.median([count for count in counts[len(counts) // 2 :] if count] or [0]))
     first = next((k for k, count in enumerate(counts) if count and count >= typical / 2), len(sample))
+    # Rows of gaps may come first, below a header.
+    while first > 1 and counts[first - 1] and _holds_gaps(sample[first - 1], delimiter) and sample[first - 2].strip():
+        first -= 1
     bare_end = all(not row[-1] for row in cells if len(row) == width)
     header, units = _header(path, sample[:first], delimiter, width - 1 if bare_end else width, width)
     if not header:
@@ -152,6 +155,11 @@ def _count_numbers(line: str, delimiter: str, width: int) -> int:
         return 0
     cells = _split(line, delimiter)
     return sum(is_number(cell) and not is_gap(cell) for cell in cells) if len(cells) == width else 0
+
+
+def _holds_gaps(line: str, delimiter: str) -> bool:
+    """Whether a line holds nothing but numbers and gaps."""
+    return all(is_number(cell) or is_gap(cell) for cell in _split(line, delimiter))
 
 
 def _header(path: Path, lines: list[str], delimiter: str, least: int, width: int) -> tuple[list[str], list[str]]:

@@ -92,6 +92,12 @@ def test_columns_without_names_get_numbers(tmp_path: Path) -> None:
     np.testing.assert_array_equal(table.column("row"), [0, 1, 2])
 
 
+@pytest.mark.parametrize("gaps", ["0.0;nan;nan", "0.0;;", "nan;nan;0.5"])
+def test_rows_of_gaps_may_come_first(tmp_path: Path, gaps: str) -> None:
+    table = table_of(tmp_path, f"time;q;tau\n{gaps}\n{gaps}\n0.1;1.5;2.5\n0.2;1.5;2.5\n")
+    assert len(table.column("q")) == 4
+
+
 @given(
     values=st.lists(st.tuples(*[st.floats(allow_nan=True, allow_infinity=False)] * 3), min_size=2, max_size=30),
     delimiter=st.sampled_from([";", "\t", "|", " "]),
