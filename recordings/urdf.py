@@ -40,6 +40,8 @@ class UrdfJoint:
     child: str
     mimics: str | None
     """Name of the joint whose motion it repeats."""
+    limits: tuple[float, float] | None
+    """Lowest and highest position [rad or m]; None where none are stated."""
 
 
 class MotorCoupling(ConfigSection):
@@ -248,7 +250,19 @@ def _joint(element: ElementTree.Element) -> UrdfJoint:
     parent, child, mimics = (
         None if (part := element.find(tag)) is None else part.get(key, "") for tag, key in (*ends, ("mimic", "joint"))
     )
-    return UrdfJoint(name, _MOVABLE.get(kind), parent or "", child or "", mimics)
+    limits = None if kind in ("continuous", "fixed") else _limits(element.find("limit"))
+    return UrdfJoint(name, _MOVABLE.get(kind), parent or "", child or "", mimics, limits)
+
+
+def _limits(element: ElementTree.Element | None) -> tuple[float, float] | None:
+    """The limits that the `element` states; those that are no numbers, or leave no way, state none."""
+    try:
+        low, high = (
+            (float(element.get(key, "0")) for key in ("lower", "upper")) if element is not None else (0.0, 0.0)
+        )
+    except ValueError:
+        return None
+    return (low, high) if low < high else None
 
 
 def _check_tree(joints: tuple[UrdfJoint, ...], links: list[str]) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from ident.basics import plugins
 from ident.data.prepared_recording import PreparedRecording, prepare
-from ident.data_problems import angle_unit
+from ident.data_problems import angle_scale
 from ident.data_problems.facts import Facts
 from ident.data_problems.implausible import ImplausibleData, ProblemsDocument
 from recordings import data_problems
@@ -23,6 +23,7 @@ _KINDS = "ident.data_problems.kinds"
 _OF_OUR_RIG = {
     "joint-order": "In the rig file, correct the order of [[drives]].",
     "angle-unit": "In the rig file, correct counts_per_turn and gear of [[drives]].",
+    "gear-ratio": "In the rig file, correct gear of [[drives]].",
     "torque-unit": "In the rig file, correct rated_torque of [[drives]], torque.per_ampere or torque.gain.",
     "torque-sign": "Turn the polarity of the torque in the drive: `sign` of [[drives]] turns the position, too.",
 }
@@ -80,7 +81,7 @@ def check_data(recordings: Sequence[Recording]) -> ProblemsDocument:
 
 def kind_names() -> tuple[str, ...]:
     """All kinds, in alphabetical order."""
-    modules = [*plugins.names(_KINDS), *plugins.names("recordings.data_problems.kinds"), "angle_unit"]
+    modules = [*plugins.names(_KINDS), *plugins.names("recordings.data_problems.kinds"), *angle_scale.KINDS]
     return tuple(sorted(name.replace("_", "-") for name in modules))
 
 
@@ -107,8 +108,8 @@ def _with_key(recording: Recording, problem: DataProblem) -> DataProblem:
 def _of_recording(recording: Recording) -> Iterator[DataProblem]:
     found = list(data_problems.problems(recording))
     yield from found
-    if not any(problem.blocks for problem in found) and (unit := angle_unit.find(recording)):
-        yield unit
+    if not any(problem.blocks for problem in found) and (scale := angle_scale.find(recording)):
+        yield scale
 
 
 def _check(

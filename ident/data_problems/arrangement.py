@@ -70,12 +70,17 @@ class Arrangements:
         as shares of the torque; None where there is none."""
         if not self._square:
             return None
-        present = self._error(self._in_place)
+        present = self.present
         limit = MAX_OTHER * present * min(present / BAD, 1.0)
         hopeful = [each for each in self._others() if self._error(each, bounded=False) < limit]
         errors = {each: self._error(each) for each in hopeful}
         best = min(errors, key=lambda each: errors[each], default=None)
         return None if best is None or errors[best] > limit else (best, present, errors[best])
+
+    @property
+    def present(self) -> float:
+        """RMS error of the present arrangement, as a share of the torque."""
+        return self._error(self._in_place)
 
     @property
     def _in_place(self) -> Arrangement:

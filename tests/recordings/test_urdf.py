@@ -6,6 +6,7 @@ import pytest
 
 from recordings.errors import BadInput
 from recordings.rig import Rig, load_rig
+from recordings.urdf import read_joints
 
 ARM = """<robot name="arm">
   <link name="base"/><link name="upper"/><link name="slide"/><link name="hand"/><link name="finger"/>
@@ -109,3 +110,18 @@ def test_rig_holds_the_text_and_needs_no_file_afterwards(tmp_path: Path) -> None
 def test_what_cannot_be_right_is_explained(tmp_path: Path, rig: str, urdf: str | bytes, reason: str) -> None:
     with pytest.raises(BadInput, match=reason):
         load(tmp_path, rig, urdf)
+
+
+@pytest.mark.parametrize(
+    ("limit", "expected"),
+    [
+        ('<limit lower="-1.5" upper="2" effort="9"/>', (-1.5, 2.0)),
+        ('<limit upper="2"/>', (0.0, 2.0)),
+        ('<limit lower="0" upper="0"/>', None),
+        ('<limit lower="wide" upper="2"/>', None),
+        ("", None),
+    ],
+)
+def test_limits_are_those_that_leave_a_way(limit: str, expected: tuple[float, float] | None) -> None:
+    text = ARM.replace('<child link="finger"/>', f'<child link="finger"/>{limit}')
+    assert {joint.name: joint.limits for joint in read_joints(text)}["grip"] == expected

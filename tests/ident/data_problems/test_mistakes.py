@@ -95,6 +95,7 @@ MISTAKES = {
     ),
     "angle within a turn": Mistake(position(wrapped), "angle-wrap", (2,), "--unwrap 2"),
     "degrees": Mistake(position(np.degrees), "angle-unit", (), "--map position_1=position_1:deg"),
+    "motor angles": Mistake(position(lambda q: 5 * q), "gear-ratio", (), "position_1=position_1:rad/5"),
     "mN m": Mistake(effort(lambda tau: 1000 * tau), "torque-unit", (), "--map 'effort_1=effort_1:Nm*1e-3'"),
     "four cells of five empty": Mistake(
         effort(lambda tau: np.where(np.arange(len(tau))[:, None] % 5, np.nan, tau)),

@@ -1,0 +1,145 @@
+"""Angles that the robot cannot reach: in degrees, or those of motors before their gears.
+
+What they are to be divided by is what makes the mechanism explain the torque best: gravity and the coupling of joints
+depend on the angles themselves, not only on their changes.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ident.basics import slicing
+from ident.data.prepared_recording import prepare
+from ident.data_problems.arrangement import BAD, MAX_OTHER, Arrangements
+from recordings.command_line import repeated
+from recordings.data_problems import DataProblem, healing_command
+from recordings.data_problems.signals import MAX_SPAN, travel
+from recordings.errors import BadInput
+from recordings.recording import Floats, Recording
+from recordings.rig import Rig
+from recordings.urdf import read_joints
+
+KINDS = ("angle-unit", "gear-ratio")
+_BEYOND = 2.0
+"""Travel, as a multiple of what the declared limits allow, that no limit stated too narrowly explains; it has to be a
+whole turn, too, which limits that stand there for form's sake do not allow either."""
+_DEGREES = 180 / np.pi
+_SCALES = np.geomspace(1.0, 500.0, 45)
+"""By which motions are divided; no gear of a robot's joint is larger."""
+_AS_GOOD = 1.5
+"""The error of a scale that may be the true one, as a multiple of the least: a missing effect shifts the best one."""
+_MOST_LIKELY = 1.2
+"""Degrees are more common than gears of nearly that ratio: they are named up to this multiple of the least error."""
+_MODEL_ERROR = 0.005
+"""Addition to the least error, as a share of the torque: no model is exact."""
+_IMPOSSIBLE = 1e3
+"""The error of a scale at which the mechanism cannot be assembled."""
+_ROUGH = 0.01
+"""Relative accuracy of the scales of single joints."""
+_EXCERPT = 12.5
+"""Seconds of the motion that are looked at."""
+
+
+def find(recording: Recording) -> DataProblem | None:
+    """Return the problem if a joint travels further than the mechanism or the URDF allows."""
+    allowed = [_allowed(recording.rig, joint) for joint in range(recording.rig.dof)]
+    excess = [travel(column) / limit for column, limit in zip(recording.position.T, allowed, strict=True)]
+    worst = int(np.argmax(excess))
+    if excess[worst] <= 1:
+        return None
+    excerpt = _excerpt(recording)
+    low, high, error = _scales(excerpt)
+    wide = f"Joint {worst + 1} travels {excess[worst] * allowed[worst]:.3g} rad, further than it can"
+    gears, apart = _of_each_joint(excerpt, (low * high) ** 0.5)
+    if min(error, apart) > BAD:
+        why = f"{wide}, and divided by no numbers do the angles agree with the torque: more is wrong."
+        return _problem("gear-ratio", why, _stated(50))
+    if apart < MAX_OTHER * error:
+        ratios = ", ".join(f"{gear:.3g}" for gear in gears)
+        why = f"{wide}; divided by about {ratios}, the angles agree with the torque: those of motors before gears."
+        return _problem("gear-ratio", why, _stated(round(gears[0])))
+    agree = f"{wide}; divided by {low:.3g} to {high:.3g}, the angles agree with the torque: they are"
+    if low <= _DEGREES <= high and _error(excerpt, _DEGREES) <= _MOST_LIKELY * error + _MODEL_ERROR:
+        why = f"{agree} in degrees (57.3 to a radian), unless a gear has such a ratio."
+        return _problem("angle-unit", why, _healed(recording, "deg"))
+    gear = round((low * high) ** 0.5)
+    unless = ", unless they are in degrees (57.3 to a radian)" if low <= _DEGREES <= high else ""
+    alone = gear - 1 < low <= gear <= high < gear + 1
+    why = f"{agree} those of motors before gears of such a ratio{unless}."
+    return _problem("gear-ratio", why, _healed(recording, f"rad/{gear}") if alone and not unless else _stated(gear))
+
+
+def _stated(gear: int) -> str:
+    return (
+        f'State the unit of each joint, such as --map "position_1=position_1:rad/{gear}" for a gear of {gear}, or '
+        '"position_1=position_1:deg" for degrees.'
+    )
+
+
+def _problem(kind: str, why: str, remedy: str) -> DataProblem:
+    return DataProblem(kind=kind, joints=(), blocks=True, why=why, remedy=remedy)
+
+
+def _healed(recording: Recording, unit: str) -> str:
+    """The command that reads the angles of all joints in `unit`."""
+    turning = [joint for joint, kind in enumerate(recording.rig.joint_types, 1) if kind == "revolute"]
+    entries = [f"position_{joint}=position_{joint}:{unit}" for joint in turning]
+    return healing_command(recording.path, repeated("--map", entries))
+
+
+def _allowed(rig: Rig, joint: int) -> float:
+    """Travel from which on the position of a `joint`, from 0, cannot be one [rad]; infinity where nothing tells."""
+    if rig.mechanism == "delta":
+        return MAX_SPAN
+    if rig.joint_types[joint] != "revolute":
+        return np.inf
+    declared = {each.name: each.limits for each in read_joints(rig.urdf)}[rig.joints[joint]] if rig.urdf else None
+    return max(_BEYOND * (declared[1] - declared[0]), 2 * np.pi) if declared else np.inf
+
+
+def _excerpt(recording: Recording) -> Recording:
+    """Rows around the middle of a long recording."""
+    middle = (recording.time[0] + recording.time[-1]) / 2
+    return slicing.along_time(recording, np.abs(recording.time - middle) <= _EXCERPT / 2)
+
+
+def _scales(recording: Recording) -> tuple[float, float, float]:
+    """The least and the largest scale that explain the torque nearly as well as the best one, and the error of that.
+
+    The error is a share of the torque.
+    """
+    from scipy.optimize import minimize_scalar
+
+    errors = np.array([_error(recording, scale) for scale in _SCALES])
+    best = int(np.argmin(errors))
+    around = np.log(_SCALES[[max(best - 1, 0), min(best + 1, len(_SCALES) - 1)]])
+    found = minimize_scalar(lambda x: _error(recording, float(np.exp(x))), bounds=tuple(around), method="bounded")
+    error = min(float(found.fun), float(errors[best]))
+    scale = float(np.exp(found.x)) if found.fun < errors[best] else float(_SCALES[best])
+    fine = scale * np.geomspace(0.6, 1.7, 36)
+    good = [each for each in fine if _error(recording, each) <= _AS_GOOD * error + _MODEL_ERROR]
+    return min(good, default=scale), max(good, default=scale), error
+
+
+def _of_each_joint(recording: Recording, scale: float) -> tuple[Floats, float]:
+    """Scales (dof,) of the joints that explain the torque best, from a common `scale`, and their error."""
+    from scipy.optimize import minimize
+
+    bounds = [(np.log(_SCALES[0]), np.log(_SCALES[-1]))] * recording.rig.dof
+    start = np.full(recording.rig.dof, np.log(scale))
+
+    def error(x: Floats) -> float:
+        return _error(recording, np.exp(x))
+
+    found = minimize(error, start, method="Powell", bounds=bounds, tol=_ROUGH)
+    return np.exp(found.x), float(found.fun)
+
+
+def _error(recording: Recording, scale: Floats | float) -> float:
+    """RMS error of the mechanism, as a share of the torque, with positions divided by `scale`, () or (dof,)."""
+    turning = np.array(recording.rig.joint_types) == "revolute"
+    divided = replace(recording, position=recording.position / np.where(turning, scale, 1.0))
+    try:
+        return Arrangements([prepare(divided, "parallel", None)]).present
+    except BadInput:  # the mechanism does not close
+        return _IMPOSSIBLE
