@@ -23,6 +23,7 @@ from ident.diagnosis.split.train_test_split import split_recordings
 from ident.diagnosis.unknown.imitation import analyse_unexplained
 from ident.diagnosis.unknown.residual_dependence import NonparametricFit
 from ident.diagnosis.unknown.residual_test import UnexplainedResidual, with_vibrations
+from ident.diagnosis.unknown.weightless import compare_without_weight
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure
 from ident.identification.chosen_effects import check_effect_name
@@ -104,6 +105,8 @@ class Diagnosis:
     data_problems: tuple[DataProblem, ...] = ()
     forced: bool = False
     """Whether the user chose the effects and no others were tried."""
+    without_weight: bool = False
+    """Whether the final model is much better without weight, where no mass is known."""
 
     @property
     def model(self) -> FittedModel:
@@ -144,17 +147,19 @@ def diagnose(
     wanted = {name: effect for name, effect in effects.observable.items() if not options.only or name in options.only}
     ripple = find_ripple(selection.model, wanted)
     split = selection.model.split
+    selection, without_weight = compare_without_weight(with_vibration_alternatives(selection))
     return Diagnosis(
         split,
         library,
         effects,
-        with_vibration_alternatives(selection),
+        selection,
         with_vibrations(unexplained, ripple.vibrations, split.torque_rms),
         learned,
         ripple,
         inputs.excerpt_share,
         inputs.problems,
         bool(options.only),
+        without_weight,
     )
 
 

@@ -72,6 +72,11 @@ def data_warnings(diagnosis: Diagnosis) -> tuple[str, ...]:
             diagnosis.unexplained.significant and diagnosis.selection.findings,
             "An effect is still missing: until it is found, the errors of parameters may exceed their intervals.",
         ),
+        (
+            diagnosis.without_weight,
+            "Without weight the last model explains these data much better: the drives may have taken gravity out of "
+            "the torque that they report, or the URDF has another direction of it.",
+        ),
         *((True, sentence) for sentence in _hardly_distinct(model)),
         (
             filtered,

@@ -24,7 +24,9 @@ UNFINISHED = replace(GOOD, run=GOOD.run.model_copy(update={"exit_status": None})
 def warnings(split: SplitData, *effects: str, **changes: Any) -> str:
     model = FittedModel(replace(split, **changes), building.fitted(split, *effects).solution)
     unexplained = SimpleNamespace(significant=False)
-    diagnosis: Any = SimpleNamespace(split=model.split, model=model, library={}, unexplained=unexplained)
+    diagnosis: Any = SimpleNamespace(
+        split=model.split, model=model, library={}, unexplained=unexplained, without_weight=False
+    )
     return " ".join(data_warnings(diagnosis))
 
 
