@@ -129,6 +129,7 @@ def assess(
     scale = gain_uncertainty(prepared[0].recording)
     gain = 0.0 if relative else scale
     propagated = _propagated(regressions, residuals, joint_noise, loss, structure, x)
+    bodies = physical_consistency.no_bodies(prepared[0].mechanism, fit.parameters, error.covariance)
     intervals, shapes = (error.interval(fit.parameters, share, propagated) for share in (gain, 0.0))
     assessment = Assessment(
         source=interval_method,
@@ -142,7 +143,10 @@ def assess(
         inseparable=conditioning.combinations,
         noise=_noise(joint_noise, prepared[0].recording),
         floor=_floor(cycle_statistics.of_residuals(prepared, residuals)),
-        warnings=physical_consistency.violations(structure.linear_parameters, fit.parameters, intervals),
+        warnings=(
+            *physical_consistency.violations(structure.linear_parameters, fit.parameters, intervals),
+            *([bodies] if bodies else []),
+        ),
         coupling=physical_consistency.coupling(_rigid_torque(structure, fit.parameters), prepared[0].motion),
         cutoffs=tuple(hz for hz, _ in parameter_changes.per_cutoff),
     )

@@ -1,26 +1,34 @@
-"""Physical consistency of parameters: positive masses and inertias, dissipative friction."""
+"""Physical consistency of parameters: positive masses and inertias, links that are bodies, dissipative friction."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ident.dynamics.mechanisms import Parameter
+from ident.basics.statistics import LEVEL
+from ident.dynamics.bodies import nearest_bodies
+from ident.dynamics.mechanisms import Parameter, RigidMechanism
+from ident.dynamics.mechanisms.urdf import Urdf
 from ident.dynamics.motion import Motion, inertia_matrix
 from recordings.recording import Floats
 
 _MAX_SAMPLES = 2000
 """Samples of the motion at which the inertia matrix is evaluated."""
+_ROUNDING = 1e-12
+"""Share of the largest variance below which one is due to rounding."""
 
 
 @dataclass(frozen=True)
 class Violation:
-    """A parameter value that is physically impossible."""
+    """A parameter value, or several together, that are physically impossible."""
 
     name: str
+    """Of the parameter; "links" for those of all links together."""
     significant: bool
     """True if the whole 95 % interval is impossible."""
     sentence: str
+    of_bodies: bool = False
+    """True for masses and inertias, False for friction."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +53,35 @@ def violations(parameters: Sequence[Parameter], values: Floats, intervals: Float
             reason = "friction would drive the motion" if parameter.friction else "it must be positive for any body"
             certainty = "" if significant else "; its interval reaches above zero, so this may be chance"
             sentence = f"{parameter.name} = {value:.4g} {parameter.unit} ({parameter.meaning}): {reason}{certainty}"
-            result.append(Violation(parameter.name, significant, sentence))
+            result.append(Violation(parameter.name, significant, sentence, not parameter.friction))
     return tuple(result)
+
+
+def no_bodies(mechanism: RigidMechanism, linear: Floats, covariance: Floats) -> Violation | None:
+    """Say that no bodies have base parameters in the 95 % region of those identified; None where some have.
+
+    linear: (k,) fitted parameters in which the torque is linear; covariance: (k, k) of them, NaN where unknown.
+    """
+    from scipy.special import chdtri
+
+    if not isinstance(mechanism, Urdf):
+        return None
+    base = linear[: len(mechanism.base.columns)]
+    error = covariance[: len(base), : len(base)]
+    known = np.isfinite(np.diagonal(error))
+    std = np.sqrt(np.diagonal(error)[known])
+    values, vectors = np.linalg.eigh(error[np.ix_(known, known)] / np.outer(std, std))
+    root = np.zeros((len(std), len(base)))
+    # Directions without any error of their own are those of rounding.
+    root[:, known] = (vectors / np.sqrt(np.maximum(values, _ROUNDING * values[-1]))).T / std
+    difference = mechanism.base.combination @ nearest_bodies(mechanism, base, root, massless=True) - base
+    if np.sum((root @ difference) ** 2) <= chdtri(len(std), 1 - LEVEL):
+        return None
+    sentence = (
+        "the inertial parameters, and all others in their 95 % region, are those of no bodies: where no effect is "
+        "missing, the data or the rig file cannot be right"
+    )
+    return Violation("links", True, sentence, of_bodies=True)
 
 
 def coupling(torque: Callable[[Motion], Floats], motion: Motion) -> Coupling | None:

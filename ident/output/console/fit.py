@@ -17,8 +17,11 @@ from ident.residuals.phases import JointResidual, joint_residuals
 from recordings.recording import Floats
 
 _RELATIVE = "Torque gain assumed"
-_ON_DATA = ("SIMULATED", "Interrupted", _RELATIVE)
-"""Beginnings of the warnings that are printed without details, too: they concern the data."""
+_UNFINISHED = "The swarm ended"
+_ALWAYS = ("SIMULATED", "Interrupted", _RELATIVE, _UNFINISHED)
+"""Beginnings of the warnings that are printed without details, too."""
+_MAX_EXCESS = 0.01
+"""Above the certified minimum, relative, from which on the parameters are others than those of the minimum."""
 
 
 def show(model: ModelFile, result: Identification, console: Console, details: bool = False) -> None:
@@ -28,10 +31,14 @@ def show(model: ModelFile, result: Identification, console: Console, details: bo
     """
     show_problems(model.data_problems, console)
     for line in warnings(result):
-        if details or line.startswith(_ON_DATA):
+        if details or line.startswith(_ALWAYS):
             print_plain(console, line, "bold yellow")
     if details:
         _show_details(model, result, console)
+    elif model.assessment:
+        certain = [each.sentence for each in model.assessment.warnings if each.significant and each.of_bodies]
+        if certain:
+            print_plain(console, f"Not physical: {'; '.join(certain)}.", "bold yellow")
     print_table(console, _error_table(model, _evaluated(model, result)), box=None)
     for sentence in sentences(model, result):
         print_plain(console, sentence)
@@ -104,6 +111,12 @@ def warnings(result: Identification) -> list[str]:
     if model.geometry and model.geometry.L2_source == "assumed":
         sensitivity = assessment.length_sensitivity(model)
         lines.append(f"The forearm length L2 = {model.geometry.L2:g} m is assumed{sensitivity}.")
+    proof = model.method.certified
+    if proof and proof.excess > _MAX_EXCESS:
+        lines.append(
+            f"{_UNFINISHED} {proof.excess:.2g} times the certified minimum above it, so the parameters are others: "
+            "choose --method lad, or wls."
+        )
     lines += _out_of_range(result)
     at_bound = [parameter.name for parameter in model.parameters if parameter.at_bound]
     if at_bound:

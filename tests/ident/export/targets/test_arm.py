@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from ident.dynamics import mechanisms
+from ident.dynamics.bodies import link_parameters, pseudo_inertia
 from ident.dynamics.motion import Motion
 from ident.export import exporting
-from ident.export.arms.bodies import arm_of, link_parameters, pseudo_inertia
+from ident.export.arms.bodies import arm_of
 from ident.export.paths import GivenPath
 from ident.identification.model import Model
 from recordings.errors import BadInput
