@@ -65,7 +65,7 @@ def fit(
     files: File | Recording | Sequence[File | Recording],
     *,
     validate: File | Recording | Sequence[File | Recording] | None = None,
-    method: str = "pso",
+    method: str | None = None,
     effects: str | Sequence[str] = (),
     without: str | Sequence[str] = (),
     bare: bool = False,
@@ -82,7 +82,8 @@ def fit(
     """Fit the dynamic model, Eq. (26), to the recordings `files` of one rig together.
 
     validate: recording that the fit does not use, on which the model is judged.
-    method: estimator (`ident fit --help`), with its `settings` by name (`ident methods`).
+    method: estimator (`ident fit --help`), with its `settings` by name (`ident methods`); None: the paper's swarm,
+        or, for the tens of parameters of a URDF, weighted least squares.
     effects: added to the base model, each as NAME, on all joints, or as NAME:1,3.
     without: effects of the base model to leave out; bare: all of them are, as in the paper.
     effect_files: Python files with effects of your own; they are executed.
@@ -101,12 +102,12 @@ def fit(
     from ident.estimation import estimators
     from ident.identification.identify import FitOptions
 
-    expect(str, "a name", method=method)
+    expect(str | None, "a name", method=method)
     expect(bool, "True or False", bare=bare)
     expect(Mapping | None, "a mapping of settings by name", settings=settings)
     options = FitOptions(
-        method=method,
-        settings=estimators.settings(method, settings or {}),
+        method=method or "pso",
+        settings=estimators.settings(method or "pso", settings or {}),
         seed=seed,
         preprocessing=preprocessing,
         cutoff=cutoff,
@@ -117,6 +118,7 @@ def fit(
         physical=physical,
         intervals=intervals,
         accept=names(accept, "accept"),
+        by_default=method is None and not settings,
     )
     with cell_progress() as show:
         steps = progress or (lambda done, total, *_: show("fitting", done, total))

@@ -39,7 +39,9 @@ if TYPE_CHECKING:
     "--validate", type=FILE, metavar="FILE", help="Validate the model on a recording that the fit does not use."
 )
 @click.option(
-    "--method", type=NameChoice(plugins.names("ident.estimation.estimators")), default="pso", show_default=True
+    "--method",
+    type=NameChoice(plugins.names("ident.estimation.estimators")),
+    help="Estimator.  [default: pso; of a URDF: wls]",
 )
 @click.option(
     "--preprocess",
@@ -95,7 +97,7 @@ if TYPE_CHECKING:
 def command(
     files: tuple[Path, ...],
     validate: Path | None,
-    method: str,
+    method: str | None,
     preprocess: str | None,
     cutoff: float | None,
     settings: tuple[str, ...],
@@ -126,6 +128,7 @@ def command(
     import ident
     from recordings.progress import progress_bar
 
+    method = "pso" if paper and method is None else method
     given = _settings(method, settings, paper)
     with progress_bar("reading") as show:
         model = ident.fit(
@@ -151,15 +154,14 @@ def command(
     say_next(*diagnosis(files, *again("--validate", "--effect-file", "--accept"), model=out))
 
 
-def _settings(method: str, texts: tuple[str, ...], paper: bool) -> dict[str, object]:
+def _settings(method: str | None, texts: tuple[str, ...], paper: bool) -> dict[str, object]:
     """Settings of the `method` by name: those of the `paper`, unless --set says otherwise."""
     from ident.estimation import estimators
     from ident.estimation.settings import parse
 
     given: dict[str, object] = dict(parse(texts))
-    if paper and estimators.has_setting(method, "tolerance"):
+    if paper and method and estimators.has_setting(method, "tolerance"):
         given.setdefault("tolerance", 0.0)
-    estimators.settings(method, given)
     return given
 
 

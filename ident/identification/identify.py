@@ -35,6 +35,7 @@ from ident.uncertainty.sensitivity import Sensitivity, sensitivity
 from recordings.errors import BadInput, expect
 from recordings.reader import Source, opened
 from recordings.recording import Floats, Recording
+from recordings.rig import Rig
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,8 @@ class FitOptions:
     """Method of the confidence intervals, see `ident.uncertainty.covariance`."""
     accept: tuple[str, ...] = ()
     """Kinds of data problems in spite of which the recordings are used."""
+    by_default: bool = False
+    """Whether nobody chose the method."""
 
     def __post_init__(self) -> None:
         expect(Integral, "a whole number", seed=self.seed)
@@ -102,6 +105,13 @@ class Identification:
         return tuple(Prediction(each.prepared, each.predicted_torque(self.fit.parameters)) for each in regressions)
 
 
+def _for_rig(options: FitOptions, rig: Rig) -> FitOptions:
+    """The `options`; where nobody chose the method, a URDF has one that finds its tens of parameters."""
+    if not options.by_default or rig.mechanism != "urdf":
+        return options
+    return replace(options, method="wls", settings=estimators.settings("wls", {}))
+
+
 def identify(
     files: Sequence[Source],
     validate: Source | None,
@@ -123,6 +133,7 @@ def identify(
     recordings = [of_one_set_up(each, payload) for each in recordings]
     check_same_rig(recordings)
     check_no_overlap(recordings)
+    options = _for_rig(options, recordings[0].rig)
     form = estimators.form(options.method)
     if form and options.effects:
         raise BadInput(f"--with cannot be combined with a method that fits the form '{form}'; choose another method")

@@ -108,6 +108,11 @@ def test_loaded_model_has_the_torque_of_the_true_robot(model: Model) -> None:
     assert any("+" in parameter.meaning for parameter in model.file.parameters if parameter.name.endswith("+"))
 
 
+def test_the_swarm_fits_a_tree_of_links_only_where_it_is_asked_for(recordings: Sequence[Path]) -> None:
+    assert ident.fit(recordings[0]).file.method.name == "wls"
+    assert ident.fit(recordings[0], settings={"iterations": 1}).file.method.name == "pso"
+
+
 def test_terms_add_up_and_acceleration_is_the_inverse_of_torque(model: Model) -> None:
     _, *at = (signal[:50] for signal in motion(4))
     q, v, a = at
