@@ -24,12 +24,16 @@ _BEYOND = 2.0
 """Travel, as a multiple of what the declared limits allow, that no limit stated too narrowly explains; it has to be a
 whole turn, too, which limits that stand there for form's sake do not allow either."""
 _DEGREES = 180 / np.pi
-_SCALES = np.geomspace(1.0, 500.0, 45)
-"""By which motions are divided; no gear of a robot's joint is larger."""
+_LARGEST, _SCALES = 500.0, 40
+"""No gear of a robot's joint is larger; so many scales are tried up to it."""
+_AROUND = (-0.4, 0.4)
+"""Natural logarithm of the scales about the best one that are looked at more closely."""
 _AS_GOOD = 1.5
 """The error of a scale that may be the true one, as a multiple of the least: a missing effect shifts the best one."""
 _MOST_LIKELY = 1.2
 """Degrees are more common than gears of nearly that ratio: they are named up to this multiple of the least error."""
+_TOLD = 4.0
+"""Ratio of the largest to the least scale that agrees, up to which the torque tells degrees."""
 _MODEL_ERROR = 0.005
 """Addition to the least error, as a share of the torque: no model is exact."""
 _IMPOSSIBLE = 1e3
@@ -43,14 +47,18 @@ _EXCERPT = 12.5
 def find(recording: Recording) -> DataProblem | None:
     """Return the problem if a joint travels further than the mechanism or the URDF allows."""
     allowed = [_allowed(recording.rig, joint) for joint in range(recording.rig.dof)]
-    excess = [travel(column) / limit for column, limit in zip(recording.position.T, allowed, strict=True)]
+    travelled = [travel(column) for column in recording.position.T]
+    excess = np.array(travelled) / allowed
     worst = int(np.argmax(excess))
-    if excess[worst] <= 1:
+    if excess[worst] <= 1 or (recording.rig.mechanism == "urdf" and travelled[worst] <= 2 * np.pi):
         return None
+    wide = f"Joint {worst + 1} travels {travelled[worst]:.3g} rad, further than it can"
+    if excess[worst] > _LARGEST:
+        why = f"{wide}, by more than any gear has: they may be counts of an encoder."
+        return _problem("angle-unit", why, 'State their unit, such as --map "position_1=position_1:counts/8192".')
     excerpt = _excerpt(recording)
-    low, high, error = _scales(excerpt)
-    wide = f"Joint {worst + 1} travels {excess[worst] * allowed[worst]:.3g} rad, further than it can"
-    gears, apart = _of_each_joint(excerpt, (low * high) ** 0.5)
+    scale, low, high, error = _scales(excerpt, excess[worst])
+    gears, apart = _of_each_joint(excerpt, scale)
     if min(error, apart) > BAD:
         why = f"{wide}, and divided by no numbers do the angles agree with the torque: more is wrong."
         return _problem("gear-ratio", why, _stated(50))
@@ -58,11 +66,15 @@ def find(recording: Recording) -> DataProblem | None:
         ratios = ", ".join(f"{gear:.3g}" for gear in gears)
         why = f"{wide}; divided by about {ratios}, the angles agree with the torque: those of motors before gears."
         return _problem("gear-ratio", why, _stated(round(gears[0])))
-    agree = f"{wide}; divided by {low:.3g} to {high:.3g}, the angles agree with the torque: they are"
+    span = f"{low:.3g} to {high:.3g}" if high < _LARGEST else f"{low:.3g} or more"
+    agree = f"{wide}; divided by {span}, the angles agree with the torque: they are"
+    gear = round(scale)
     if low <= _DEGREES <= high and _error(excerpt, _DEGREES) <= _MOST_LIKELY * error + _MODEL_ERROR:
-        why = f"{agree} in degrees (57.3 to a radian), unless a gear has such a ratio."
-        return _problem("angle-unit", why, _healed(recording, "deg"))
-    gear = round((low * high) ** 0.5)
+        told = high < _TOLD * low
+        why = (
+            f"{agree} in degrees (57.3 to a radian), {'unless a gear has' if told else 'or gears have'} such a ratio."
+        )
+        return _problem("angle-unit", why, _healed(recording, "deg") if told else _stated(gear))
     unless = ", unless they are in degrees (57.3 to a radian)" if low <= _DEGREES <= high else ""
     alone = gear - 1 < low <= gear <= high < gear + 1
     why = f"{agree} those of motors before gears of such a ratio{unless}."
@@ -88,13 +100,13 @@ def _healed(recording: Recording, unit: str) -> str:
 
 
 def _allowed(rig: Rig, joint: int) -> float:
-    """Travel from which on the position of a `joint`, from 0, cannot be one [rad]; infinity where nothing tells."""
+    """Travel [rad] beyond which the position of a `joint`, from 0, is not its own; infinity where nothing tells."""
     if rig.mechanism == "delta":
         return MAX_SPAN
-    if rig.joint_types[joint] != "revolute":
+    if rig.mechanism == "axes" or rig.joint_types[joint] != "revolute":
         return np.inf
-    declared = {each.name: each.limits for each in read_joints(rig.urdf)}[rig.joints[joint]] if rig.urdf else None
-    return max(_BEYOND * (declared[1] - declared[0]), 2 * np.pi) if declared else np.inf
+    limits = {each.name: each.limits for each in read_joints(rig.urdf)}[rig.joints[joint]]
+    return _BEYOND * (limits[1] - limits[0]) if limits else np.inf
 
 
 def _excerpt(recording: Recording) -> Recording:
@@ -103,35 +115,34 @@ def _excerpt(recording: Recording) -> Recording:
     return slicing.along_time(recording, np.abs(recording.time - middle) <= _EXCERPT / 2)
 
 
-def _scales(recording: Recording) -> tuple[float, float, float]:
-    """The least and the largest scale that explain the torque nearly as well as the best one, and the error of that.
+def _scales(recording: Recording, least: float) -> tuple[float, float, float, float]:
+    """The best scale, the least and the largest that explain the torque nearly as well, and the error of the best.
 
-    The error is a share of the torque.
+    The error is a share of the torque. least: scale below which joints would travel too far.
     """
     from scipy.optimize import minimize_scalar
 
-    errors = np.array([_error(recording, scale) for scale in _SCALES])
-    best = int(np.argmin(errors))
-    around = np.log(_SCALES[[max(best - 1, 0), min(best + 1, len(_SCALES) - 1)]])
-    found = minimize_scalar(lambda x: _error(recording, float(np.exp(x))), bounds=tuple(around), method="bounded")
-    error = min(float(found.fun), float(errors[best]))
-    scale = float(np.exp(found.x)) if found.fun < errors[best] else float(_SCALES[best])
-    fine = scale * np.geomspace(0.6, 1.7, 36)
-    good = [each for each in fine if _error(recording, each) <= _AS_GOOD * error + _MODEL_ERROR]
-    return min(good, default=scale), max(good, default=scale), error
+    errors = {scale: _error(recording, scale) for scale in np.geomspace(least, _LARGEST, _SCALES)}
+    best = min(errors, key=lambda scale: errors[scale])
+    found = minimize_scalar(lambda x: _error(recording, best * np.exp(x)), bounds=_AROUND, method="bounded")
+    for scale in best * np.exp([found.x, *np.linspace(*_AROUND, 25)]):
+        errors[scale] = _error(recording, scale)
+    best = min(errors, key=lambda scale: errors[scale])
+    error = errors[best]
+    good = [scale for scale, other in errors.items() if other <= _AS_GOOD * error + _MODEL_ERROR and scale >= least]
+    return best, min(good), max(good), error
 
 
 def _of_each_joint(recording: Recording, scale: float) -> tuple[Floats, float]:
     """Scales (dof,) of the joints that explain the torque best, from a common `scale`, and their error."""
     from scipy.optimize import minimize
 
-    bounds = [(np.log(_SCALES[0]), np.log(_SCALES[-1]))] * recording.rig.dof
     start = np.full(recording.rig.dof, np.log(scale))
 
     def error(x: Floats) -> float:
         return _error(recording, np.exp(x))
 
-    found = minimize(error, start, method="Powell", bounds=bounds, tol=_ROUGH)
+    found = minimize(error, start, method="Powell", tol=_ROUGH)
     return np.exp(found.x), float(found.fun)
 
 
