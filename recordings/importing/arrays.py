@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from recordings.columns import numbered
 from recordings.importing.table import Table
-from recordings.importing.units import is_none
+from recordings.importing.units import is_none, split_header
 from recordings.limits import check_columns
 from recordings.recording import Floats
 
@@ -53,7 +53,7 @@ def table_of_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], units: Mappi
             rows = array.astype(float) if len(array) == count else array.astype(float).T
             named = {name: rows} if rows.ndim == 1 else numbered(name, rows)
             columns |= named
-            if not is_none(unit := (units or {}).get(name, "")):
+            if not is_none(unit := (units or {}).get(name, split_header(name)[1])):
                 stated |= dict.fromkeys(named, unit)
     notes = (f"left out, because not {count} values long: {', '.join(other)}",) if other else ()
     return Table(

@@ -14,7 +14,7 @@ from recordings.importing import clock
 from recordings.importing.mapping import Source, joint_quantity
 from recordings.importing.numerals import is_number
 from recordings.importing.table import Table, words_of
-from recordings.importing.units import NO_UNIT, Unit, is_none, parse, quantity_of
+from recordings.importing.units import NO_UNIT, Unit, in_name, is_none, parse, quantity_of
 from recordings.recording import Floats
 
 _WORDS = {
@@ -43,6 +43,7 @@ _MAX_SLOPE_ERROR = 0.1
 """Velocity is in the unit in which it is within this share of the derivative of position."""
 _MOSTLY = 0.5
 """A column of numbers may hold some cells of text."""
+_ASKED = "is for you to say, in --map"
 DRIVES = ("effort", "current", "voltage")
 """What drives the motion, in the order in which it is preferred."""
 _SI = {"velocity": "rad/s", "effort": "Nm", "current": "A", "voltage": "V", "temperature": "degC"}
@@ -120,8 +121,19 @@ def _lists(table: Table) -> dict[str, list[str]]:
     drives = [] if set(DRIVES) & set(named) else [name for name in DRIVES if _best(groups.get(name, []), dof)][:1]
     for quantity in ("velocity", "command", "temperature", *drives):
         if quantity not in result and (columns := _best(groups.get(quantity, []), dof)):
-            result[quantity] = columns
+            result[quantity] = _in_order(columns, result.get("position", []))
     return result
+
+
+def _in_order(columns: list[str], positions: list[str]) -> list[str]:
+    """The `columns` in the order of the joints' `positions`, where their names say which joint each is of."""
+
+    def joint(name: str) -> tuple[str, ...]:
+        return tuple(word for word in words_of(name) if word not in _QUANTITY)
+
+    named = {joint(name): name for name in columns}
+    ordered = [named.get(joint(name), "") for name in positions]
+    return ordered if sorted(ordered) == sorted(columns) else columns
 
 
 def _by_stem(table: Table) -> dict[tuple[str, tuple[str, ...]], list[str]]:
@@ -184,14 +196,14 @@ def _guessed(table: Table, quantity: str, columns: Sequence[str]) -> dict[str, C
     text, why, asks = "", "name; SI unit", ""
     if unknown:
         why = f"unit {given[unknown[0]]!r} is not known"
-        asks = f"{quantity}: the unit {given[unknown[0]]!r} of column {unknown[0]!r} is not known"
+        asks = f"{quantity}: the unit {given[unknown[0]]!r} of column {unknown[0]!r} is not known, so it {_ASKED}"
     elif units:
         text, why = next(iter(units.values())).text, f"unit of {quantity} in another column"
     elif not all(joint_quantity(column) for column in columns):
         text, why, asks = _likely_unit(quantity, [table.columns[name] for name in columns if name in table.columns])
     twice = [column for column in columns if _stands_twice(table, column)]
     if twice and quantity in ("position", *DRIVES):
-        asks = f"{quantity}: {twice[0]!r} stands twice in the file, so which of them is meant"
+        asks = f"{quantity}: {twice[0]!r} stands twice in the file, so which of them is meant {_ASKED}"
     made = {}
     for place, column in enumerate(columns, start=1):
         unit = stated[column]
@@ -209,10 +221,8 @@ def _stands_twice(table: Table, column: str) -> bool:
 
 
 def _stated(table: Table, name: str) -> Unit:
-    """Unit that the file states, or that ends the name as in q1_deg."""
-    stated = parse(table.units.get(name, ""))
-    ending = name.rpartition("_")[2]
-    return stated or (parse(ending) if "_" in name and ending not in ("s", "m", "N", "K", "min") else None) or NO_UNIT
+    """Unit that the file states, or that stands in the name."""
+    return parse(table.units.get(name, "")) or in_name(name) or NO_UNIT
 
 
 def _likely_unit(quantity: str, columns: Sequence[Floats]) -> tuple[str, str, str]:
@@ -225,7 +235,7 @@ def _likely_unit(quantity: str, columns: Sequence[Floats]) -> tuple[str, str, st
         if quantity in ("position", "command"):
             return "counts", f"whole numbers over {extent:g}: counts of an encoder", ""
         why = f"whole numbers over {extent:g}: raw counts of a drive"
-        return "", why, f"{quantity}: {why}, so its unit"
+        return "", why, f"{quantity}: {why}, so its unit {_ASKED}"
     if quantity in ("position", "command"):
         if max(extent, largest) > _MAX_ANGLE:
             return "deg", f"up to {largest:.4g} over {extent:.4g} is too large for rad", ""
@@ -244,7 +254,7 @@ def _time(table: Table, found: clock.TimeGuess, guesses: Mapping[str, ColumnGues
             source = Source(source.column, clock.UNITS[fitting[0]])
             why = f"in {fitting[0]} the speeds are derivatives"
         else:
-            asks = f"time: {source.column!r} {why}, which may be {' or '.join(found.possible)}, so its unit"
+            asks = f"time: {source.column!r} {why}, which may be {' or '.join(found.possible)}, so its unit {_ASKED}"
             why = f"{why}: {' or '.join(found.possible)}"
     made = {source.column: ColumnGuess(source.column, "time", source, why, asks)}
     if source.plus:

@@ -220,7 +220,8 @@ def table_of_lines(path: Path, lines: Sequence[str], layout: TextLayout) -> Tabl
     rows: list[list[str]] = []
     places: list[int] = []
     width = len(layout.names)
-    for place, line in enumerate(lines[layout.first :], start=layout.first + 1):
+    end = max((k + 1 for k, line in enumerate(lines) if line.strip() and not _is_comment(line)), default=0)
+    for place, line in enumerate(lines[layout.first : end], start=layout.first + 1):
         if _is_comment(line):
             continue
         cells = _split(line, layout.delimiter) if line.strip() else []

@@ -13,7 +13,7 @@ from recordings.importing import clock
 from recordings.importing.columns import DRIVES, kind
 from recordings.importing.mapping import joint_quantity
 from recordings.importing.table import JOINT_QUANTITIES, Table, words_of
-from recordings.interpolation import interpolate
+from recordings.interpolation import interpolate_within_gaps
 from recordings.recording import Bools, Floats
 
 _KEYS = "joint axis motor drive name channel signal variable quantity node id achse gelenk antrieb"
@@ -79,10 +79,12 @@ def merged(table: Table) -> Table:
         if rows.any() and not rows.all():
             topics.setdefault(rows.tobytes(), []).append(name)
     base = next((names for names in topics.values() if any(kind(table, name) == "position" for name in names)), None)
-    if base is None or len(topics) < 2 or (guess := clock.find(table)) is None:
+    if base is None or len(topics) < 2:
         return table
     rows = known[base[0]]
     if np.count_nonzero(np.diff(rows)) < max(_LEAST_TURNS, _MIN_TURNS * len(rows)):
+        return table
+    if (guess := clock.find(table.of_rows(np.flatnonzero(rows)))) is None:
         return table
     others = [name for names in topics.values() if names is not base for name in names]
     apart = [
@@ -93,7 +95,7 @@ def merged(table: Table) -> Table:
     time = np.sum([table.columns[name] * unit.factor for name, unit in guess.source.parts], axis=0)
     columns = dict(table.columns)
     for name in apart:
-        columns[name] = interpolate(time, time[known[name]], table.columns[name][known[name]])
+        columns[name] = interpolate_within_gaps(time, time[known[name]], table.columns[name][known[name]])
     note = (
         f"rows of several topics stand between each other: {', '.join(apart)} interpolated at the times of {base[0]}"
     )
@@ -170,7 +172,7 @@ def _placed(instants: Floats, time: Floats, values: Floats, *, shared: bool) -> 
     """The `values` (k,) of one joint at the `instants` (n,); NaN where it has none."""
     order = np.argsort(time, kind="stable")
     if not shared:
-        return interpolate(instants, time[order], values[order])
+        return interpolate_within_gaps(instants, time[order], values[order])
     placed = np.full(len(instants), np.nan)
     placed[np.searchsorted(instants, time)] = values
     return placed

@@ -158,8 +158,7 @@ def missing(guesses: Sequence[ColumnGuess], given: Collection[str] = ()) -> list
             f"{len(_positions(guesses))} joints, where a delta robot has three: choose three with --names (of a bag; "
             "1,2,3 of position_1 ...) or with --map, or say what it is with --rig, or with --mechanism axes"
         )
-    asked = dict.fromkeys(made.asks for made in guesses if made.asks)
-    sentences += [f"{text} is for you to say, in --map" for text in asked]
+    sentences += dict.fromkeys(made.asks for made in guesses if made.asks)
     unscaled = {made.source.unit.dimension for made in guesses if made.source and not made.source.unit.scaled}
     if unscaled & {"counts", "count rate"} and "--rig" not in given:
         sentences.append("counts need the counts per turn of the joint: write counts/8192, or give --rig with drives")

@@ -34,7 +34,9 @@ _DIMENSIONS: dict[str, dict[str, float]] = {
         **dict.fromkeys(("Nm", "N m", "N·m", "N.m", "N*m", "N-m", "newton metre", "newton meter"), 1.0),
         **dict.fromkeys(("mNm", "mN m", "mN·m", "mN.m"), 1e-3),
         **dict.fromkeys(("kNm", "kN m", "kN·m"), 1e3),
-        "Ncm": 1e-2,
+        **dict.fromkeys(("Ncm", "N cm", "N*cm", "N·cm"), 1e-2),
+        **dict.fromkeys(("oz-in", "ozf-in", "oz in", "ozin"), 7.061552e-3),
+        **dict.fromkeys(("lb-in", "lbf-in", "in-lb", "lb in"), 0.1129848),
     },
     "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3},
     "current": {"A": 1.0, "mA": 1e-3, "Arms": 1.0, "amp": 1.0},
@@ -49,7 +51,7 @@ _DIMENSIONS: dict[str, dict[str, float]] = {
     },
     "counts": dict.fromkeys((*_COUNTS, "qc"), 1.0),
     "count rate": {**dict.fromkeys((f"{name}/s" for name in _COUNTS), 1.0), "qc/s": 1.0},
-    "share": {"%": 1e-2, "permille": 1e-3, "‰": 1e-3},
+    "share": {**dict.fromkeys(("%", "percent", "pct"), 1e-2), "permille": 1e-3, "‰": 1e-3},
 }
 _OFFSETS = {"K": -273.15}
 _SCALE = re.compile(r"\s*([*/])\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*$")
@@ -105,6 +107,27 @@ _MULTIPLE = re.compile(r"(\d+\.?\d*(?:[eE][-+]?\d+)?)\s*\*?\s*([^\d\s/].*)")
 _ANY_CASE = {name.lower(): name for factors in _DIMENSIONS.values() for name in factors if len(name) > 1}
 """Units of more than one letter, by their small letters."""
 _BRACKETS = re.compile(r"^(.*?)[\s_/]*[\[(]([^\[\]()]*(?:\([^()]*\))?)[\])]\s*$")
+
+
+_BORDER = re.compile(r"[\s_/:|<>{}\[\](),-]+")
+_ONE_LETTER = re.compile(r"(/|\bin )\s*\w$")
+"""What stands before a unit of one letter, which behind a blank is the name of a joint."""
+
+
+def in_name(name: str) -> Unit | None:
+    """Unit that ends or, in brackets, begins a name: "Torque mNm", "Torque in %", "Torque/Nm", "[mNm] Torque"."""
+    borders = list(_BORDER.finditer(name))
+    ends = [name[border.end() :].strip(_ENDS) for border in borders if border.start()]
+    begins = [name[: border.start()].strip(_ENDS) for border in borders if name[0] in "[({<%"]
+    for text in (*ends, *begins):
+        of_joint = len(text) == 1 and text.isalpha() and not _ONE_LETTER.search(name)
+        of_joint |= text == "min" or (text[:1].isdigit() and text[1:2] not in ("/", "."))
+        if not of_joint and (unit := parse(text)) and unit.dimension:
+            return unit
+    return None
+
+
+_ENDS = "[](){}<>|: "
 
 
 def split_header(header: str) -> tuple[str, str]:

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from recordings.interpolation import interpolate, interpolate_columns
+from recordings.interpolation import interpolate, interpolate_columns, interpolate_within_gaps
 
 TIME = np.arange(6.0)
 
@@ -30,3 +30,13 @@ def test_columns_are_interpolated_each_by_itself() -> None:
     values = np.column_stack([TIME, np.full(6, np.nan), np.where(TIME == 3, np.nan, TIME**0)])
     columns = interpolate_columns(np.array([0.5, 3.0]), TIME.astype(int), values)
     np.testing.assert_allclose(columns, [[0.5, np.nan, 1.0], [3.0, np.nan, 1.0]])
+
+
+def test_nothing_is_known_in_a_gap_and_beyond_the_ends() -> None:
+    time = np.concatenate([np.arange(10), np.arange(20, 30)]).astype(float)
+    instants = np.arange(-3, 33.0)
+    found = interpolate_within_gaps(instants, time, 2 * time)
+    known = np.isin(instants, [-1, *time, 30])
+    np.testing.assert_array_equal(np.isfinite(found), known)
+    np.testing.assert_array_equal(found[np.isin(instants, time)], 2 * time)
+    assert np.isnan(interpolate_within_gaps(instants, time[:0], time[:0])).all()

@@ -43,8 +43,8 @@ def read(path: Path) -> Table:
             arrays.update({f"{name}.{field}": content[field] for field in item.dtype.names})
         elif matlab_class != b"char":
             arrays[name] = content if matlab_class is None else content.T  # MATLAB keeps its matrices transposed
-        for key in ("unit", "units"):
-            if isinstance(unit := item.attrs.get(key), str | bytes):
+        for key, unit in item.attrs.items():
+            if key.lower() in ("unit", "units") and isinstance(unit, str | bytes):
                 units[name] = unit if isinstance(unit, str) else unit.decode("utf-8", "replace")
 
     with reading(path, "HDF5", "export it again"), h5py.File(path) as file:

@@ -14,7 +14,7 @@ from typing import Any
 from recordings.importing.arrays import table_of_arrays
 from recordings.importing.formats import library, reading
 from recordings.importing.table import Table, distinct
-from recordings.interpolation import interpolate
+from recordings.interpolation import interpolate_within_gaps
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -37,7 +37,7 @@ def read(path: Path) -> Table:
     for name, signal in zip(names, signals, strict=True):
         arrays[name] = signal.samples
         if signal.group_index != raster and signal.samples.dtype.kind in "fiub" and signal.samples.ndim == 1:
-            arrays[name] = interpolate(instants, signal.timestamps, signal.samples.astype(float))
+            arrays[name] = interpolate_within_gaps(instants, signal.timestamps, signal.samples.astype(float))
             other.append(name)
     units = {name: signal.unit for name, signal in zip(names, signals, strict=True) if signal.unit}
     table = table_of_arrays(path, arrays, {"time": "s", **units})

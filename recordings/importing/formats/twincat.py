@@ -20,6 +20,7 @@ import numpy as np
 from recordings.errors import BadInput
 from recordings.importing.layout import TextLayout, decode, lines_of, table_of_lines
 from recordings.importing.table import Table, distinct
+from recordings.interpolation import interpolate_within_gaps
 from recordings.recording import Floats
 
 _HEAD = re.compile(rb"^(?:\xef\xbb\xbf)?Name([\t;:|, ])[^\r\n]*\r?\nFile\1")
@@ -64,7 +65,7 @@ def read(path: Path) -> Table:
     for begin, end in pairwise(edges):
         known = numbers[np.isfinite(numbers[:, begin])]
         for k in range(begin + 1, end):
-            columns[names[k]] = _interpolated(columns["time"], known[:, begin], known[:, k])
+            columns[names[k]] = interpolate_within_gaps(columns["time"], known[:, begin], known[:, k])
     units = {name: _KIND.sub("", cell) for name, cell in stated.get("Unit", {}).items() if _KIND.sub("", cell)}
     scaled = {name for key in _PLAIN for name, cell in stated.get(key, {}).items() if cell != _PLAIN[key]}
     notes = tuple(f"{name}: scale and offset of the header are taken as applied" for name in names if name in scaled)
@@ -136,11 +137,3 @@ def _numbers(
                 f"expected, {group[place, 0]:g} found; {_REMEDY}"
             )
     return numbers
-
-
-def _interpolated(instants: Floats, time: Floats, values: Floats) -> Floats:
-    """Values at the `instants`; NaN beside gaps, and more than a step before the first or after the last."""
-    step = np.diff(time).max(initial=0.0)
-    result = np.interp(instants, time, values)
-    result[(instants < time[0] - step) | (instants > time[-1] + step)] = np.nan
-    return result

@@ -141,6 +141,15 @@ def test_rows_of_topics_between_each_other_are_joined(tmp_path: Path) -> None:
     assert any("rows of several topics stand between each other" in note for note in imported.notes)
 
 
+def test_a_topic_that_is_silent_leaves_a_gap_also_where_stamps_are_equal(tmp_path: Path) -> None:
+    q, _, tau = axis(0)
+    rows = [(t, angle, "") for t, angle in zip(TIME, q, strict=True)]
+    rows += [(t, "", torque) for t, torque in zip(TIME, tau, strict=True) if not 1 < t < 1.4]
+    columns = list(zip(*sorted(rows, key=lambda row: row[0]), strict=True))
+    effort = accepted(write(tmp_path, "time,/joint/position,/joint/effort", columns)).samples.effort[:, 0]
+    np.testing.assert_array_equal(np.isnan(effort), (TIME > 1) & (TIME < 1.4))
+
+
 @pytest.mark.parametrize(
     ("name", "change", "expected", "kind"),
     [

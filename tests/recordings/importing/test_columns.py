@@ -7,6 +7,7 @@ import pytest
 
 from recordings.importing import columns as module
 from recordings.importing.table import Table
+from recordings.importing.units import in_name
 
 N = 400
 TIME = np.arange(N) * 0.004
@@ -40,6 +41,8 @@ def taken(table: Table) -> dict[str, str]:
          ("time s", "position_1 rad", "position_2 rad", "effort_1 Nm", "effort_2 Nm")),
         (("t", "q[0]", "q[1]", "u[0]", "u[1]"),
          ("time s", "position_1 rad", "position_2 rad", "voltage_1 V", "voltage_2 V")),
+        (("t", "left_pos", "right_pos", "right_torque", "left_torque"),
+         ("time s", "position_1 rad", "position_2 rad", "effort_2 Nm", "effort_1 Nm")),
         (("t", "elbow_pos", "wrist_1_pos", "elbow_tau", "wrist_1_tau"),
          ("time s", "position_1 rad", "position_2 rad", "effort_1 Nm", "effort_2 Nm")),
     ],
@@ -47,6 +50,30 @@ def taken(table: Table) -> dict[str, str]:
 def test_names_of_many_programs(names: tuple[str, ...], expected: tuple[str, ...]) -> None:
     table = table_of(dict(zip(names, (TIME, ANGLE, ANGLE, SPEED, SPEED), strict=True)))
     assert taken(table) == dict(zip(names, expected, strict=True))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("Torque mNm", "Torque in mNm", "Torque: mNm", "Torque - mNm", "Torque|mNm", "Torque <mNm>", "Torque {mNm}"),
+        *("[mNm] Torque", "torque_mNm", "Torque/mNm", "mNm Torque [mNm]"),
+    ],
+)
+def test_units_are_read_wherever_they_stand_in_a_name(name: str) -> None:
+    assert taken(table_of({"t": TIME, "q": ANGLE, name: SPEED}))[name] == "effort_1 mNm"
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("Torque/%", "%"), ("Torque percent", "percent"), ("torque 0.1%", "0.1%"), ("Torque oz-in", "oz-in"),
+        ("Position turns", "turns"), ("speed rad/s", "rad/s"), ("Torque/N", "N"), ("Torque in N", "N"),
+        ("Torque A", ""), ("torque_N", ""), ("joint 2 angle", ""), ("axis 2 deg", "deg"), ("t_min", ""),
+    ],
+)  # fmt: skip
+def test_letters_and_numbers_of_joints_are_no_units(name: str, unit: str) -> None:
+    found = in_name(name)
+    assert (found.text if found else "") == unit
 
 
 @pytest.mark.parametrize(("scale", "unit"), [(1.0, "s"), (1e3, "ms"), (1e6, "us"), (1e9, "ns")])

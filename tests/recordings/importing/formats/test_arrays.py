@@ -110,6 +110,15 @@ def test_structures_and_tables_within_a_file_are_searched(tmp_path: Path) -> Non
     assert list(read(tmp_path / "a.hdf5").columns) == ["run.log.t", "run.log.q"]
 
 
+def test_units_in_brackets_and_in_attributes_of_any_case_are_read(tmp_path: Path) -> None:
+    parquet.write_table(pyarrow.table({"torque [mNm]": [1.0, 2.0, 3.0]}), tmp_path / "a.parquet")
+    assert read(tmp_path / "a.parquet").units == {"torque [mNm]": "mNm"}
+    with h5py.File(tmp_path / "a.hdf5", "w") as file:
+        file["torque"] = np.zeros(5)
+        file["torque"].attrs["Units"] = "in-lb"
+    assert read(tmp_path / "a.hdf5").units == {"torque": "in-lb"}
+
+
 @pytest.mark.parametrize("name", ARROW)
 def test_columns_of_arrow_files(name: str, tmp_path: Path) -> None:
     columns = {
