@@ -282,6 +282,11 @@ def _check_tree(joints: tuple[UrdfJoint, ...], links: list[str]) -> None:
     roots = [link for link in links if link not in moved]
     if len(roots) != 1:
         raise ValueError(f"urdf: one link that no joint moves expected, {', '.join(roots) or 'none'} found")
+    reached = set(roots)
+    while further := {joint.child for joint in joints if joint.parent in reached} - reached:
+        reached |= further
+    if apart := set(links) - reached:
+        raise ValueError(f"urdf: a tree expected, but the joints of link {min(apart)} lead round in a circle")
 
 
 def _check_numbers(robot: ElementTree.Element) -> None:

@@ -90,7 +90,12 @@ if TYPE_CHECKING:
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers.")
 @click.option("-o", "--out", type=FILE, metavar="FILE", help="Model file.  [default: first FILE's name, .model.json]")
-@click.option("--pictures", type=FILE, metavar="DIR", help="Folder for pictures of torque and convergence.")
+@click.option(
+    "--pictures",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Folder for pictures of torque and convergence.",
+)
 @click.option("--details", is_flag=True, help="Print parameters, Eq. (41), the assessment and tables of errors.")
 @click.option("--force", is_flag=True, help="Replace an existing model, and pictures.")
 @click.option("--json", "as_json", is_flag=True, help="Print the model as one JSON document instead of tables.")
@@ -120,9 +125,9 @@ def command(
     Writes the model beside the first recording. Prints the error of each joint, the noise floor, and
     what comes next; with --details everything that is known of the parameters.
     """
-    out = out or files[0].with_suffix(".model.json")
     inputs = [*files, *([validate] if validate else [])]
     check_readable(*inputs)
+    out = out or files[0].with_suffix(".model.json")
     refuse_existing(out, pictures, force=force, read=inputs)
 
     import ident

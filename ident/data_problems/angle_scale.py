@@ -32,7 +32,7 @@ _AS_GOOD = 1.5
 """The error of a scale that may be the true one, as a multiple of the least: a missing effect shifts the best one."""
 _MOST_LIKELY = 1.2
 """Degrees are more common than gears of nearly that ratio: they are named up to this multiple of the least error."""
-_TOLD = 4.0
+_TOLD = 2.0
 """Ratio of the largest to the least scale that agrees, up to which the torque tells degrees."""
 _MODEL_ERROR = 0.005
 """Addition to the least error, as a share of the torque: no model is exact."""

@@ -107,6 +107,8 @@ def _empty(imported: Imported) -> Iterator[Observation]:
 
 
 def _angle(imported: Imported) -> Iterator[Observation]:
+    if imported.rig.mechanism == "urdf":  # whose limits say more: `ident.data_problems.angle_scale`
+        return
     for joint, column in _columns(imported, "position"):
         column = column[~outliers(column)]
         if imported.rig.joint_types[joint - 1] != "revolute" or not np.isfinite(column).any():

@@ -58,6 +58,11 @@ def test_rig_holds_the_text_and_needs_no_file_afterwards(tmp_path: Path) -> None
             ARM.replace('child link="hand"', 'child link="foot"'),
             "joint wrist: .*among the links .*'foot' found",
         ),
+        (
+            DRIVEN,
+            ARM.replace('parent link="base"', 'parent link="finger"'),
+            "lead round in a circle",
+        ),
         (DRIVEN, ARM.replace('child link="hand"', 'child link="upper"'), "a tree expected, but link upper has two"),
         (DRIVEN, ARM.replace('<link name="base"/>', '<link name="base"/><link name="x"/>'), "base, x found"),
         (DRIVEN, ARM.replace('joint name="grip"', 'joint name="rail"'), "joint rail stands 2 times"),

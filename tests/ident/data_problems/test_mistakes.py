@@ -94,7 +94,7 @@ MISTAKES = {
         effort(lambda tau: tau[:, [1, 0, 2]]), "joint-order", (1, 2), "--map effort_1=effort_2:Nm"
     ),
     "angle within a turn": Mistake(position(wrapped), "angle-wrap", (2,), "--unwrap 2"),
-    "degrees": Mistake(position(np.degrees), "angle-unit", (), "--map position_1=position_1:deg"),
+    "degrees": Mistake(position(np.degrees), "angle-unit", (), "position_1=position_1:deg"),
     "motor angles": Mistake(position(lambda q: 5 * q), "gear-ratio", (), "position_1=position_1:rad/5"),
     "mN m": Mistake(effort(lambda tau: 1000 * tau), "torque-unit", (), "--map 'effort_1=effort_1:Nm*1e-3'"),
     "four cells of five empty": Mistake(
@@ -238,3 +238,20 @@ def test_accepted_problems_are_listed_and_do_not_block() -> None:
     assert (problem.kind, problem.blocks) == ("torque-sign", True)
     with pytest.raises(BadInput, match=r"a kind of data problem expected .*torque-sign.*, 'sign' found"):
         examined([recording], prepared, ["sign"])
+
+
+@pytest.mark.parametrize(
+    ("signal", "what", "remedy"), [("effort", "torques", "effort_1"), ("position", "positions", "position_1")]
+)
+def test_an_arm_tells_which_of_torques_and_positions_are_exchanged(signal: str, what: str, remedy: str) -> None:
+    pytest.importorskip("pinocchio")
+    from tests.ident import arms
+
+    recording = arms.record(arms.urdf(arms.LIFTING))
+    values = getattr(recording, signal)
+    values[:] = values[:, ::-1].copy()
+    (problem,) = problems_of(recording)
+    assert problem.kind == "joint-order"
+    assert problem.why.startswith(f"The {what} of joints 1, 2")
+    assert problem.why.endswith("exchanged 0%.")
+    assert f"--map {remedy}=" in problem.remedy
