@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from daq.hidden_seed import HiddenSeed, hidden_seed
-from recordings.command_line import FileType, say_next
+from recordings.command_line import say_next
 
 if TYPE_CHECKING:
     from daq.bench import Bench
     from recordings.rig import Rig
 
-FILE = FileType()
+FILE = click.Path(path_type=Path)
 
 RIG = click.option("--rig", "rig_file", type=FILE, help="Rig file (TOML). Without it: the simulated rig.")
 RATE = click.option("--rate", type=float, help="Cycles per second [Hz].  [default: the rig's]")

@@ -9,7 +9,7 @@ import click
 
 from ident.basics import plugins
 from ident.basics.model_name import model_stem
-from recordings.command_line import FileType, FiniteRange, NameChoice, refuse_existing, repeated, say_next
+from recordings.command_line import FiniteRange, NameChoice, refuse_existing, repeated, say_next
 from recordings.errors import BadInput
 from recordings.next_command import free_name
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
-FILE = FileType()
+FILE = click.Path(path_type=Path)
 
 
 class PlaceType(click.Path):

@@ -71,24 +71,17 @@ def refuse_together(option: str, *others: str, because: str) -> None:
             raise BadInput(f"either {option} or {other} expected, both found; {because}")
 
 
-class FileType(click.Path):
-    """A path with a name, to which an ending can be given."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        """Return the path; fails for "." and the like."""
-        path = Path(os.fsdecode(super().convert(value, param, ctx)))
-        return path if path.name else self.fail(f"a file expected, the folder '{value}' found; name a file in it")
-
-
 def check_readable(*inputs: Path) -> None:
     """Check that the `inputs` exist, before anything is said about default outputs beside them.
 
     Raises:
-        BadInput: one of them does not exist.
+        BadInput: one of them does not exist, or has no name, such as ".".
     """
     for path in inputs:
         if not path.exists():
             raise BadInput(f"{path} does not exist; check the path")
+        if not path.name:
+            raise BadInput(f"a file expected, the folder '{path}' found; name a file in it")
 
 
 def say_next(*words: object, note: str = "") -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from daq.command_options import FILE, JSON
-from recordings.command_line import refuse_together, say_next
+from recordings.command_line import check_readable, refuse_together, say_next
 from recordings.next_command import free_name
 
 
@@ -27,6 +27,7 @@ def command(file: Path, out: Path | None, in_place: bool, rig_file: Path | None,
     from recordings.rig import load_rig
 
     refuse_together("--out", "--in-place", because="choose one")
+    check_readable(file)
     target = file if in_place else out or file.with_suffix(".recovered.mcap")
     rig = load_rig(rig_file, driven=False) if rig_file else None
     recovered = recover_in_place(file, rig) if in_place else recover(file, target, rig)

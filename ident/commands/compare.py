@@ -49,9 +49,9 @@ def command(
     import ident
     from ident.output.console.residuals import show
 
+    check_readable(model_path, *files)
     model_name = model_stem(model_path.name)
     report = report or (None if as_json else files[0].with_suffix(f".{model_name}.compare.html"))
-    check_readable(model_path, *files)
     refuse_existing(report, force=force, read=(model_path, *files, *effect_files))
     model = ident.load_model(model_path, effect_files=effect_files)
     result = ident.compare(model, files, accept=accept)

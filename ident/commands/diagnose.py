@@ -114,10 +114,10 @@ def command(
     and adds the one that explains most. Repeats this until the residual is noise, or until no effect of the library
     explains the rest.
     """
-    out = (out or files[0].with_suffix(".model.json")) if apply else None
-    report = report or (None if as_json else files[0].with_suffix(".diagnose.html"))
     inputs = [*files, *validate, *([model_path] if model_path else [])]
     check_readable(*inputs)
+    out = (out or files[0].with_suffix(".model.json")) if apply else None
+    report = report or (None if as_json else files[0].with_suffix(".diagnose.html"))
     check_outputs(out, report, learned_curve, proposed, force=force, read=[*inputs, *effect_files])
 
     import ident

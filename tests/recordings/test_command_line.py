@@ -13,7 +13,15 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from recordings.command_line import CommandFolder, FileType, FiniteRange, NameChoice, refuse_existing, repeated, run
+from recordings.command_line import (
+    CommandFolder,
+    FiniteRange,
+    NameChoice,
+    check_readable,
+    refuse_existing,
+    repeated,
+    run,
+)
 from recordings.errors import BadInput, RunFailed
 
 
@@ -119,9 +127,9 @@ def test_finite_range_refuses_nan_and_infinity(text: str) -> None:
 
 @pytest.mark.parametrize("text", [".", "./", "/"])
 def test_a_path_without_a_name_is_no_file(text: str) -> None:
-    with pytest.raises(click.BadParameter, match="a file expected, the folder"):
-        FileType().convert(text, None, None)
-    assert FileType().convert("a/b.mcap", None, None) == Path("a/b.mcap")
+    with pytest.raises(BadInput, match="a file expected, the folder"):
+        check_readable(Path(text))
+    check_readable(Path(__file__))
 
 
 def test_outputs_replace_nothing_that_is_needed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
