@@ -23,8 +23,9 @@ class Part(ConfigSection):
 
     path: str
     """Inside of the folder of all data sets."""
-    use: Literal["train", "validate", "both"]
-    """both: of every second, the first three quarters train and the last one validates."""
+    use: Literal["train", "validate", "both", "begin"]
+    """both: of every second, the first three quarters train and the last one validates; begin: the first 60 % train,
+    the rest validates."""
 
 
 class Claim(ConfigSection):
@@ -50,7 +51,12 @@ class Manifest(ConfigSection):
     get: str
     """How to get it."""
     licence: str
-    joints: tuple[Literal["revolute", "prismatic"], ...]
+    joint_types: tuple[Literal["revolute", "prismatic"], ...] = ("revolute",)
+    """Of single axes."""
+    urdf: str = ""
+    """Of an arm, inside of the folder of all data sets."""
+    joints: tuple[str, ...] = ()
+    """Names in the URDF."""
     parts: tuple[Part, ...]
     columns: dict[str, Column]
     """By their names in the import format."""

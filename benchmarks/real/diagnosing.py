@@ -10,11 +10,14 @@ from benchmarks.real.data_set import Claim, Manifest, Part
 from recordings.csv_table import read_table
 from recordings.errors import BadInput
 from recordings.recording import Floats
+from recordings.rig import Rig
 
 Judgement = Literal["right", "or", "missed", "wrong", "unknown"]
 """or: named beside another effect that the data cannot tell from it. unknown: nobody knows whether it is right."""
 _QUARTER = 0.25
 """Length of the stretches of which every fourth validates [s]."""
+_BEGIN = 0.6
+"""Share of a recording that trains where the rest of it validates."""
 _MEASURED = ("effort", "current", "voltage")
 
 
@@ -26,6 +29,8 @@ class DiagnosedSet:
     document: dict[str, Any] | None
     """Of `ident diagnose`; None if it could not be read."""
     problem: str = ""
+    diagnosis: Any = None
+    """With the models behind the document."""
 
     @property
     def claims(self) -> list[tuple[str, Judgement]]:
@@ -47,7 +52,8 @@ def diagnose(manifest: Manifest, folder: Path, scratch: Path) -> DiagnosedSet:
     import ident
 
     train, validate = _imported(manifest, folder, scratch)
-    return DiagnosedSet(manifest, ident.diagnose(train, validate=validate).as_json())
+    result = ident.diagnose(train, validate=validate)
+    return DiagnosedSet(manifest, result.as_json(), diagnosis=result.diagnosis)
 
 
 def _imported(manifest: Manifest, folder: Path, scratch: Path) -> tuple[list[Path], list[Path]]:
@@ -67,22 +73,35 @@ def _imported(manifest: Manifest, folder: Path, scratch: Path) -> tuple[list[Pat
             )
         columns = {name: table.columns[column.name] * column.factor for name, column in manifest.columns.items()}
         for use, kept in _uses(part, columns["time"]):
-            recording = _record(manifest, columns, kept, scratch / f"{manifest.name}-{len(train)}-{len(validate)}")
+            out = scratch / f"{manifest.name}-{len(train)}-{len(validate)}"
+            recording = _record(_description(manifest, folder), columns, kept, out)
             (train if use == "train" else validate).append(recording)
     return train, validate
 
 
 def _uses(part: Part, time: Floats) -> list[tuple[str, Any]]:
     """Each use of a file with the samples (n,) whose measured torque it may see."""
-    if part.use != "both":
+    elapsed = time - time[0]
+    held_out = {"both": np.floor(elapsed / _QUARTER) % 4 == 3, "begin": elapsed > _BEGIN * elapsed[-1]}.get(part.use)
+    if held_out is None:
         return [(part.use, np.ones(len(time), bool))]
-    held_out = np.floor((time - time[0]) / _QUARTER) % 4 == 3
     return [("train", ~held_out), ("validate", held_out)]
 
 
-def _record(manifest: Manifest, columns: dict[str, Floats], kept: Any, out: Path) -> Path:
+def _description(manifest: Manifest, folder: Path) -> Any:
+    """What the import is told of the machine."""
+    from recordings.importing import Description
+
+    if manifest.urdf:
+        urdf = (folder / manifest.urdf).read_text(encoding="utf-8")
+        return Description(rig=Rig(name=manifest.name, mechanism="urdf", urdf=urdf, joints=manifest.joints))
+    types, torque, gravity = manifest.joint_types, manifest.torque, manifest.gravity
+    return Description(mechanism="axes", joints=types, torque=torque, gravity=gravity)
+
+
+def _record(description: Any, columns: dict[str, Floats], kept: Any, out: Path) -> Path:
     """Import the columns, with gaps in what was measured where it is not `kept`."""
-    from recordings.importing import Description, import_data
+    from recordings.importing import import_data
 
     seen = {
         name: np.where(kept, values, np.nan) if name.startswith(_MEASURED) else values
@@ -90,9 +109,6 @@ def _record(manifest: Manifest, columns: dict[str, Floats], kept: Any, out: Path
     }
     table, recording = out.with_suffix(".csv"), out.with_suffix(".mcap")
     np.savetxt(table, np.stack(list(seen.values()), axis=1), "%.9g", ",", header=",".join(seen), comments="")
-    description = Description(
-        mechanism="axes", joints=manifest.joints, torque=manifest.torque, gravity=manifest.gravity
-    )
     import_data(table, recording, description)
     return recording
 

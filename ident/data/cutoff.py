@@ -121,13 +121,13 @@ def choose_common(recordings: Sequence[Recording]) -> Cutoff:
 def _between_gaps(samples: Samples, chosen: Cutoff) -> Cutoff:
     """The cut-off `chosen`; where gaps leave hardly a row, the one that keeps most rows times bandwidth.
 
-    A cut-off that is given stays, and closes the gaps that it can.
+    It closes the gaps that it can. A cut-off that is given stays.
     """
-    known = samples.known
+    known, closing = samples.known, replace(chosen, gap=_GAP_TIMES_CUTOFF / chosen.hz)
     if _clear_share(known, chosen.hz, samples.rate) >= _MIN_CLEAR:
         return chosen
     if chosen.reason == "given":
-        return replace(chosen, gap=_GAP_TIMES_CUTOFF / chosen.hz)
+        return closing
     gaps = [(gap, (gap.stop - gap.start + 1) / samples.rate) for gap in contiguous_slices(~known)]
 
     def worth(cutoff: Cutoff) -> float:
@@ -137,7 +137,7 @@ def _between_gaps(samples: Samples, chosen: Cutoff) -> Cutoff:
         return cutoff.hz * _clear_share(closed, cutoff.hz, samples.rate)
 
     lower = [Cutoff(_round_down(_GAP_TIMES_CUTOFF / length), "gaps", length) for length in {at for _, at in gaps}]
-    return max([chosen, *(each for each in lower if MIN_CUTOFF <= each.hz < chosen.hz)], key=worth)
+    return max([chosen, closing, *(each for each in lower if MIN_CUTOFF <= each.hz < chosen.hz)], key=worth)
 
 
 def _clear_share(known: Bools, hz: float, rate: float) -> float:

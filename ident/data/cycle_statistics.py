@@ -19,10 +19,12 @@ from ident.data.cycle_differences import cycle_differences
 from ident.data.prepared_recording import PreparedRecording
 from ident.data.samples import Samples
 from ident.data.trends import Trend, clearest_trend
-from recordings.recording import Floats
+from recordings.recording import Bools, Floats
 
 _HALF_WIDTH = 12
 """Half-width of the interpolation filter in rows."""
+_HALF = 0.5
+"""What an interpolated row of ones and zeros exceeds where its nearest row is a one."""
 
 
 @dataclass(frozen=True)
@@ -116,13 +118,19 @@ def _pooled(recordings: Sequence[CycleStatistics]) -> CycleStatistics:
 
 
 def of_residuals(
-    recordings: Sequence[PreparedRecording], residuals: Sequence[Floats]
+    recordings: Sequence[PreparedRecording], residuals: Sequence[Floats], rows: Sequence[Bools] | None = None
 ) -> tuple[CycleStatistics, ...] | None:
-    """Pooled statistics of `residuals` (m, dof), one array for each of `recordings`; None without repeated cycles."""
-    statistics = [
-        of_cycles(by_cycle(prepared, residual)) for prepared, residual in zip(recordings, residuals, strict=True)
-    ]
-    return pooled([recording for recording in statistics if recording])
+    """Pooled statistics of `residuals` (m, dof), one array for each of `recordings`; None without repeated cycles.
+
+    rows: (m, dof) of each recording that count; None: all.
+    """
+    tables = [by_cycle(prepared, residual) for prepared, residual in zip(recordings, residuals, strict=True)]
+    if rows is not None:
+        counted = [
+            by_cycle(prepared, selected.astype(float)) for prepared, selected in zip(recordings, rows, strict=True)
+        ]
+        tables = [np.where(share > _HALF, table, np.nan) for table, share in zip(tables, counted, strict=True)]
+    return pooled([recording for recording in map(of_cycles, tables) if recording])
 
 
 def repeating_share(prepared: PreparedRecording) -> Floats:

@@ -44,15 +44,15 @@ class ChangeScreener(Screener):
         recording = np.repeat(np.arange(len(used)), counts)
         self._changed: Bools = np.repeat(np.array([changed[i] for i in used]), counts)
         columns = [
-            np.where(recording == k, self._regressor[:, entry] * scatter[i, entry], 0.0)
+            np.where(recording == k, self.regressor[:, entry] * scatter[i, entry], 0.0)
             for k, i in enumerate(used)
             for entry in np.flatnonzero(scatter[i] > 0)
         ]
-        self._own_regressor = self._regressor
+        self._own_regressor = self.regressor
         nights = np.column_stack(columns) if columns else np.zeros((len(recording), 0))
-        penalties = np.zeros((len(columns), self._regressor.shape[1])), np.eye(len(columns))
-        self._regressor = np.block([[self._regressor, nights], [*penalties]])
-        self._basis = column_basis(self._regressor)
+        penalties = np.zeros((len(columns), self.regressor.shape[1])), np.eye(len(columns))
+        self.regressor = np.block([[self.regressor, nights], [*penalties]])
+        self._basis = column_basis(self.regressor)
         self.residual = np.concatenate([self.residual, np.zeros(len(columns))])
         rest = self.residual - self._basis @ (self._basis.T @ self.residual)
         self.loss = float(rest @ rest)
@@ -69,7 +69,7 @@ class ChangeScreener(Screener):
     def loss_before(self) -> tuple[float, int]:
         """Weighted sum of squares of the earlier recordings with parameters of their own, and the number of rows."""
         rows = np.concatenate([~self._changed, np.ones(len(self.residual) - len(self._changed), bool)])
-        basis, residual = column_basis(self._regressor[rows]), self.residual[rows]
+        basis, residual = column_basis(self.regressor[rows]), self.residual[rows]
         rest = residual - basis @ (basis.T @ residual)
         return float(rest @ rest), int((~self._changed).sum())
 

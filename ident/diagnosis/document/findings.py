@@ -16,6 +16,7 @@ from ident.diagnosis.document.document import (
     joint_numbers,
 )
 from ident.diagnosis.judge.judge import Rejection, RejectionStatus, evidence_of
+from ident.diagnosis.judge.paying_joints import own_joints
 from ident.diagnosis.ripple.ripple import EFFECT, Ripple
 from ident.diagnosis.search.selection import Finding
 from ident.dynamics.effects.library import names as built_in
@@ -73,18 +74,18 @@ def _found(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
 
 
 def _part(diagnosis: Diagnosis, finding: Finding) -> tuple[float, tuple[float, float]]:
-    """Part of a finding in the fall of the held-out excess from the first model to the last, and its interval.
+    """Part of a finding in the fall of its joints' held-out excess from the first model to the last; its interval.
 
-    The fall is divided in proportion to what leaving out each effect alone would add to the mean square.
+    The fall is divided in proportion to what leaving out each effect alone would add to the mean square there.
     """
-    steps, first = diagnosis.selection.steps, diagnosis.selection.steps[0].model
+    steps, first, joints = diagnosis.selection.steps, diagnosis.selection.steps[0].model, own_joints(finding.term)
     added = [
-        (each.term.name, max(each.improvement.reduction, 0.0))
+        (each.term.name, max(each.after.improvement_over(each.before, joints=joints).reduction, 0.0))
         for each in diagnosis.selection.findings
         if each.term.name not in first.names
     ]
     own, total = sum(loss for name, loss in added if name == finding.term.name), sum(loss for _, loss in added)
-    fall = steps[-1].model.improvement_over(first, compared=finding.compared)
+    fall = steps[-1].model.improvement_over(first, compared=finding.compared, joints=joints)
     part = own / total if total else 0.0
     return part * fall.share, (part * fall.interval[0], part * fall.interval[1])
 

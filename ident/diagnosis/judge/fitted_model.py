@@ -116,17 +116,21 @@ class FittedModel:
         return FittedModel(split, split.fit(self.solution.structure, self.solution.x))
 
     def improvement_over(
-        self, before: "FittedModel", rows: Sequence[Bools] | None = None, compared: int = 1
+        self,
+        before: "FittedModel",
+        rows: Sequence[Bools] | None = None,
+        compared: int = 1,
+        joints: Sequence[int] | None = None,
     ) -> Improvement:
         """Improvement over the model `before`, on held-out rows or on `rows` (m, dof) of each recording.
 
-        compared: number of models among which those rows chose this one.
+        compared: number of models among which those rows chose this one; joints: as in `Blocks.improvement`.
         """
-        return self._blocks_over(before, self.split.test if rows is None else rows).improvement(compared)
+        return self.blocks_over(before, rows).improvement(compared, joints)
 
-    def improvement_in_turn(self, before: "FittedModel") -> Improvement | None:
+    def improvement_in_turn(self, before: "FittedModel", joints: Sequence[int] | None = None) -> Improvement | None:
         """Improvement over the model `before` with each row held out once; None unless it improves both times."""
-        held_out = self._blocks_over(before, self.split.test)
+        held_out = self.blocks_over(before)
         judged = [
             rows & np.isfinite(new + old)
             for rows, new, old in zip(self.split.train, self.judged_residuals, before.judged_residuals, strict=True)
@@ -134,11 +138,14 @@ class FittedModel:
         other_way = Blocks.of(
             self.split, before.turned.residuals, self.turned.residuals, self.noise_floor.certain, judged
         )
-        improves = all(
-            not half.is_small and half.reduction > 0 for half in map(Blocks.improvement, (held_out, other_way))
-        )
-        return (held_out + other_way).improvement() if improves else None
+        halves = [half.improvement(joints=joints) for half in (held_out, other_way)]
+        improves = all(not half.is_small and half.reduction > 0 for half in halves)
+        return (held_out + other_way).improvement(joints=joints) if improves else None
 
-    def _blocks_over(self, before: "FittedModel", rows: Sequence[Bools]) -> Blocks:
-        """Blocks of the `rows` that both models can judge: the others tell nothing about the effect."""
+    def blocks_over(self, before: "FittedModel", rows: Sequence[Bools] | None = None) -> Blocks:
+        """Blocks of the held-out rows, or of `rows` (m, dof), that both models can judge.
+
+        The others tell nothing about the effect.
+        """
+        rows = self.split.test if rows is None else rows
         return Blocks.of(self.split, before.judged_residuals, self.judged_residuals, self.noise_floor.certain, rows)

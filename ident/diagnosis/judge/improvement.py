@@ -11,6 +11,8 @@ from recordings.recording import Bools, Floats, Ints
 
 MIN_T = 3.5
 """Student's t that confirms an improvement on held-out rows; it is high because many models are tried."""
+NONZERO_T = 1.96
+"""Student's t above which the 95 % interval of an improvement does not hold zero."""
 MIN_SHARE = 0.1
 """Share of the mean square above the noise floor that an effect must take: with much data, trifles are
 significant."""
@@ -40,6 +42,11 @@ class Improvement:
         return excess <= 0 or self.reduction < MIN_SHARE * excess
 
     @property
+    def pays(self) -> bool:
+        """Whether it is of the minimum size, and more than nothing: what one joint of several has to show."""
+        return not self.is_small and self.t > NONZERO_T
+
+    @property
     def is_supported(self) -> bool:
         """Whether the rows confirm it."""
         return self.t > MIN_T
@@ -47,12 +54,16 @@ class Improvement:
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """Mean squares (b,) of independent blocks of rows, in units of the squared noise floor."""
+    """Sums of squares (b, dof) of independent blocks of rows [(N m)^2]."""
 
     before: Floats
     after: Floats
     change: Floats
     """Of what the second model changes: where both models agree, a block tells nothing."""
+    count: Floats
+    """(b, dof) number of rows."""
+    floor: Floats
+    """(dof,) squared noise floor [(N m)^2]."""
 
     @classmethod
     def of(
@@ -60,54 +71,75 @@ class Blocks:
     ) -> "Blocks":
         """Those of the residuals (m, dof) of every recording `before` and `after`, in the `rows` (m, dof).
 
-        Each joint is weighted by its squared noise `floor` (dof,) [N m], so that noise counts the same in all joints.
+        floor: (dof,) noise floor [N m].
         """
-        scale = np.maximum(floor, TINY)
         # An effect may be undefined in more rows than the model without it: compare where both are defined.
         rows = [
             scored & np.isfinite(old) & np.isfinite(new) for scored, old, new in zip(rows, before, after, strict=True)
         ]
         change = [old - new for old, new in zip(before, after, strict=True)]
-        return cls(*(_block_means(split, residuals, scale, rows) for residuals in (before, after, change)))
+        squares = (
+            [np.where(r, x**2, 0.0) for r, x in zip(rows, each, strict=True)] for each in (before, after, change)
+        )
+        sums = [_block_sums(split, rows, each) for each in (*squares, [selected.astype(float) for selected in rows])]
+        return cls(sums[0], sums[1], sums[2], sums[3], np.maximum(floor, TINY) ** 2)
 
     def __add__(self, other: "Blocks") -> "Blocks":
         """The blocks of both."""
-        return Blocks(
-            np.concatenate([self.before, other.before]),
-            np.concatenate([self.after, other.after]),
-            np.concatenate([self.change, other.change]),
-        )
+        sums = {name: np.concatenate([own, vars(other)[name]]) for name, own in vars(self).items() if name != "floor"}
+        return replace(self, **sums)
 
-    def improvement(self, compared: int = 1) -> Improvement:
-        """The improvement over all blocks.
+    @property
+    def scale(self) -> Floats:
+        """(dof,) mean square by which each joint counts: its own excess above the noise floor, or at least the floor.
+
+        So none makes the others negligible.
+        """
+        return np.maximum(self.before.sum(axis=0) / np.maximum(self.count.sum(axis=0), 1.0) - self.floor, self.floor)
+
+    def improvement(self, compared: int = 1, joints: Sequence[int] | None = None) -> Improvement:
+        """The improvement over all blocks, on `joints` (from 0); None: on those on which the models differ.
 
         compared: number of models among which these rows chose the second one. By Bonferroni's inequality, the
         intervals of all of them together hold the true shares in 95 % of cases, and so the interval of the chosen one
         does.
         """
-        return improvement_of_blocks(self.before, self.after, 1.0, compared, self.change)
+        scale = self.scale
+        if joints is None:
+            changed = self.change.sum(axis=0) / np.maximum(self.count.sum(axis=0), 1.0) / scale
+            joints = np.flatnonzero(changed >= MIN_SHARE * changed.max()).tolist()
+        chosen = list(joints)
+        rows = self.count[:, chosen].sum(axis=1)
+        known = rows > 0
+        before, after, change, noise = (
+            (sums[:, chosen] / scale[chosen]).sum(axis=1)[known] / rows[known].mean()
+            for sums in (self.before, self.after, self.change, self.count * self.floor)
+        )
+        return improvement_of_blocks(before, after, noise, compared, change)
 
 
 def improvement_of_blocks(
-    before: Floats, after: Floats, noise: float = 0.0, compared: int = 1, change: Floats | None = None
+    before: Floats, after: Floats, noise: Floats | None = None, compared: int = 1, change: Floats | None = None
 ) -> Improvement:
     """The improvement from the mean squares `before` to those `after` (b,) of independent blocks.
 
-    noise: mean square of the noise floor in the same unit; compared: as in `Blocks.improvement`; change: mean
-    squares (b,) of what the second model changes; None: the same in all blocks.
+    noise: (b,) mean squares of the noise floor in the same unit; None: what is left is no noise, and the unit is that
+    of the squares; compared: as in `Blocks.improvement`; change: mean squares (b,) of what the second model changes;
+    None: the same in all blocks.
     """
     difference = before - after
     reduction = np.where(np.abs(difference) > TINY * before, difference, 0.0)
     if len(reduction) <= 2:
         return Improvement(0.0, (0.0, 0.0), 0.0, 0.0, 0.0)
-    excess = before - noise
+    excess = before if noise is None else before - noise
+    unit = 1.0 if noise is None else float(noise.mean())
     share = float(np.clip(reduction.mean() / excess.mean(), -1.0, 1.0)) if excess.mean() > 0 else 0.0
     improvement = Improvement(
         share,
         _ratio_interval(reduction, excess, 1 - (1 - LEVEL) / compared),
         _standard_score(reduction, change),
-        float(reduction.mean()),
-        float(after.mean()) - noise,
+        float(reduction.mean()) / unit,
+        float((excess - difference).mean()) / unit,
     )
     if improvement.is_small:
         return improvement
@@ -157,25 +189,17 @@ def _ratio_interval(numerator: Floats, denominator: Floats, level: float) -> tup
     return float(low), float(high)
 
 
-def block_counts(split: SplitData, rows: Sequence[Bools]) -> list[tuple[Ints, Floats]]:
-    """Number of the block of BLOCK_SECONDS of each row (m,), and the count (b,) of `rows` (m, dof) of every block."""
-    blocks = [np.floor(prepared.time / BLOCK_SECONDS).astype(int) for prepared in split.recordings]
-    return [
-        (block, np.bincount(block, selected.sum(axis=1)).astype(float))
-        for block, selected in zip(blocks, rows, strict=True)
-    ]
-
-
 def block_means(blocks: Ints, values: Floats) -> Floats:
     """(b,) means of the `values` (n,) over each of the `blocks` (n,) that has any."""
     count = np.bincount(blocks)
     return np.bincount(blocks, values)[count > 0] / count[count > 0]
 
 
-def _block_means(split: SplitData, residuals: Sequence[Floats], scale: Floats, rows: Sequence[Bools]) -> Floats:
-    """(b,) mean squares of `rows`, in units of the squared noise floor, over blocks of BLOCK_SECONDS."""
-    means = []
-    for (block, count), selected, residual in zip(block_counts(split, rows), rows, residuals, strict=True):
-        squares = np.where(selected, (residual / scale) ** 2, 0.0).sum(axis=1)
-        means.append(np.bincount(block, squares)[count > 0] / count[count > 0])
-    return np.concatenate(means)
+def _block_sums(split: SplitData, rows: Sequence[Bools], values: Sequence[Floats]) -> Floats:
+    """(b, dof) sums of the `values` (m, dof) of every recording over blocks of BLOCK_SECONDS that have `rows`."""
+    sums = []
+    for prepared, selected, each in zip(split.recordings, rows, values, strict=True):
+        block = np.floor(prepared.time / BLOCK_SECONDS).astype(int)
+        known = np.bincount(block, selected.any(axis=1)) > 0
+        sums.append(np.stack([np.bincount(block, column)[known] for column in each.T], axis=1))
+    return np.concatenate(sums)

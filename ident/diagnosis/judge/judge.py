@@ -9,6 +9,7 @@ import numpy as np
 
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_SHARE, MIN_T, Improvement
+from ident.diagnosis.judge.paying_joints import own_joints, paying_joints
 from ident.diagnosis.judge.price import is_significant
 from ident.diagnosis.judge.rules import OF_INTERVALS, OF_VALUES, objection
 from ident.diagnosis.split.split_data import rms
@@ -76,23 +77,31 @@ def judge(before: FittedModel, after: FittedModel, index: int, compared: int = 1
     compared: number of models among which the held-out rows chose this one; the interval allows for it.
     """
     index %= len(after.terms)
-    improvement, t = after.improvement_over(before, compared=compared), None
+    term, own = after.terms[index], own_joints(after.terms[index])
+    improvement, t = after.improvement_over(before, compared=compared, joints=own), None
 
     def judgement(decided_by: str, reason: str = "", refuted: bool = False) -> Judgement:
         return Judgement(not reason, evidence_of(improvement, decided_by, t), reason, refuted)
 
     if found := objection(OF_VALUES, before, after, index):
         return judgement(*found, refuted=True)
-    if not _shows_in_training(before, after, after.terms[index].joints):
+    if not _shows_in_training(before, after, term.joints):
         return judgement("training", "the rows of the fit show no more of it than chance would")
     if improvement.is_small:
         reason = f"that is less than {MIN_SHARE:.0%}: a trifle beside what else is missing"
         return judgement("size", reason, refuted=improvement.interval[1] < MIN_SHARE)
     if not improvement.is_supported:  # with each row held out in turn, the same recordings may have the power
-        in_turn = after.improvement_in_turn(before) if improvement.t > MIN_T / 2 else None
+        in_turn = after.improvement_in_turn(before, own) if improvement.t > MIN_T / 2 else None
         t = max(improvement.t, in_turn.t) if in_turn else improvement.t
         if t <= MIN_T:
             return judgement("held-out", f"held-out data do not confirm it: t is {t:.1f} where {MIN_T} is required")
+    if idle := {*term.joints}.difference(paying_joints(before, after, index)):
+        return judgement(
+            "joints", f"joint {min(idle) + 1} gains less than {MIN_SHARE:.0%} by it, or nothing for certain"
+        )
+    everywhere = after.improvement_over(before, joints=range(len(after.noise_floor.rms)))
+    if everywhere.reduction <= 0:
+        return judgement("joints", "the other joints lose more by it than its own gain")
     if found := objection(OF_INTERVALS, before, after, index):
         return judgement(*found)
     return judgement("held-out")

@@ -106,7 +106,8 @@ class BestFirst:
             missing = tuple(joint for joint in joints if joint in possible and joint not in term.joints)
             if missing and not (term.effect.whole_robot or term.effect.repeated):
                 for added in sorted({*((joint,) for joint in missing), missing}):
-                    yield self._fits.on_joints(model, index, sorted((*term.joints, *added)))
+                    wider = self._fits.on_joints(model, index, sorted((*term.joints, *added)))
+                    yield self._on_paying_joints(wider, index)
 
     def _smaller(self, model: FittedModel) -> Iterator[FittedModel]:
         """Models with one effect, or one joint of an effect, less, where it is worth less than its parameters.
@@ -138,14 +139,26 @@ class BestFirst:
             )
 
     def _answer(self) -> State:
-        """The best model in which every effect is accepted; one without the weakest that is not, is one, too."""
+        """The best model in which every effect is accepted; one without the weakest that is not, is one, too.
+
+        An effect that pays on some of its joints alone is judged there.
+        """
         refused: set[Names] = set()
         while True:
             state = next(each for each in self._ranked() if each.names not in refused)
-            if (index := self._refused_effect(state.model)) is None:
+            model = state.model
+            if (index := self._refused_effect(model)) is None:
                 return state
+            if (moved := self._on_paying_joints(model, index)) is not model:
+                del self._states[key_of(model.solution.structure)]
+                self._insert(moved)
+                continue
             refused.add(state.names)
-            self._insert(self._fits.without_effect(state.model, index))
+            self._insert(self._fits.without_effect(model, index))
+
+    def _on_paying_joints(self, model: FittedModel, index: int) -> FittedModel:
+        """`model` with its effect number `index` where it pays beside all others."""
+        return self._fits.on_paying_joints(self._fits.without_effect(model, index), model, index)
 
     def _refused_effect(self, model: FittedModel) -> int | None:
         """Number of the weakest effect of `model` that the judge does not accept beside all the others."""

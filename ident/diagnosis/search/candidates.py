@@ -10,8 +10,10 @@ import numpy as np
 
 from ident.basics.threads import in_threads
 from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.paying_joints import paying_joints
 from ident.diagnosis.judge.price import is_significant
 from ident.diagnosis.judge.rules.limits import plausible_joints
+from ident.diagnosis.judge.rules.mechanism import driven_joints
 from ident.diagnosis.search.screening import Candidate, ColumnsKey, Screener, Screening
 from ident.diagnosis.search.selection import WIDTH
 from ident.diagnosis.split.split_data import SplitData
@@ -84,6 +86,15 @@ class Fits:
         start = np.concatenate([x[: entries[0]], values, shapes, x[entries[-1] + 1 :]])
         return self.fit(replace(structure, terms=terms), start)
 
+    def on_paying_joints(self, before: FittedModel, after: FittedModel, index: int) -> FittedModel:
+        """`after` with its effect number `index`, which `before` lacks, where it pays; `after` if it pays nowhere."""
+        moved = after
+        while (joints := paying_joints(before, moved, index)) != moved.terms[index].joints:
+            if not joints:
+                return after
+            moved = self.on_joints(moved, index, joints)
+        return moved
+
 
 def added_term(before: FittedModel, after: FittedModel) -> int:
     """Number of the effect that `after` has in addition to, or on other joints than, the model `before`."""
@@ -145,7 +156,8 @@ class Candidates:
         """Add the `candidate` to `model` and refit all parameters; done once."""
         key = key_of(model.solution.structure), candidate
         if key not in self._added:
-            self._added[key] = self.fits.best(self._on_possible_joints(self._best_fit(model, candidate)))
+            possible = self._on_possible_joints(self._best_fit(model, candidate))
+            self._added[key] = self.fits.on_paying_joints(model, self.fits.best(possible), len(possible.terms) - 1)
         return self._added[key]
 
     def is_significant(self, model: FittedModel, candidate: Candidate) -> bool:
@@ -175,9 +187,10 @@ class Candidates:
         return FittedModel(self.split, self.split.at(structure, np.concatenate([model.solution.x, *values])))
 
     def _on_possible_joints(self, model: FittedModel) -> FittedModel:
-        """`model` without the joints on which the coefficients of the last effect are not plausible."""
+        """`model` without the joints on which the last effect is not plausible, or friction beside it is not."""
         index, term = len(model.terms) - 1, model.terms[-1]
-        joints = plausible_joints(model, index)
+        driven = driven_joints(model, index)
+        joints = tuple(joint for joint in plausible_joints(model, index) if joint not in driven)
         if term.effect.whole_robot or joints in ((), term.joints):
             return model
         return self.fits.on_joints(model, index, joints)

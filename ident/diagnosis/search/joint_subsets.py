@@ -2,15 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain, combinations
 
 import numpy as np
 
 from ident.basics.statistics import nonzero
 from recordings.recording import Floats, Ints
 
-_MAX_SUBSET_JOINTS = 4
-"""Up to this number of joints, all subsets are tried."""
 MIN_JOINT_SHARE = 0.03
 """A joint must add this share of the reduction to be included."""
 
@@ -57,14 +54,15 @@ class Products:
 
 
 def choose_joints(products: Products, instances: Sequence[int]) -> tuple[tuple[int, ...], float, Floats] | None:
-    """The smallest subset of `instances` to which no further joint would add much; None if each has a wrong sign.
+    """The best of the `instances`, then whichever adds most to them, as long as it adds much; None if none can be.
 
-    Returns it with the reduction of the loss and the coefficients (len(subset) * c,) of its columns.
+    Returns them with the reduction of the loss and the coefficients (len(subset) * c,) of their columns.
     """
-    few = len(instances) <= _MAX_SUBSET_JOINTS  # of many, each alone and all together
-    sizes = range(1, len(instances) + 1) if few else (1, len(instances))
-    subsets = chain.from_iterable(combinations(instances, size) for size in sizes)
-    tried = [(subset, *products.reduction(subset)) for subset in subsets]
-    possible = [each for each in tried if each[1] > 0]
-    price = MIN_JOINT_SHARE * max((reduction for _, reduction, _ in possible), default=0.0)
-    return min(possible, key=lambda each: price * len(each[0]) - each[1], default=None)
+    chosen: tuple[tuple[int, ...], float, Floats] | None = None
+    while True:
+        subset, reduction = ((), 0.0) if chosen is None else chosen[:2]
+        tried = [tuple(sorted((*subset, each))) for each in instances if each not in subset]
+        best = max(((each, *products.reduction(each)) for each in tried), key=lambda each: each[1], default=None)
+        if best is None or best[1] - reduction <= MIN_JOINT_SHARE * max(best[1], 0.0):
+            return chosen
+        chosen = best

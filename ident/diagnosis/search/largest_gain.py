@@ -4,46 +4,73 @@ from dataclasses import replace
 
 import numpy as np
 
+from ident.basics.statistics import nonzero
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.judge.improvement import block_counts
+from ident.diagnosis.judge.paying_joints import own_joints
 from ident.diagnosis.search.screening import MIN_EXCITATION, Candidate, Screener, initial_guesses
 from ident.diagnosis.split.split_data import TINY
 from ident.dynamics.structure import Term
+from recordings.recording import Bools, Floats, Ints
+
+_COLLINEAR = 1e-9
+"""Eigenvalues below this share of the largest belong to sums of columns that are zero."""
 
 
 class LargestGain:
-    """The held-out rows of a model, weighted as the judge compares them."""
+    """The held-out rows of a model, weighted as the judge compares them: each joint by its own excess."""
 
     def __init__(self, model: FittedModel) -> None:
-        split, floor = model.split.turned, np.maximum(model.noise_floor.certain, TINY)
+        blocks, turned = model.blocks_over(model), model.split.turned
+        self._structure, solution = model.solution.structure, model.solution
         rows = tuple(
             held_out & np.isfinite(residual)
-            for held_out, residual in zip(split.train, model.judged_residuals, strict=True)
+            for held_out, residual in zip(turned.train, model.judged_residuals, strict=True)
         )
-        counts = block_counts(split, rows)
-        self._blocks = sum(int((count > 0).sum()) for _, count in counts)
-        weights = tuple(
-            selected / floor / np.sqrt(np.maximum(count[block], 1.0))[:, None]
-            for selected, (block, count) in zip(rows, counts, strict=True)
-        )
-        self._rig = model.solution.structure.rig
-        split = replace(split, train=rows, weights=weights)
-        self._screener = Screener(split, split.at(model.solution.structure, model.solution.x))
-        self._rest = self._screener.orthogonal(self._screener.residual[:, None])[:, 0]
+        weights = tuple(selected / np.sqrt(blocks.scale) for selected in rows)
+        turned = replace(turned, train=rows, weights=weights)
+        self._noise = blocks.count.sum(axis=0) * blocks.floor / blocks.scale
+        self._fitted = Screener(model.split, solution)
+        self._held_out = Screener(turned, turned.at(self._structure, solution.x))
+        self._joint: Ints = np.concatenate([np.nonzero(rows[i])[1] for i in turned.train_indices])
 
     def of(self, candidate: Candidate) -> float:
         """Upper bound, 0 to 1, of the share of the excess above the noise floor that the `candidate` could explain.
 
-        It holds on whichever joints, and for every sum of the effect at the shapes of the `candidate` and at those
-        that its effect declares: for the shapes between them, too, as far as their columns are such sums.
+        It is that of the joint of which it could explain most, or of all together where it does not act on joints
+        alone. It holds for every sum of the effect at the shapes of the `candidate` and at those that its effect
+        declares, beside the model as it is refitted: for the shapes between them, too, as far as their columns are
+        such sums.
         """
-        everywhere = Term.on_all_joints(candidate.term.name, candidate.term.effect, self._rig)
+        everywhere = Term.on_all_joints(candidate.term.name, candidate.term.effect, self._structure.rig)
         declared = [(everywhere, *guess) for guess in initial_guesses(everywhere, suggestions=())]
         tried = [(candidate.term, candidate.scale, candidate.shapes), *declared]
-        columns = np.hstack([self._screener.columns(*each) for each in tried])
-        size = np.sqrt((columns**2).sum(axis=0))
-        outside = self._screener.orthogonal(columns / np.maximum(size, TINY))
-        along = outside.T @ self._rest
-        explained = float(along @ np.linalg.pinv(outside.T @ outside, MIN_EXCITATION**2, hermitian=True) @ along)
-        refitted = self._screener.loss - float(self._rest @ self._rest)  # beside it, the model fits other values
-        return float(np.clip((refitted + explained) / max(self._screener.loss - self._blocks, TINY), 0.0, 1.0))
+        replaced = self._fitted.replaced(everywhere)
+        columns, held_out = (
+            np.hstack([*(each.columns(*guess) for guess in tried), each.regressor[:, replaced]])
+            for each in (self._fitted, self._held_out)
+        )
+        kept = np.delete(np.arange(self._fitted.regressor.shape[1]), replaced)
+        model = _least_squares(self._fitted.regressor[:, kept], columns)
+        held_out -= self._held_out.regressor[:, kept] @ model  # with the effect, the model's own parameters move
+        if own_joints(candidate.term) is None:
+            return self._share(held_out, np.ones(len(held_out), bool), float(self._noise.sum()))
+        joints = [(self._joint == joint, float(noise)) for joint, noise in enumerate(self._noise)]
+        return max(self._share(held_out, *each) for each in joints)
+
+    def _share(self, columns: Floats, rows: Bools, noise: float) -> float:
+        """Share of the excess of the `rows` (r,) that sums of the `columns` (r, c) explain."""
+        columns, residual = columns[rows], self._held_out.residual[rows]
+        excess = float(residual @ residual) - noise
+        columns = columns / nonzero(np.sqrt((columns**2).sum(axis=0)))
+        along = columns.T @ residual
+        explained = float(along @ np.linalg.pinv(columns.T @ columns, MIN_EXCITATION**2, hermitian=True) @ along)
+        return float(np.clip(explained / max(excess, TINY), 0.0, 1.0))
+
+
+def _least_squares(regressor: Floats, targets: Floats) -> Floats:
+    """(K, c) coefficients of the `regressor` (r, K) for each of the `targets` (r, c)."""
+    size = nonzero(np.sqrt((regressor**2).sum(axis=0)))
+    scaled = regressor / size
+    inverse = np.linalg.pinv(scaled.T @ scaled, _COLLINEAR, hermitian=True)
+    coefficients: Floats = inverse @ (scaled.T @ targets) / size[:, None]
+    return coefficients

@@ -93,8 +93,8 @@ class Screener:
     ) -> None:
         """`known`: columns of signal effects beside other models of the same data, which hardly differ from them."""
         self._solution, self._known = solution, {} if known is None else known
-        self._regressor, self.residual = solution.rows()
-        self._basis = column_basis(self._regressor)
+        self.regressor, self.residual = solution.rows()
+        self._basis = column_basis(self.regressor)
         self.loss = solution.loss
         self.residuals = solution.residuals
         self._predictors = split.train_predictors
@@ -182,15 +182,19 @@ class Screener:
         loss, term = max(self.loss - reduction, 0.0), everywhere if effect.whole_robot else on_subset
         return Candidate(term, tuple(guesses), loss, coefficients, scale, shapes)
 
+    def replaced(self, term: Term) -> list[int]:
+        """Columns of the model in whose place the `term` stands."""
+        names = [parameter.name for parameter in self._solution.structure.parameters]
+        return [names.index(f"{term.effect.replaces}{joint + 1}") for joint in term.joints if term.effect.replaces]
+
     def _products(self, term: Term, columns: Floats) -> Products:
         """Products of the `columns` (r, instances * c) of the `term`, and of those in whose place it stands."""
-        basis, target, names = self._basis, self.residual, [e.name for e in self._solution.structure.parameters]
-        replaced = [names.index(f"{term.effect.replaces}{j + 1}") for j in term.joints if term.effect.replaces]
+        basis, target, replaced = self._basis, self.residual, self.replaced(term)
         if replaced:
-            basis = column_basis(np.delete(self._regressor, replaced, axis=1))
-            target = target + self._regressor[:, replaced] @ self._solution.x[replaced]
+            basis = column_basis(np.delete(self.regressor, replaced, axis=1))
+            target = target + self.regressor[:, replaced] @ self._solution.x[replaced]
             target = _outside(basis, target[:, None])[:, 0]
-        both = _outside(basis, np.concatenate([columns, self._regressor[:, replaced]], axis=1))
+        both = _outside(basis, np.concatenate([columns, self.regressor[:, replaced]], axis=1))
         return Products(
             both.T @ both,
             both.T @ target,

@@ -8,6 +8,7 @@ from typing import Literal
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import Improvement
 from ident.diagnosis.judge.judge import Judgement, Rejection
+from ident.diagnosis.judge.paying_joints import own_joints
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.structure import Term
 
@@ -47,7 +48,7 @@ class Finding:
     @cached_property
     def improvement(self) -> Improvement:
         """On the held-out rows, by the effect."""
-        return self.after.improvement_over(self.before, compared=self.compared)
+        return self.after.improvement_over(self.before, compared=self.compared, joints=own_joints(self.term))
 
 
 @dataclass(frozen=True, eq=False)

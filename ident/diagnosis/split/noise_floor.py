@@ -97,26 +97,27 @@ class NoiseFloor:
 
 def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequence[Floats]) -> NoiseFloor:
     """The noise floor under the `residuals` (m, dof) of a `solution`."""
-    statistics = cycle_statistics.of_residuals(split.recordings, residuals)
+    scored = split.floor_rows
+    statistics = cycle_statistics.of_residuals(split.recordings, residuals, scored)
     vibrations = strongest_lines(split.recordings, residuals)
     if statistics:
         level = np.array([statistic.noise_rms for statistic in statistics])
         vibrating = [line.mean_square if line else 0.0 for line in vibrations]
         level = np.sqrt(np.maximum(level**2 - vibrating, (_MIN_NOISE_SHARE * level) ** 2))
     else:
-        level = _level_above_the_signal(split, residuals)
+        level = _level_above_the_signal(split, residuals, scored)
     trends = [each.trend if each.trend and each.trend.significant else None for each in statistics or ()]
     fixed, refitted = _perturbation_torque(split, solution)
     mean_squares = in_threads(
         partial(_encoder_mean_square, solution),
         split.predictors,
         split.perturbed,
-        split.scored,
+        scored,
         split.repeating_share,
         fixed,
         refitted,
     )
-    drives = in_threads(partial(_drive_mean_square, solution), split.predictors)
+    drives = in_threads(partial(_drive_mean_square, solution), split.predictors, scored)
     return NoiseFloor(
         level,
         np.sqrt(np.mean(mean_squares, axis=0) + np.mean(drives, axis=0)),
@@ -127,7 +128,7 @@ def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequen
     )
 
 
-def _level_above_the_signal(split: SplitData, residuals: Sequence[Floats]) -> Floats:
+def _level_above_the_signal(split: SplitData, residuals: Sequence[Floats], scored: Sequence[Bools]) -> Floats:
     """(dof,) RMS of the torque noise [N m] if the noise above the bandwidth of the analysis is white."""
     noise_models = noise.estimate(split.recordings, residuals)
     std = [
@@ -137,7 +138,7 @@ def _level_above_the_signal(split: SplitData, residuals: Sequence[Floats]) -> Fl
         )
         for data in split.recordings
     ]
-    return rms(std, [predictor.prepared.usable for predictor in split.predictors])
+    return rms(std, scored)
 
 
 def _perturbation_torque(split: SplitData, solution: Solution) -> tuple[list[Floats], list[Floats]]:
@@ -165,8 +166,10 @@ def _encoder_mean_square(
 ) -> Floats:
     """(dof,) mean square [(N m)^2] of the repeating torque error due to encoder quantization.
 
-    Some effects amplify the error of the mechanism alone. The ratio is estimated from the `scored` rows (m, dof) with
-    clipped values, because an amplifier near its limit amplifies without bound.
+    Some effects amplify the error of the mechanism alone. The ratio is estimated from clipped values, because an
+    amplifier near its limit amplifies without bound.
+
+    scored: (m, dof) rows that count.
 
     perturbed: the same recording with perturbed encoder readings.
 
@@ -174,25 +177,24 @@ def _encoder_mean_square(
     """
     prepared, structure, x = predictor.prepared, solution.structure, solution.x
     difference = perturbed.unfiltered(structure, x) - predictor.unfiltered(structure, x)
-    scored = np.where(scored.any(axis=0), scored, prepared.usable)  # a joint may stand still in this recording
     full, mechanism = (
         _clipped_mean_square(np.where(scored, torque, np.nan)) for torque in (prepared.condition(difference), fixed)
     )
     amplification = np.maximum(full / np.maximum(mechanism, TINY**2), 1.0)
-    expected: Floats = np.nanmean(np.where(prepared.usable, refitted, np.nan) ** 2, axis=0) * amplification
+    expected: Floats = np.nanmean(np.where(scored, refitted, np.nan) ** 2, axis=0) * amplification
     if len(difference) != len(prepared.samples.position):  # a mean cycle: the repeating share is unknown
         return expected
     return expected * repeating * _loop_amplification(predictor, solution, difference, repeating)
 
 
-def _drive_mean_square(solution: Solution, predictor: TorquePredictor) -> Floats:
-    """(dof,) mean square [(N m)^2] of the repeating torque error due to the steps of the drives' signal."""
+def _drive_mean_square(solution: Solution, predictor: TorquePredictor, scored: Bools) -> Floats:
+    """(dof,) mean square [(N m)^2] of the repeating torque error in `scored` rows due to the drives' signal."""
     prepared = predictor.prepared
     errors = drive_errors(prepared, predictor.unfiltered(solution.structure, solution.x))
     products = [first * second for first, second in errors]
     if not products:
         return np.zeros(prepared.torque.shape[1])
-    together: Floats = np.nanmean(np.where(prepared.usable, products, np.nan), axis=(0, 1))
+    together: Floats = np.nanmean(np.where(scored, products, np.nan), axis=(0, 1))
     return np.maximum(together, 0.0)
 
 

@@ -68,11 +68,23 @@ class SplitData:
         """(m, dof) of each recording: training rows and test rows."""
         return tuple(train | test for train, test in zip(self.train, self.test, strict=True))
 
+    @property
+    def floor_rows(self) -> tuple[Bools, ...]:
+        """(m, dof) rows that tell the noise floor: those that are scored, or all of a joint of which none is."""
+        pairs = zip(self.scored, self.recordings, strict=True)
+        return tuple(np.where(rows.any(axis=0), rows, recording.usable) for rows, recording in pairs)
+
     @cached_property
     def turned(self) -> "SplitData":
         """The same recordings, where training rows and test rows change places."""
         weights = tuple(np.where(rows, weight, 0.0) for rows, weight in zip(self.test, self.row_weights, strict=True))
         return replace(self, train=self.test, test=self.train, weights=weights, _perturbed_cache={})
+
+    @cached_property
+    def travel(self) -> Floats:
+        """(dof,) travel of each joint in the recordings with training rows [rad or m]."""
+        positions = np.concatenate([each.prepared.motion.position for each in self.train_predictors])
+        return np.nanmax(positions, axis=0) - np.nanmin(positions, axis=0)
 
     @cached_property
     def outside_of_travel(self) -> tuple[Bools, ...]:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_SHARE
+from ident.diagnosis.judge.price import score
 from ident.diagnosis.search.search import Search
 from ident.diagnosis.search.selection import Finding, Selection
 from ident.diagnosis.split.split_data import TINY
@@ -53,11 +54,15 @@ def _is_over(finding: Finding, variables: Sequence[str]) -> bool:
 
 
 def _imitation(findings: Sequence[Finding], curves: FittedModel) -> str | None:
-    """The effect of which most is gone beside `curves`, if they explain all but a trifle of what it does without."""
+    """The effect of which most is gone beside `curves`, if they explain all but a trifle of what it does without.
+
+    In its place, they have to be the better model at their price: a curve approximates a part of every effect.
+    """
+    alone = {finding.term.name: _without(curves, finding.term.name) for finding in findings}
     left = {
-        finding.term.name: curves.improvement_over(_without(curves, finding.term.name)).reduction
-        / max(finding.improvement.reduction, TINY)
+        finding.term.name: curves.improvement_over(without).reduction / max(finding.improvement.reduction, TINY)
         for finding in findings
+        if score(without := alone[finding.term.name]) < score(finding.after)
     }
     name = min(left, key=lambda each: left[each], default=None)
     return name if name and left[name] < MIN_SHARE else None

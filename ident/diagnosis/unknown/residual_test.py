@@ -66,7 +66,7 @@ def estimate_unexplained(
     structured = np.sqrt(np.maximum(total**2 - floor.rms**2, 0.0))
     repeats = total > floor.limit
     # Where the motion repeats, a structured residual does so, too; otherwise, more than noise is structure.
-    if statistics := cycle_statistics.of_residuals(split.recordings, residuals):
+    if statistics := cycle_statistics.of_residuals(split.recordings, residuals, split.floor_rows):
         repeats &= np.array([each.repeating_p for each in statistics]) < SIGNIFICANT
     vibrates = np.array([_is_vibration(model, joint) for joint in range(len(total))])
     drifts = np.sqrt([max(trend.mean_square, 0.0) if trend else 0.0 for trend in floor.trends]) > floor.least

@@ -14,7 +14,15 @@ import numpy as np
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects import quantities
 from ident.dynamics.effects.c_code import CCode
-from ident.dynamics.effects.formula import LATEX, TEXT, Formula, sum_of_products, traced, unknown_arguments
+from ident.dynamics.effects.formula import (
+    LATEX,
+    TEXT,
+    Formula,
+    arguments,
+    sum_of_products,
+    traced,
+    unknown_arguments,
+)
 from recordings.recording import Floats
 from recordings.rig import Rig
 
@@ -138,6 +146,8 @@ class Effect:
     """Always included; never reported as a finding."""
     max_amplitude: float | None = None
     """Largest plausible root of the sum of squares of the local parameters, for a wave's sine and cosine."""
+    usual_travel: float = np.inf
+    """Largest travel of a joint that usually has it [rad or m]."""
     meanings: Mapping[str, str] = field(default_factory=dict, hash=False)
     """Meanings that parameters of the mechanism have beside this effect, by their names."""
     differential: bool = False
@@ -191,6 +201,11 @@ class Effect:
     @property
     def corrects_motion(self) -> bool:
         """Whether the motion or the lengths are not as recorded."""
+        return False
+
+    @property
+    def depends_on_speed(self) -> bool:
+        """Whether it is a formula of the speed or its direction, as laws of friction are."""
         return False
 
     @property
@@ -261,6 +276,11 @@ class Additive(Effect):
             friction = {"c_v": " in place of c_v v", "c_c": " in place of c_c sgn v", None: ""}[self.replaces]
             limits = [f", {quantity.limit_text}" for quantity in self.parameters if quantity.limit_text]
             object.__setattr__(self, "equation", "".join([TEXT(self.expression), friction, *limits]))
+
+    @property
+    def depends_on_speed(self) -> bool:
+        """See `Effect`."""
+        return self.formula is not None and not {"qd", "direction"}.isdisjoint(arguments(self.formula))
 
     @property
     def latex(self) -> str | None:

@@ -3,17 +3,21 @@
 import numpy as np
 
 from recordings.data_problems import DataProblem, healing_command, joint_list
-from recordings.recording import Floats, Recording
+from recordings.recording import Bools, Floats, Recording
 
 _TURN = 2 * np.pi
 _NEAR = 0.1
 """A jump is a whole turn if it differs by less than this share."""
+_GAP = 3.0
+"""Samples further apart than this many usual steps are no neighbours."""
 
 
 def find(recording: Recording) -> DataProblem | None:
     """Return the problem if a revolute joint jumps by whole turns."""
-    kinds = zip(recording.position.T, recording.rig.joint_types, strict=True)
-    joints = [joint for joint, (column, kind) in enumerate(kinds, 1) if kind == "revolute" and _wraps(column)]
+    kinds, neighbours = zip(recording.position.T, recording.rig.joint_types, strict=True), _neighbours(recording.time)
+    joints = [
+        joint for joint, (column, kind) in enumerate(kinds, 1) if kind == "revolute" and _wraps(column, neighbours)
+    ]
     if not joints:
         return None
     numbers = ",".join(map(str, joints))
@@ -26,9 +30,17 @@ def find(recording: Recording) -> DataProblem | None:
     )
 
 
-def _wraps(angle: Floats) -> bool:
-    """Whether the steps of `angle` (n,) are small but for whole turns."""
-    steps = np.diff(angle[np.isfinite(angle)])
+def _neighbours(time: Floats) -> Bools:
+    """(n - 1,) whether each sample follows the one before it without a gap."""
+    steps = np.diff(time)
+    near: Bools = steps <= _GAP * np.median(steps)
+    return near
+
+
+def _wraps(angle: Floats, neighbours: Bools) -> bool:
+    """Whether the steps of `angle` (n,) are small but for whole turns; across gaps a joint moves on."""
+    steps = np.diff(angle)
+    steps = steps[np.isfinite(steps) & neighbours]
     jumps = np.abs(steps) > _TURN / 2
     turns = np.abs(np.abs(steps[jumps]) - _TURN) < _NEAR * _TURN
     return bool(jumps.any() and turns.all() and np.abs(steps[~jumps]).max(initial=0.0) < _TURN / 4)

@@ -11,6 +11,7 @@ from benchmarks.real import data_set, diagnosing, tables
 from benchmarks.real.data_set import Claim
 from benchmarks.real.diagnosing import DiagnosedSet
 from recordings.errors import BadInput
+from recordings.recording import Floats
 
 SHARED = Path(os.environ.get("REAL_DATA", Path(__file__).parents[3].parent / "shared" / "data"))
 RIPPLING = ("kinova_gen3_joint_1", "kinova_gen3_joint_4", "kinova_gen3_joint_7")
@@ -71,6 +72,13 @@ def test_every_fourth_quarter_of_a_second_is_held_out(tmp_path: Path) -> None:
     assert "another recording" in outcome.document["held_out"]
 
 
+def _held_out_square(model: Any) -> Floats:
+    """(dof,) mean square of the held-out residual [(N m)^2]."""
+    residuals = [np.where(rows, x, np.nan) for rows, x in zip(model.split.test, model.judged_residuals, strict=True)]
+    square: Floats = np.nanmean(np.concatenate(residuals) ** 2, axis=0)
+    return square
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(MANIFESTS))
 def test_nothing_false_is_said_about_real_machines_and_harmonic_drives_ripple(name: str, tmp_path: Path) -> None:
@@ -78,6 +86,12 @@ def test_nothing_false_is_said_about_real_machines_and_harmonic_drives_ripple(na
         pytest.skip(f"no data sets in {SHARED}")
     outcome = diagnosing.diagnose(MANIFESTS[name], SHARED, tmp_path)
     assert "wrong" not in [judgement for _, judgement in outcome.claims]
+    for finding in outcome.diagnosis.selection.findings:
+        floor, joints = finding.after.noise_floor.certain**2, list(finding.term.joints)
+        before, after = (_held_out_square(model) for model in (finding.before, finding.after))
+        if finding.term.effect.corrects_motion or finding.term.effect.whole_robot:
+            joints = [int(np.argmax((before - after) / (before - floor)))]
+        assert (before - after >= 0.1 * (before - floor))[joints].all(), (finding.term.name, joints)
     if name in RIPPLING:
         ripple = [judgement for text, judgement in outcome.claims if text.startswith("cogging of")]
         assert ripple

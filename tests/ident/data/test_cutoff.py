@@ -128,3 +128,14 @@ def test_cutoff_stays_where_rows_are_left_between_gaps() -> None:
     kept = np.ones(len(recording.time), bool)
     kept[700:710] = False
     assert choose_common([slicing.along_time(recording, kept)]).gap == 0.0
+
+
+def test_gaps_that_the_chosen_cutoff_can_close_are_closed() -> None:
+    """Of a recording at 1 kHz, every thirteenth sample or so is lost."""
+    recording = building.record(cycles=2, rate=1000.0)
+    kept = np.random.default_rng(5).random(len(recording.time)) > 0.075
+    lossy = slicing.along_time(recording, kept)
+    cutoff = choose_common([lossy])
+    assert (cutoff.reason, cutoff.gap > 0.002) == ("usual", True)
+    for asked in (None, cutoff.hz):
+        assert prepare(lossy, "parallel", asked).usable.mean() > 0.8

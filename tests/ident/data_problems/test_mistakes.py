@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ident.basics import slicing
 from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.data_problems import examined, kind_names
 from ident.data_problems.implausible import ImplausibleData
@@ -179,6 +180,15 @@ def test_a_single_axis_without_weight_has_the_sign_of_its_inertia() -> None:
     (problem,) = problems_of(flipped)
     assert (problem.kind, problem.joints) == ("torque-sign", (1,))
     assert problems_of(recording) == []
+
+
+def test_a_joint_that_moves_on_in_a_pause_is_not_within_one_turn() -> None:
+    """An axis that turns fast, of which half a second is missing."""
+    recording = building.record(noise=0.05, drift=4 * np.pi)
+    kept = (recording.time < 3.0) | (recording.time > 3.5)
+    assert [problem.kind for problem in problems_of(slicing.along_time(recording, kept))] == []
+    (problem,) = problems_of(position(lambda q: np.mod(q, 2 * np.pi))(recording))
+    assert problem.kind == "angle-wrap"
 
 
 SAMPLE = Path(__file__).parents[3] / "recordings" / "samples" / "fig5a.mcap"

@@ -8,6 +8,7 @@ import numpy as np
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_T
 from ident.diagnosis.judge.rules.strength import local_entries
+from ident.diagnosis.split.split_data import rms
 from ident.dynamics.structure import Term
 from recordings.recording import Bools, Floats
 
@@ -30,9 +31,27 @@ def plausible_joints(model: FittedModel, index: int) -> tuple[int, ...]:
 
 
 def extraordinary_joints(model: FittedModel, index: int) -> list[int]:
-    """Joints (from 0) on which the effect `index` of `model` is larger than hardware usually has."""
+    """Joints (from 0) on which the effect `index` of `model` is what hardware seldom has.
+
+    Its amplitude or one of its parameters is larger than usual, or its travel; or it gives more torque than the drive
+    does, so that other parameters have to balance it.
+    """
     term, local = model.terms[index], model.solution.structure.local_values(index, model.solution.x)
-    return [joint for joint, large in zip(term.joints, _extraordinary(term, local), strict=False) if large]
+    usual = np.array([quantity.usual_range for quantity in term.local_parameters])
+    seldom = _extraordinary(term, local) | ((local < usual[:, 0]) | (local > usual[:, 1])).any(axis=1)
+    joints = [joint for joint, unusual in zip(term.joints, seldom, strict=False) if unusual]
+    if term.effect.whole_robot:
+        return joints
+    far, large = model.split.travel > term.effect.usual_travel, _torque(model, index) > model.split.torque_rms
+    return sorted({*joints, *(joint for joint in term.joints if far[joint] or large[joint])})
+
+
+def _torque(model: FittedModel, index: int) -> Floats:
+    """(dof,) RMS torque of the linear effect `index` in the training rows [N m]; 0 of one that distorts signals."""
+    structure, solution = model.solution.structure, model.solution
+    own = structure.parameter_mask(index) & structure.linear
+    torques = [derivatives[:, :, own] @ solution.x[own] for derivatives in solution.derivatives]
+    return rms(torques, [weight > 0 for weight in solution.weights])
 
 
 def _possible_in(model: FittedModel, index: int) -> Bools:

@@ -3,7 +3,6 @@
 import numpy as np
 
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.dynamics.structure import Term
 from ident.dynamics.torque_map import voltage_from_torque
 
 
@@ -19,7 +18,7 @@ def reason(before: FittedModel, after: FittedModel, index: int) -> str | None:
         if quantity.min_use is not None and _largest_use(model, index, column) < quantity.min_use:
             return "the level that it would need was never approached"
     wave = max((2 * np.pi / value for value in shapes if value > 0), default=0.0)  # of the line of a spectrum
-    if term.effect.repeated and wave > (travel := _travel(model, term)):
+    if term.effect.repeated and wave > (travel := float(model.split.travel[list(term.joints)].max())):
         return (
             f"its period of {wave:.3g} is longer than the travel of {travel:.3g}: a curve over the angle, no ripple"
         )
@@ -39,10 +38,3 @@ def _largest_use(model: FittedModel, index: int, column: int) -> float:
         for recording in recordings
     ]
     return float((np.max(largest, axis=0) * local[:, column]).max())
-
-
-def _travel(model: FittedModel, term: Term) -> float:
-    """Travel in the training rows of the joint of `term` that moves farthest [rad or m]."""
-    predictors, joints = model.split.train_predictors, list(term.joints)
-    positions = np.concatenate([each.prepared.motion.position[:, joints] for each in predictors])
-    return float((np.nanmax(positions, axis=0) - np.nanmin(positions, axis=0)).max())

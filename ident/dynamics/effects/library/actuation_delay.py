@@ -54,6 +54,7 @@ effect = Signal(
             meaning="torque after the drive signal",
             lower=-0.02,
             upper=0.02,
+            usual=0.005,
             initial_guesses=(5e-4,),
         ),
     ),

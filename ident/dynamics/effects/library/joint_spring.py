@@ -1,5 +1,7 @@
 """Spring torque at a joint."""
 
+import numpy as np
+
 from ident.dynamics.effects.base import Additive, Quantity
 
 effect = Additive(
@@ -10,6 +12,7 @@ effect = Additive(
     record="the joint slowly over its whole travel, in both directions",
     equation="k q + a, k >= 0 (rest angle -a / k)",
     axis="position",
+    usual_travel=4 * np.pi,  # what is tied to both parts does not turn for ever
     contains=("torque_offset",),
     formula=lambda q: (q, 1.0),
     parameters=(

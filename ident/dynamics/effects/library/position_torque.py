@@ -1,5 +1,7 @@
 """Torque that depends on the position alone: any smooth curve, in place of several effects of a given shape."""
 
+import numpy as np
+
 from ident.dynamics.effects import travel_curve
 from ident.dynamics.effects.base import Additive, Quantity
 
@@ -12,6 +14,7 @@ effect = Additive(
     equation="g(q), g a spline through g_1, g_2, g_3, g_4, g_5, g_6, g_7, g_8, g_9, evenly from low to high",
     curve=True,
     axis="position",
+    usual_travel=4 * np.pi,  # what is tied to both parts does not turn for ever
     contains=("torque_offset", "joint_spring", "axis_weight", "arm_com_offset", "arm_mass_mismatch"),
     parameters=tuple(
         Quantity(name=f"g_{knot}", unit="{effort}", meaning=f"torque at place {knot}")

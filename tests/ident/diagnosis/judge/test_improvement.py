@@ -176,11 +176,19 @@ def test_share_of_an_excess_that_may_be_chance_is_not_known() -> None:
     assert compare(np.full((two, 1), 3.0), np.ones((two, 1))) == Improvement(0.0, (0.0, 0.0), 0.0, 0.0, 0.0)
 
 
-def test_joints_are_weighted_by_their_floor() -> None:
-    """A joint with a tenth of the noise counts ten times its torque."""
+def test_joints_count_by_their_own_excess() -> None:
+    """What a joint with a tenth of the noise, or without any, leaves makes no other joint negligible."""
     first = np.random.default_rng(1).normal(0.0, 3.0, (1000, 1))
-    before, after = np.hstack([first, 0.1 * first]), np.hstack([first / 3, 0.1 * first])
-    assert compare(before, after, np.array([1.0, 0.1])).share == pytest.approx(0.5, abs=0.03)
+    before, after = np.hstack([first, 2 * first]), np.hstack([first / 3, first])
+    for floor in (np.array([1.0, 0.01]), np.array([1.0, 0.0])):
+        assert compare(before, after, floor).share == pytest.approx(0.87, abs=0.03)
+
+
+def test_joints_on_which_two_models_agree_are_not_compared() -> None:
+    first = np.random.default_rng(1).normal(0.0, 3.0, (1000, 1))
+    alone = compare(first, first / 3)
+    for rest in (first, 1.01 * first):
+        assert compare(np.hstack([first, 9 * first]), np.hstack([first / 3, 9 * rest])).share == alone.share
 
 
 def test_blocks_are_of_time_and_not_of_rows() -> None:

@@ -9,6 +9,7 @@ import pytest
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.price import EXTRAORDINARY_RATIO, PRICE, is_significant, score
 from ident.diagnosis.judge.rules import OF_INTERVALS, OF_VALUES, objection
+from ident.diagnosis.judge.rules.limits import extraordinary_joints
 from ident.diagnosis.judge.rules.strength import local_entries, resolved_instances
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Effect
@@ -45,9 +46,7 @@ def data(noise: float = 0.05, extra: building.Torque | None = None) -> SplitData
 def with_values(before: FittedModel, name: str, effect: Effect, *values: float) -> FittedModel:
     """`before` with one more effect of the given parameters."""
     structure = before.solution.structure.with_term(Term(name, effect, (0,)))
-    return FittedModel(
-        before.split, replace(before.solution, structure=structure, x=np.append(before.solution.x, values))
-    )
+    return FittedModel(before.split, before.split.at(structure, np.append(before.solution.x, values)))
 
 
 @pytest.mark.parametrize(
@@ -138,6 +137,23 @@ def test_extraordinary_size_has_a_price() -> None:
         object.__setattr__(model, "noise_floor", before.noise_floor)
     rows = float(before.split.independent(before.split.scored).sum())
     assert score(large) - score(usual) == pytest.approx(rows * np.log(EXTRAORDINARY_RATIO))
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "drift", "seldom"),
+    [
+        ("actuation_delay", (0.002,), 0.0, False),
+        ("actuation_delay", (0.009,), 0.0, True),
+        ("joint_spring", (0.1, 0.0), 0.0, False),
+        ("joint_spring", (0.001, 0.0), 1.0, True),  # over more than two turns
+        ("axis_weight", (0.5, 0.5), 0.0, False),
+        ("axis_weight", (50.0, 50.0), 0.0, True),  # the drive gives less
+    ],
+)
+def test_what_hardware_seldom_has(name: str, values: tuple[float, ...], drift: float, seldom: bool) -> None:
+    before = building.fitted(building.split([building.record(noise=0.05, drift=drift)]))
+    model = with_values(before, name, LIBRARY[name], *values)
+    assert bool(extraordinary_joints(model, len(model.terms) - 1)) is seldom
 
 
 @pytest.mark.parametrize("parameters", [1, 7])

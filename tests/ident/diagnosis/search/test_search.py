@@ -48,6 +48,12 @@ def hiding(motion: Motion) -> Floats:
     return -0.8 * drag(motion) + 1.2 * ripple(motion)
 
 
+def falling(motion: Motion) -> Floats:
+    """Friction that falls with speed."""
+    torque: Floats = 1.5 * np.exp(-((motion.velocity / 0.3) ** 2)) * motion.direction
+    return torque
+
+
 def root(motion: Motion) -> Floats:
     torque: Floats = np.sqrt(np.abs(motion.velocity)) * motion.direction
     return torque
@@ -131,6 +137,22 @@ PLANTED = {
     "a minor effect alone": Planted(lambda motion: drag(motion) / 15, DRAG, {"quadratic_friction": ONE}, noise=0.02),
     "a minor effect beside a large error": Planted(
         lambda motion: drag(motion) / 15 + ripple(motion), DRAG, {}, noise=0.02
+    ),
+    "two joints of seven": Planted(
+        lambda motion: drag(motion) * np.isin(np.arange(7), (1, 4)), USUAL, {"quadratic_friction": (1, 4)}, joints=7
+    ),
+    "not where it takes little of what else is missing": Planted(
+        lambda motion: drag(motion) * [1.0, 1 / 15] + ripple(motion) * [0.0, 1.0],
+        DRAG,
+        {"quadratic_friction": ONE},
+        noise=0.02,
+        joints=2,
+    ),
+    "a law of friction, but not where the rest of the friction would drive": Planted(
+        lambda motion: falling(motion) - [0.0, 2.5] * motion.direction,
+        {"stribeck": USUAL["stribeck"]},
+        {"stribeck": ONE},
+        joints=2,
     ),
     "an offset is removed after the spring that contains it": Planted(
         lambda motion: 2.0 + 0.5 * motion.position, USUAL, {"joint_spring": ONE}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ident.diagnosis.split.noise_floor import NoiseFloor
+from ident.diagnosis.split.noise_floor import NoiseFloor, estimate_noise_floor
 from ident.diagnosis.split.split_data import SplitData, rms
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats, Recording
@@ -34,6 +34,19 @@ def test_interval_of_a_single_cycle_holds_the_noise_whatever_is_missing(seed: in
     assert floor.trends == (None,)
     low, high = floor.ci95[0]
     assert low < np.hypot(0.1 * IN_BAND, floor.quantization[0]) < high < floor.limit[0]
+
+
+def test_rows_that_are_not_scored_tell_no_noise() -> None:
+    """At standstill dry friction may be anything, in each cycle something else."""
+    data = building.split([building.record(cycles=8, noise=0.1)])
+    model, rng = building.fitted(data), np.random.default_rng(4)
+    residuals = [
+        np.where(scored, residual, rng.normal(0, 5.0, residual.shape))
+        for scored, residual in zip(data.scored, model.residuals, strict=True)
+    ]
+    assert not all(scored.all() for scored in data.scored)
+    floor = estimate_noise_floor(data, model.solution, residuals)
+    np.testing.assert_allclose(floor.noise, model.noise_floor.noise, rtol=0.05)
 
 
 def test_repetitions_of_the_training_motion_suffice() -> None:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ident.diagnosis.search.selection import Selection
+from ident.diagnosis.unknown import imitation
 from ident.diagnosis.unknown.imitation import analyse_unexplained
 from ident.diagnosis.unknown.residual_dependence import NonparametricFit
 from ident.dynamics.motion import Motion
@@ -80,6 +81,12 @@ def test_effects_that_only_imitate_an_unknown_one_are_left_out(
     assert curves is not None
     assert curves.improvement.is_supported
     assert curve in {each.variables for each in curves.dependences}
+
+
+def test_curves_that_are_the_worse_model_in_its_place_refute_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(imitation, "score", lambda model: len(model.solution.x))
+    selection, _, result = checked(concave, ["drag", "cubic"])
+    assert result is selection
 
 
 def test_mandatory_effect_is_never_removed() -> None:

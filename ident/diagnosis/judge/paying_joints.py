@@ -1,0 +1,27 @@
+"""The joints on which an effect pays: pooled over joints, one on which it explains much carries all others."""
+
+from collections.abc import Sequence
+
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.dynamics.structure import Term
+
+
+def own_joints(term: Term) -> Sequence[int] | None:
+    """Joints (from 0) whose error an effect answers for.
+
+    None where it acts on the whole robot, or on a motion that moves the other joints' torque as well: it then answers
+    for all that it changes.
+    """
+    return None if term.effect.whole_robot or term.effect.corrects_motion else term.joints
+
+
+def paying_joints(before: FittedModel, after: FittedModel, index: int) -> tuple[int, ...]:
+    """Those of the effect number `index` of `after` on which held-out rows get better by the minimum size.
+
+    It is a share of what the model `before` leaves above the noise floor of that joint.
+    """
+    term = after.terms[index]
+    if own_joints(term) is None:
+        return term.joints
+    blocks = after.blocks_over(before)
+    return tuple(joint for joint in term.joints if blocks.improvement(joints=[joint]).pays)
