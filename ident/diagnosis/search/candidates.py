@@ -156,8 +156,9 @@ class Candidates:
         """Add the `candidate` to `model` and refit all parameters; done once."""
         key = key_of(model.solution.structure), candidate
         if key not in self._added:
-            possible = self._on_possible_joints(self._best_fit(model, candidate))
-            self._added[key] = self.fits.on_paying_joints(model, self.fits.best(possible), len(possible.terms) - 1)
+            best = self.fits.best(self._on_possible_joints(self._best_fit(model, candidate)))
+            # A fit that was known may have its effects in another order.
+            self._added[key] = self.fits.on_paying_joints(model, best, added_term(model, best))
         return self._added[key]
 
     def is_significant(self, model: FittedModel, candidate: Candidate) -> bool:

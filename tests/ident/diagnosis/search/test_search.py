@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.search.candidates import Fits, Key, key_of
 from ident.diagnosis.search.selection import Selection
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Effect, Quantity
@@ -293,3 +295,14 @@ def test_rejected_effects_have_the_evidence_that_they_have_when_they_are_asked_f
             for field in ("gain", "gain_ci95", "t", "power"):
                 assert getattr(asked, field) == pytest.approx(getattr(stated, field), abs=1e-3)
     assert rule in rules
+
+
+def test_effect_keeps_its_joints_where_another_is_added_to_a_known_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The fit that is known may have its effects in another order."""
+    known: dict[Key, FittedModel] = {}
+    monkeypatch.setattr(Fits, "best", lambda _, model: known.setdefault(key_of(model.solution.structure), model))
+    search, begin = building.search(split(lambda motion: drag(motion) * [1.0, 0.0] + spring(motion), joints=2), PARTS)
+    model, _ = search.start(*begin)
+    for names in (("quadratic_friction", "joint_spring"), ("joint_spring", "quadratic_friction")):
+        both = search.add(search.add(model, names[0]), names[1])
+        assert {term.name: term.joints for term in both.terms} == {"joint_spring": (0, 1), "quadratic_friction": (0,)}
