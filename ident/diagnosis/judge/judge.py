@@ -77,8 +77,9 @@ def judge(before: FittedModel, after: FittedModel, index: int, compared: int = 1
     compared: number of models among which the held-out rows chose this one; the interval allows for it.
     """
     index %= len(after.terms)
-    term, own = after.terms[index], own_joints(after.terms[index])
-    improvement, t = after.improvement_over(before, compared=compared, joints=own), None
+    term, blocks = after.terms[index], after.blocks_over(before)
+    own = own_joints(term)
+    improvement, t = blocks.improvement(compared, own), None
 
     def judgement(decided_by: str, reason: str = "", refuted: bool = False) -> Judgement:
         return Judgement(not reason, evidence_of(improvement, decided_by, t), reason, refuted)
@@ -95,13 +96,11 @@ def judge(before: FittedModel, after: FittedModel, index: int, compared: int = 1
         t = max(improvement.t, in_turn.t) if in_turn else improvement.t
         if t <= MIN_T:
             return judgement("held-out", f"held-out data do not confirm it: t is {t:.1f} where {MIN_T} is required")
-    if idle := {*term.joints}.difference(paying_joints(before, after, index)):
-        return judgement(
-            "joints", f"joint {min(idle) + 1} gains less than {MIN_SHARE:.0%} by it, or nothing for certain"
-        )
-    everywhere = after.improvement_over(before, joints=range(len(after.noise_floor.rms)))
-    if everywhere.reduction <= 0:
-        return judgement("joints", "the other joints lose more by it than its own gain")
+    if idle := {*term.joints}.difference(paying_joints(term, blocks)):
+        reason = f"on joint {min(idle) + 1} it explains less than {MIN_SHARE:.0%}, or no more than chance would"
+        return judgement("joints", reason)
+    if blocks.improvement(joints=range(len(blocks.floor))).reduction <= 0:
+        return judgement("joints", "the other joints get worse by more than its own get better")
     if found := objection(OF_INTERVALS, before, after, index):
         return judgement(*found)
     return judgement("held-out")

@@ -58,11 +58,11 @@ def _imitation(findings: Sequence[Finding], curves: FittedModel) -> str | None:
 
     In its place, they have to be the better model at their price: a curve approximates a part of every effect.
     """
-    alone = {finding.term.name: _without(curves, finding.term.name) for finding in findings}
+    in_place = [_without(curves, finding.term.name) for finding in findings]
     left = {
         finding.term.name: curves.improvement_over(without).reduction / max(finding.improvement.reduction, TINY)
-        for finding in findings
-        if score(without := alone[finding.term.name]) < score(finding.after)
+        for finding, without in zip(findings, in_place, strict=True)
+        if score(without) < score(finding.after)
     }
     name = min(left, key=lambda each: left[each], default=None)
     return name if name and left[name] < MIN_SHARE else None
