@@ -4,8 +4,8 @@ Differentiating twice amplifies the noise of the position (mainly encoder quanti
 frequency. Multiplied by the inertia, its share of the torque grows with the cut-off to the power of 2.5. The cut-off
 is
 
-- high enough to keep most of the torque's power, and at least DEFAULT_CUTOFF, because friction at reversals is
-  broadband;
+- high enough to keep most of the torque's power of every joint, and at least DEFAULT_CUTOFF, because friction at
+  reversals is broadband; what one joint alone has above it is ripple, which is searched there;
 - not above the frequency at which the propagated noise of the position reaches MAX_NOISE_SHARE of the torque;
 - not above what the sampling rate permits, including the transition band of the filter;
 - below that, where gaps leave hardly a row: what a slow recording of that cut-off would be is interpolated;
@@ -175,7 +175,7 @@ def choose_from_spectra(joints: Sequence["Spectra"], rate: float, max_noise_shar
     """Choose the cut-off for all `joints` at `rate` [Hz]; `max_noise_share` as in `choose`."""
     # A tenth of the rate, for accurate derivatives; for slow recordings up to a fifth.
     highest = max(rate / 10, min(DEFAULT_CUTOFF, rate / 5))
-    wanted = max([DEFAULT_CUTOFF, *(joint.signal_bandwidth() for joint in joints)])
+    wanted = max(DEFAULT_CUTOFF, min((joint.signal_bandwidth() for joint in joints), default=0.0))
     encoder = max(MIN_CUTOFF, min((joint.noise_limit(max_noise_share) for joint in joints), default=np.inf))
     hz = _round_down(min(wanted, encoder, highest))
     if wanted <= min(encoder, highest):

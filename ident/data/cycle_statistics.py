@@ -118,9 +118,13 @@ def _pooled(recordings: Sequence[CycleStatistics]) -> CycleStatistics:
 
 
 def of_residuals(
-    recordings: Sequence[PreparedRecording], residuals: Sequence[Floats], rows: Sequence[Bools] | None = None
+    recordings: Sequence[PreparedRecording | Samples],
+    residuals: Sequence[Floats],
+    rows: Sequence[Bools] | None = None,
 ) -> tuple[CycleStatistics, ...] | None:
     """Pooled statistics of `residuals` (m, dof), one array for each of `recordings`; None without repeated cycles.
+
+    recordings: for residuals at full rate, their samples.
 
     rows: (m, dof) of each recording that count; None: all.
     """

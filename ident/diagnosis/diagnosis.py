@@ -22,7 +22,7 @@ from ident.diagnosis.split.split_data import SplitData
 from ident.diagnosis.split.train_test_split import split_recordings
 from ident.diagnosis.unknown.imitation import analyse_unexplained
 from ident.diagnosis.unknown.residual_dependence import NonparametricFit
-from ident.diagnosis.unknown.residual_test import UnexplainedResidual, with_vibrations
+from ident.diagnosis.unknown.residual_test import UnexplainedResidual, estimate_unexplained, with_vibrations
 from ident.diagnosis.unknown.weightless import compare_without_weight
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure
@@ -146,6 +146,8 @@ def diagnose(
     progress("searching ripple above the low-pass")
     wanted = {name: effect for name, effect in effects.observable.items() if not options.only or name in options.only}
     ripple = find_ripple(selection.model, wanted)
+    if ripple.lines and not (with_ripple := estimate_unexplained(ripple.whole, ())).significant:
+        unexplained, learned = with_ripple, None
     split = selection.model.split
     selection, without_weight = compare_without_weight(with_vibration_alternatives(selection))
     return Diagnosis(

@@ -15,7 +15,7 @@ from ident.diagnosis.document.document import (
     evidence_in_words,
     joint_numbers,
 )
-from ident.diagnosis.judge.judge import Rejection, RejectionStatus, evidence_of
+from ident.diagnosis.judge.judge import Rejection, RejectionStatus
 from ident.diagnosis.judge.paying_joints import own_joints
 from ident.diagnosis.ripple.ripple import EFFECT, Ripple
 from ident.diagnosis.search.selection import Finding
@@ -105,20 +105,23 @@ def with_ripple(findings: Sequence[FindingEntry], ripple: Ripple) -> tuple[Findi
 def _waves(ripple: Ripple) -> FindingEntry:
     """The lines above the low-pass as one finding; there is at least one."""
     joints = tuple(sorted({line.joint for line in ripple.lines}))
-    orders: dict[int, list[str]] = {joint: [] for joint in joints}
-    for line in ripple.lines:
-        orders[line.joint].append(f"{line.order:.6g} ± {line.half_width[2]:.1g}")
-    listing = "; ".join(f"joint {joint + 1}: {', '.join(listed)}" for joint, listed in orders.items())
+    units = ripple.model.split.recordings[0].recording.rig.effort_units
+    listing = "; ".join(
+        f"joint {line.joint + 1}: {line.order:.6g} ± {line.half_width[2]:.1g}, amplitude {line.amplitude:.2g} "
+        f"{units[line.joint]}, which takes the error between {line.evidence.band[0]:.0f} and "
+        f"{line.evidence.band[1]:.0f} Hz from {line.evidence.before:.3g} to {line.evidence.after:.3g}"
+        for line in ripple.lines
+    )
     warnings = [
         f"At this speed a vibration of {line.same_frequency:.4g} Hz explains as much as the {line.order:.5g} periods "
         f"per turn of joint {line.joint + 1}: only another speed tells them apart."
         for line in ripple.lines
         if line.same_frequency is not None
     ]
-    why = f"Above the low-pass, held-out rows confirm waves over the angle (periods per turn), {listing}."
+    why = f"Above the low-pass, held-out rows confirm waves over the angle, in periods per turn: {listing}."
     return FindingEntry.of(
         replace(ripple.structure.terms[-1], joints=joints),
-        evidence_of(ripple.lines[0].improvement),
+        ripple.evidence,
         " ".join((why, *warnings)),
         confusable_with=() if ripple.lines[0].same_frequency is None else ("vibration",),
     )

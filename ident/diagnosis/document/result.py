@@ -13,6 +13,7 @@ from ident.diagnosis.document.document import Document, FindingEntry, FormulaEnt
 from ident.diagnosis.document.formula import with_formula
 from ident.diagnosis.document.verdict import parameter_intervals, to_document
 from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.ripple.ripple import Ripple, no_ripple
 from ident.diagnosis.unknown.residual_test import UnexplainedResidual, residual_test
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ParameterEntry
@@ -114,7 +115,8 @@ def diagnosed(
 
 def _diagnosed_model(diagnosis: Diagnosis, last: StepEntry) -> ModelFile:
     """The last model of a `diagnosis` with the lines above the low-pass, and the errors of the `last` step."""
-    file, ripple = model_file(diagnosis.model, diagnosis.unexplained), diagnosis.ripple
+    ripple = diagnosis.ripple
+    file = model_file(diagnosis.model, diagnosis.unexplained, ripple=ripple)
     structure, first = ripple.structure, len(diagnosis.model.solution.x)
     terms = effect_terms(structure, ripple.x)
     values = zip(structure.parameters[first:], ripple.x[first:].tolist(), ripple.half_widths.tolist(), strict=True)
@@ -154,10 +156,12 @@ def _with_errors(stated: Agreement, rms: tuple[float, ...]) -> Agreement:
     return stated.model_copy(update={"fitted": replace(stated.fitted, rms=rms)})
 
 
-def model_file(model: FittedModel, unexplained: UnexplainedResidual, diagnosed: bool = True) -> ModelFile:
+def model_file(
+    model: FittedModel, unexplained: UnexplainedResidual, diagnosed: bool = True, ripple: Ripple | None = None
+) -> ModelFile:
     """Describe `model` with its `unexplained` residual as a file.
 
-    diagnosed: whether a diagnosis has searched that residual for effects.
+    diagnosed: whether a diagnosis has searched that residual for effects; ripple: what it found above the low-pass.
     """
     split, solution, uncertainty = model.split, model.solution, model.uncertainty
     structure, x, linear = solution.structure, solution.x, solution.structure.linear
@@ -170,7 +174,7 @@ def model_file(model: FittedModel, unexplained: UnexplainedResidual, diagnosed: 
         regressions, fit, structure, METHOD, Sensitivity(None, ()), is_relative(prepared.recording)
     )
     # The model's own intervals also hold what quantization does to parameters, and the errors of what was searched.
-    totals, shapes = parameter_intervals(model)
+    totals, shapes = parameter_intervals(model, ripple or no_ripple(model))
     correlation = tuple(tuple(map(number_or_none, row)) for row in uncertainty.correlation[np.ix_(linear, linear)])
     own = zip(single, totals[linear], shapes[linear], uncertainty.std[linear], strict=True)
     uncertainties = [

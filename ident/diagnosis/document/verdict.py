@@ -29,7 +29,7 @@ from ident.diagnosis.document.findings import (
 from ident.diagnosis.document.warnings import bound_warnings, data_warnings, file_names
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_SHARE
-from ident.diagnosis.ripple.ripple import EFFECT, Ripple
+from ident.diagnosis.ripple.ripple import EFFECT, Ripple, no_ripple
 from ident.diagnosis.split.split_data import SplitData, rms
 from ident.dynamics.effects.learned_curve import effect_file_text
 from ident.estimation.nonlinear_fit import Solution
@@ -117,10 +117,9 @@ def step_entry(
 
     ripple: up to which the errors reach; None: below the low-pass. with_lines: with the lines above the low-pass.
     """
-    alone = Ripple(model, (), (), (), None)
-    ripple = ripple or alone
-    whole = ripple if with_lines else alone
-    totals, shapes = parameter_intervals(model)
+    ripple = ripple or no_ripple(model)
+    whole = ripple if with_lines else no_ripple(model)
+    totals, shapes = parameter_intervals(model, ripple)
     lines = whole.x[len(totals) :, None] + np.outer(whole.half_widths, [-1.0, 1.0])
     entries = zip(
         whole.structure.parameters,
@@ -149,9 +148,9 @@ def step_entry(
     )
 
 
-def parameter_intervals(model: FittedModel) -> tuple[Floats, Floats]:
+def parameter_intervals(model: FittedModel, ripple: Ripple) -> tuple[Floats, Floats]:
     """(K, 2) 95 % intervals of the parameters of `model`: with the uncertainty of the gain, and for a known gain."""
-    recording, shapes = model.split.recordings[0].recording, model.shape_intervals
+    recording, shapes = model.split.recordings[0].recording, ripple.intervals(model)
     totals = shapes if is_relative(recording) else with_gain(shapes, model.solution, gain_uncertainty(recording))
     return totals, shapes
 
@@ -187,7 +186,7 @@ def conclusion(
 
     missing: those of the `findings` that the first model lacks.
     """
-    model, first, unexplained = diagnosis.model, diagnosis.selection.steps[0].model, diagnosis.unexplained
+    model, first, unexplained = diagnosis.ripple.whole, diagnosis.selection.steps[0].model, diagnosis.unexplained
     floor, torque, lines = model.noise_floor, diagnosis.split.torque_rms, diagnosis.ripple.lines
     exceeds = bool((rms(model.judged_residuals, diagnosis.split.scored) > floor.limit).any())
     trifle = exceeds and missing and not lines and model.improvement_over(first).share < MIN_SHARE

@@ -31,6 +31,12 @@ class Evidence:
     t_required: float | None = None
     power: float | None = None
     """Probability that these held-out rows would confirm a gain of this size, 0 to 1."""
+    band_hz: tuple[float, float] | None = None
+    """Of a ripple above the low-pass: the band in which it stands, and in which it was judged."""
+    rms_before: tuple[float, ...] | None = None
+    """In that band, per joint: held-out error of the model without the ripple [N m]."""
+    rms_after: tuple[float, ...] | None = None
+    """With it."""
 
 
 @dataclass(frozen=True)

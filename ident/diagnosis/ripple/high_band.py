@@ -74,10 +74,14 @@ class HighBand:
         """The part of `x` (n, ...) above the low-pass."""
         return x - filters.convolve(x, filters.low_pass(self.prepared.bandwidth, self.prepared.samples.rate))
 
-    def below(self, x: Floats, upper: float) -> Floats:
-        """The part of `x` (n, ...) below the frequency `upper` [Hz]."""
+    def within(self, x: Floats, low: float, high: float) -> Floats:
+        """The part between the frequencies `low` and `high` [Hz] of `x` (n, ...) above the low-pass."""
         rate = self.prepared.samples.rate
-        return x if upper >= self.highest else filters.convolve(x, filters.low_pass(upper, rate))
+        upper = filters.low_pass(high, rate) if high < self.highest else np.ones(1)
+        lower = filters.low_pass(low, rate) if low > self.prepared.bandwidth else np.zeros(1)
+        half = max(len(upper), len(lower)) // 2
+        wide, narrow = (np.pad(taps, half - len(taps) // 2) for taps in (upper, lower))
+        return filters.convolve(x, wide - narrow)
 
 
 def high_bands(split: SplitData, solution: Solution) -> tuple[HighBand, ...]:

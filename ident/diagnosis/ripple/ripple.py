@@ -7,8 +7,8 @@ At a constant speed, a vibration of fixed frequency is the same. A wave over the
 recordings contain speeds at which it and every wave over time differ.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
 
@@ -20,9 +20,11 @@ from ident.data import cycle_statistics
 from ident.data.prepared_recording import PreparedRecording
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import BLOCK_SECONDS, block_means, improvement_of_blocks
+from ident.diagnosis.judge.judge import Evidence, evidence_of
 from ident.diagnosis.ripple.high_band import HighBand, high_bands
-from ident.diagnosis.ripple.ripple_search import SAME_ORDER, search
-from ident.diagnosis.ripple.waves import JointSignal, RippleLine, Vibration, least_squares, wave, wave_numbers
+from ident.diagnosis.ripple.ripple_line import BAND_MARGIN, RippleLine
+from ident.diagnosis.ripple.ripple_search import SAME_ORDER, estimated_order, search
+from ident.diagnosis.ripple.waves import MIN_SAMPLES, JointSignal, Vibration, least_squares, wave, wave_numbers
 from ident.diagnosis.search.selection import Finding, Selection
 from ident.diagnosis.split.split_data import rms
 from ident.dynamics.effects.base import Effect
@@ -34,8 +36,6 @@ EFFECT = "cogging"
 """The effect of the library that a wave over the angle is."""
 VIBRATION = "vibration"
 """Stands beside the names of effects; no effect of the library."""
-_MARGIN = 1.2
-"""Ratio of the end of a spectrum, or of the band in which errors are stated, to its highest wave."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +51,8 @@ class Ripple:
     vibrations: tuple[Vibration, ...]
     effect: Effect | None
     """`cogging`; None if it was not to be searched."""
+    known_orders: Mapping[int, Sequence[float]] = field(default_factory=dict)
+    """Ends of the intervals above the low-pass of orders that the model has already, by their index in its `x`."""
 
     @property
     def low(self) -> float:
@@ -62,9 +64,21 @@ class Ripple:
         """End of the band in which errors are stated: the low-pass, or above the highest ripple [Hz]."""
         if not self.lines:
             return self.low
-        speeds = np.array([JointSignal(self.bands, joint).speed for joint in range(self.bands[0].residual.shape[1])])
-        highest = max(line.order * speeds[line.joint] for line in self.lines) / (2 * np.pi)
-        return float(min(_MARGIN * highest, min(band.highest for band in self.bands)))
+        return max(line.evidence.band[1] for line in self.lines)
+
+    @cached_property
+    def evidence(self) -> Evidence:
+        """The record of the strongest of the lines, with the errors (dof,) of all joints in its band.
+
+        A joint that ripples has those of its own strongest line, in that line's band.
+        """
+        strongest = self.lines[0].evidence
+        others = rms(self._within(self._remaining, strongest.band), [band.test for band in self.bands])
+        before, after = others.tolist(), others.tolist()
+        for line in reversed(self.lines):
+            before[line.joint], after[line.joint] = line.evidence.before, line.evidence.after
+        record = evidence_of(strongest.improvement)
+        return replace(record, band_hz=strongest.band, rms_before=tuple(before), rms_after=tuple(after))
 
     @cached_property
     def structure(self) -> ModelStructure:
@@ -81,32 +95,51 @@ class Ripple:
         return np.concatenate([self.model.solution.x, *([line.sine, line.cosine, line.order] for line in self.lines)])
 
     @cached_property
+    def whole(self) -> FittedModel:
+        """The model with its lines, which act below the low-pass as well; no fit, as little of them is left there."""
+        solution = replace(self.model.solution, structure=self.structure, x=self.x)
+        return FittedModel(self.model.split, solution) if self.lines else self.model
+
+    @cached_property
     def half_widths(self) -> Floats:
         """(3 k,) half the 95 % intervals of the lines' parameters."""
         return np.array([width for line in self.lines for width in line.half_width])
 
+    def intervals(self, model: FittedModel) -> Floats:
+        """(K, 2) 95 % intervals of the parameters of `model` for an exactly known torque gain.
+
+        What a drive delays, or another wave, shifts an order, which is then not the same below the low-pass and above
+        it: the interval of an order of the last model reaches from one to the other.
+        """
+        intervals = model.shape_intervals
+        if model is self.model and self.known_orders:
+            intervals = intervals.copy()
+            for index, orders in self.known_orders.items():
+                intervals[index] = min(intervals[index, 0], *orders), max(intervals[index, 1], *orders)
+        return intervals
+
     def errors(self, model: FittedModel, with_lines: bool = False) -> dict[str, Floats]:
         """(dof,) RMS errors of `model` up to the frequency `upper` [N m], as the fields of a step are called.
 
-        with_lines: with the lines above the low-pass. Below it, the error is that of the model alone.
+        with_lines: of the `whole` model in its place.
         """
-        split = model.split
+        split, residuals = model.split, (self.whole if with_lines else model).residuals
         subsets = {
             "train_rms": split.train,
             "held_out_rms": split.test,
             "train_rms_all": split.train_all,
             "held_out_rms_all": split.test_all,
         }
-        below = {name: rms(model.residuals, rows) for name, rows in subsets.items()}
+        below = {name: rms(residuals, rows) for name, rows in subsets.items()}
         if not self.lines:
             return below
         bands = self.bands if model is self.model else high_bands(split, model.solution)
         remaining = self._remaining if with_lines else [band.residual for band in bands]
-        residuals = [band.below(rest, self.upper) for band, rest in zip(bands, remaining, strict=True)]
+        above = self._within(remaining, (self.low, self.upper))
         return {
             name: np.hypot(
                 below[name],
-                rms(residuals, [band.samples_of(selected) for band, selected in zip(bands, rows, strict=True)]),
+                rms(above, [band.samples_of(selected) for band, selected in zip(bands, rows, strict=True)]),
             )
             for name, rows in subsets.items()
         }
@@ -118,11 +151,9 @@ class Ripple:
         """
         if not self.lines:
             return below
-        residuals = [band.below(rest, self.upper) for band, rest in zip(self.bands, self._remaining, strict=True)]
-        pairs = zip(self.model.split.recordings, residuals, strict=True)
-        tables = [cycle_statistics.by_cycle(recording.samples, residual) for recording, residual in pairs]
-        pooled = cycle_statistics.pooled([each for each in map(cycle_statistics.of_cycles, tables) if each])
-        return np.hypot(below, [joint.noise_rms for joint in pooled]) if pooled else below
+        samples = [band.prepared.samples for band in self.bands]
+        statistics = cycle_statistics.of_residuals(samples, self._within(self._remaining, (self.low, self.upper)))
+        return np.hypot(below, [joint.noise_rms for joint in statistics]) if statistics else below
 
     @cached_property
     def unexplained_share(self) -> Floats:
@@ -137,10 +168,14 @@ class Ripple:
         signal = JointSignal(
             [replace(band, residual=rest) for band, rest in zip(self.bands, residuals, strict=True)], joint
         )
-        highest = max(_MARGIN * line.order for line in self.lines if line.joint == joint)
+        highest = max(BAND_MARGIN * line.order for line in self.lines if line.joint == joint)
         orders = wave_numbers(signal.angle[signal.train], highest)
         reduction = periodogram(signal.angle[signal.train], signal.residual[signal.train], orders)
         return orders, np.sqrt(2 * reduction / signal.train.sum())
+
+    def _within(self, residuals: Sequence[Floats], band: tuple[float, float]) -> list[Floats]:
+        """The part of the `residuals` (n, dof) above the low-pass between two frequencies [Hz]."""
+        return [each.within(rest, *band) for each, rest in zip(self.bands, residuals, strict=True)]
 
     @cached_property
     def _remaining(self) -> tuple[Floats, ...]:
@@ -154,6 +189,11 @@ class Ripple:
             columns = wave(band.motion.position[:, line.joint], line.order)
             computed[:, line.joint] += columns @ [line.sine, line.cosine]
         return band.residual - (band.above(computed) if self.lines else computed)
+
+
+def no_ripple(model: FittedModel) -> Ripple:
+    """The `model` alone."""
+    return Ripple(model, (), (), (), None)
 
 
 def below_low_pass(
@@ -184,8 +224,9 @@ def find_ripple(model: FittedModel, library: Mapping[str, Effect]) -> Ripple:
         steps if effect else np.full(len(steps), np.inf),
     )
     lines = [line for each, _ in found for line in each if not _is_known(line, model)]
-    lines.sort(key=lambda line: -line.amplitude)
-    return Ripple(model, bands, tuple(lines), tuple(chain.from_iterable(each for _, each in found)), effect)
+    lines.sort(key=lambda line: -line.evidence.improvement.share)
+    vibrations = tuple(chain.from_iterable(each for _, each in found))
+    return Ripple(model, bands, tuple(lines), vibrations, effect, _known_orders(model, bands))
 
 
 def _is_known(line: RippleLine, model: FittedModel) -> bool:
@@ -193,13 +234,36 @@ def _is_known(line: RippleLine, model: FittedModel) -> bool:
 
     Above it the amplitude may differ, because the drive answers less.
     """
+    known = (order for joint, order, *_ in _waves(model) if joint == line.joint)
+    return any(abs(line.order - order) < SAME_ORDER * order for order in known)
+
+
+def _waves(model: FittedModel) -> Iterator[tuple[int, float, Floats, int]]:
+    """Joint (from 0), order, amplitudes (2,) of sine and cosine of each wave of `model`, and its index in `x`."""
     structure, x = model.solution.structure, model.solution.x
-    orders = [
-        float(structure.shape_values(index, x)[0])
-        for index, term in enumerate(structure.terms)
-        if term.name == EFFECT and line.joint in term.joints
-    ]
-    return any(abs(line.order - order) < SAME_ORDER * order for order in orders)
+    for index, term in enumerate(structure.terms):
+        if term.name == EFFECT:
+            (parameter,) = np.flatnonzero(structure.parameter_mask(index) & ~structure.linear).tolist()
+            pairs = zip(term.joints, structure.local_values(index, x), strict=True)
+            yield from ((joint, float(x[parameter]), amplitudes, parameter) for joint, amplitudes in pairs)
+
+
+def _known_orders(model: FittedModel, bands: Sequence[HighBand]) -> dict[int, list[float]]:
+    """The ends of the intervals in which the orders of `model` lie above the low-pass, by the index of each in `x`.
+
+    Only where the waves are seen there, to half the resolution of the travel at least.
+    """
+    orders: dict[int, list[float]] = {}
+    for joint, order, amplitudes, parameter in _waves(model):
+        signal = JointSignal(bands, joint)
+        if signal.train.sum() < MIN_SAMPLES:
+            continue
+        carrier = signal.over_angle()
+        own = signal.above(wave(np.nan_to_num(signal.angle), order)) @ amplitudes
+        above, half_width = estimated_order(carrier, order, signal.residual + own)
+        if half_width < carrier.cell / 2:
+            orders.setdefault(parameter, []).extend((above - half_width, above + half_width))
+    return orders
 
 
 def with_vibration_alternatives(selection: Selection) -> Selection:

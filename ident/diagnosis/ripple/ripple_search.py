@@ -8,17 +8,17 @@ A drive attenuates and delays a ripple. Its amplitude and phase therefore follow
 gives it sidebands. They are fitted and removed with it, and are no waves of their own.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from ident.basics.statistics import half_width
-from ident.diagnosis.judge.improvement import MIN_T, Improvement, block_means, improvement_of_blocks
+from ident.diagnosis.judge.improvement import MIN_T, block_means, improvement_of_blocks
+from ident.diagnosis.ripple.ripple_line import BLOCK_PERIODS, BandEvidence, RippleLine
 from ident.diagnosis.ripple.waves import (
     MIN_SAMPLES,
     Carrier,
     JointSignal,
-    RippleLine,
     Vibration,
     least_squares,
     wave,
@@ -65,6 +65,7 @@ class _Pursuit:
             1 / step if step else np.inf,
             2 * np.pi * signal.highest_frequency / signal.speed if signal.speed else np.inf,
         ]
+        self._blocks = signal.blocks(BLOCK_PERIODS, signal.low)
         self._over_angle, self._over_time = signal.over_angle(), signal.over_time()
         self._grids = {
             self._over_angle: wave_numbers(angle, min(limits), LOWEST),
@@ -80,7 +81,7 @@ class _Pursuit:
             if self._is_better(vibration, ripple):
                 break  # a vibration explains more: it comes first
             certain = self._is_better(ripple, vibration)
-            if self._is_confirmed(ripple):
+            if self._is_in_test_rows(ripple):
                 self.orders[self._columns.shape[1]] = order, None if certain or np.isnan(hertz) else hertz
                 return self._add(self._over_angle.columns(order))
             if certain:  # the vibration is a part of a ripple, even if other waves still hide it from the test rows
@@ -125,58 +126,60 @@ class _Pursuit:
         return True
 
     def lines(self) -> list[RippleLine]:
-        """The waves over the angle with their amplitudes and uncertainty."""
-        if not self.orders:
-            return []
-        signal, k = self.signal, len(self.orders)
-        estimates = [self._estimate(index, order) for index, (order, _) in self.orders.items()]
-        angle = np.nan_to_num(signal.angle)
-        columns = np.concatenate([signal.above(wave(angle, order)) for order, _ in estimates], axis=1)
-        rest, pairs = self._left(columns)
-        widths = _uncertainty(columns, np.where(signal.train, rest, np.nan)).half_width()
-        lines = []
-        for i, ((order, width), (_, same)) in enumerate(zip(estimates, self.orders.values(), strict=True)):
-            without = self._left(np.delete(columns, [2 * i, 2 * i + 1], axis=1))[0]
+        """The waves over the angle with their amplitudes and uncertainty, each of which pays beside all others.
+
+        A model has one amplitude and phase for all directions and speeds: with these, the test rows judge once more.
+        """
+        estimates = {index: self._estimate(index, order) for index, (order, _) in self.orders.items()}
+        while estimates:
+            lines = self._fitted(estimates)
+            idle = [index for index, line in lines.items() if not line.evidence.pays]
+            if not idle:
+                return list(lines.values())
+            del estimates[min(idle, key=lambda index: lines[index].evidence.improvement.share)]
+        return []
+
+    def _fitted(self, estimates: Mapping[int, tuple[float, float]]) -> dict[int, RippleLine]:
+        """The waves of the orders `estimates`, with half their intervals, by the same keys, fitted together."""
+        signal, k, angle = self.signal, len(estimates), np.nan_to_num(self.signal.angle)
+        columns = np.concatenate([signal.above(wave(angle, order)) for order, _ in estimates.values()], axis=1)
+        train, test = signal.train, signal.test
+        rest, pairs = self._left(columns, train)
+        widths = _uncertainty(columns, np.where(train, rest, np.nan)).half_width()
+        turned = self._left(columns, test)[0]
+        lines = {}
+        for i, (index, (order, width)) in enumerate(estimates.items()):
+            others = np.delete(columns, [2 * i, 2 * i + 1], axis=1)
             sine, cosine, of_sine, of_cosine = np.concatenate(
                 [pairs.reshape(k, 2)[i], widths.reshape(k, 2)[i]]
             ).tolist()
-            lines.append(
-                RippleLine(
-                    signal.joint,
+            lines[index] = RippleLine(
+                signal.joint,
+                order,
+                sine,
+                cosine,
+                half_width=(of_sine, of_cosine, width),
+                evidence=BandEvidence.of(
+                    signal,
                     order,
-                    sine,
-                    cosine,
-                    half_width=(of_sine, of_cosine, width),
-                    improvement=self._improvement(without, rest, signal.test),
-                    same_frequency=same,
-                )
+                    held_out=(self._left(others, train)[0], rest),
+                    other_way=(self._left(others, test)[0], turned),
+                ),
+                same_frequency=self.orders[index][1],
             )
         return lines
 
-    def _left(self, columns: Floats) -> tuple[Floats, Floats]:
-        """(n,) residual that `columns` (n, c) leave, and (c,) their coefficients, the same in all parts."""
-        signal = self.signal
-        coefficients = least_squares(columns[signal.train], signal.residual[signal.train])
-        return signal.residual - columns @ coefficients, coefficients
+    def _left(self, columns: Floats, rows: Bools) -> tuple[Floats, Floats]:
+        """(n,) residual that `columns` (n, c) leave, and (c,) their coefficients in all parts, by a fit to `rows`."""
+        residual = self.signal.residual
+        coefficients = least_squares(columns[rows], residual[rows])
+        return residual - columns @ coefficients, coefficients
 
     def _estimate(self, index: int, order: float) -> tuple[float, float]:
-        """The mean of an `order` over recordings and directions, and half its 95 % interval.
-
-        The interval covers what differs between them, such as delays, beside the noise.
-        """
-        signal, carrier = self.signal, self._over_angle
-        explained = self._columns * carrier.coefficients(self._columns, signal.residual)
-        target = self.rest + np.sum(explained[:, index : index + 2], axis=1)
-        order = carrier.refined(order, target)
-        slope, left = carrier.slope(order, target)
-        parts = [here for here, _ in carrier.parts if slope[here].any()]
-        weights = np.array([slope[here] @ slope[here] for here in parts])
-        shifts = np.array([slope[here] @ left[here] for here in parts]) / weights
-        within = _uncertainty(slope[:, None], np.where(signal.train, left, np.nan)).covariance[0, 0]
-        scatter = weights @ shifts**2 / weights.sum() / max(len(parts) - 1, 1)
-        # Welch and Satterthwaite: the variance between parts is uncertain, as they are few.
-        freedom = (len(parts) - 1) * ((within + scatter) / scatter) ** 2 if len(parts) > 1 else np.inf
-        return order, float(half_width(np.asarray(freedom)) * np.sqrt(within + scatter))
+        """The mean of an `order`, whose wave has this `index` of its columns, and half its 95 % interval."""
+        carrier = self._over_angle
+        explained = self._columns * carrier.coefficients(self._columns, self.signal.residual)
+        return estimated_order(carrier, order, self.rest + np.sum(explained[:, index : index + 2], axis=1))
 
     def _is_known(self, orders: Floats | float) -> Bools:
         """Whether `orders` belong to a wave that was found."""
@@ -184,17 +187,18 @@ class _Pursuit:
 
     def _is_better(self, first: Floats, second: Floats) -> bool:
         """Whether the change `first` (n,) explains significantly more than the `second` one."""
-        return self._improvement(self.rest - second, self.rest - first, self.signal.train).is_supported
+        before, after = self._means(self.rest - second, self.rest - first)
+        return improvement_of_blocks(before, after).is_supported
 
-    def _improvement(self, before: Floats, after: Floats, rows: Bools) -> Improvement:
-        """Improvement between two residuals (n,), on `rows`."""
-        first, second = (block_means(self.signal.blocks[rows], rest[rows] ** 2) for rest in (before, after))
-        return improvement_of_blocks(first, second)
+    def _means(self, *rests: Floats) -> list[Floats]:
+        """Mean squares of each of the `rests` (n,) over the blocks of training rows."""
+        rows = self.signal.train
+        return [block_means(self._blocks[rows], rest[rows] ** 2) for rest in rests]
 
-    def _is_confirmed(self, change: Floats) -> bool:
+    def _is_in_test_rows(self, change: Floats) -> bool:
         """Whether test rows are correlated with the `change` (n,) by a wave, as it was fitted to training rows."""
         rows = self.signal.test
-        blocks = self.signal.blocks[rows]
+        blocks = self._blocks[rows]
         sums = np.bincount(blocks, (self.rest * change)[rows])[np.bincount(blocks) > 0]
         return _student_t(sums.astype(float)) > MIN_T
 
@@ -203,10 +207,27 @@ class _Pursuit:
 
         What reversals leave is as periodic as they are, but short.
         """
-        rows = self.signal.train
-        squares = self.rest[rows] ** 2, (self.rest - change)[rows] ** 2
-        before, after = (np.log(block_means(self.signal.blocks[rows], each)) for each in squares)
-        return _student_t(before - after) > MIN_T
+        before, after = self._means(self.rest, self.rest - change)
+        return _student_t(np.log(before) - np.log(after)) > MIN_T
+
+
+def estimated_order(carrier: Carrier, order: float, target: Floats) -> tuple[float, float]:
+    """The mean over recordings and directions of an `order` in the `target` (n,), and half its 95 % interval.
+
+    The interval covers what differs between them, such as delays, beside the noise; infinite if nothing is known.
+    """
+    order = carrier.refined(order, target)
+    slope, left = carrier.slope(order, target)
+    parts = [here for here, _ in carrier.parts if slope[here].any()]
+    if not parts:
+        return order, np.inf
+    weights = np.array([slope[here] @ slope[here] for here in parts])
+    shifts = np.array([slope[here] @ left[here] for here in parts]) / weights
+    within = _uncertainty(slope[:, None], np.where(carrier.signal.train, left, np.nan)).covariance[0, 0]
+    scatter = weights @ shifts**2 / weights.sum() / max(len(parts) - 1, 1)
+    # Welch and Satterthwaite: the variance between parts is uncertain, as they are few.
+    freedom = (len(parts) - 1) * ((within + scatter) / scatter) ** 2 if len(parts) > 1 else np.inf
+    return order, float(half_width(np.asarray(freedom)) * np.sqrt(within + scatter))
 
 
 def _student_t(values: Floats) -> float:

@@ -8,14 +8,11 @@ import numpy as np
 
 from ident.basics.statistics import nonzero
 from ident.data.spectral_lines import FALSE_ALARM
-from ident.diagnosis.judge.improvement import Improvement
 from ident.diagnosis.ripple.high_band import HighBand
 from ident.diagnosis.search.selection import WIDTH
 from ident.dynamics.effects.periodogram import periodogram
 from recordings.recording import Bools, Floats, Ints
 
-BLOCK_PERIODS = 3.0
-"""Length of a block that counts as independent, in periods of the low-pass."""
 OVERSAMPLING = 4
 """Points of a periodogram per resolution cell."""
 _WINDOW = 24 * OVERSAMPLING
@@ -24,30 +21,6 @@ _STEPS = 4
 """Gauss-Newton steps of a wave number."""
 MIN_SAMPLES = 64
 """Training samples and test samples below which no wave is searched, and a part of the samples is none by itself."""
-
-
-@dataclass(frozen=True)
-class RippleLine:
-    """One wave over the angle of one joint."""
-
-    joint: int
-    """From 0."""
-    order: float
-    """Periods per turn (per 2 pi m of a prismatic joint)."""
-    sine: float
-    """[N m], the mean of all directions and speeds."""
-    cosine: float
-    half_width: tuple[float, float, float]
-    """Half the 95 % intervals of sine, cosine and order."""
-    improvement: Improvement
-    """On test rows above the low-pass, over all other lines."""
-    same_frequency: float | None
-    """Frequency of a vibration that explains as much [Hz]; None if none does."""
-
-    @property
-    def amplitude(self) -> float:
-        """[N m]."""
-        return float((self.sine**2 + self.cosine**2) ** 0.5)
 
 
 @dataclass(frozen=True)
@@ -91,17 +64,25 @@ class JointSignal:
         """Lower end of the band [Hz]."""
         return max(band.prepared.bandwidth for band in self.bands)
 
-    @cached_property
-    def blocks(self) -> Ints:
-        """(n,) number of the block of each sample."""
-        number = np.floor(self.time / (BLOCK_PERIODS / self.low)).astype(int)
+    def blocks(self, periods: float, low: float) -> Ints:
+        """(n,) number of the block of each sample, which lasts so many `periods` of the frequency `low` [Hz]."""
+        number = np.floor(self.time * low / periods).astype(int)
         return number - number.min() + self.recording * (np.ptp(number) + 1)
+
+    def parts(self, x: Floats) -> list[Floats]:
+        """The part of `x` (n, ...) in each recording."""
+        return np.split(x, np.cumsum([len(band.residual) for band in self.bands])[:-1])
 
     def above(self, columns: Floats) -> Floats:
         """`columns` (n, c) above the low-pass; 0 where unknown."""
-        ends = np.cumsum([len(band.residual) for band in self.bands])[:-1]
-        parts = zip(self.bands, np.split(columns, ends), strict=True)
+        parts = zip(self.bands, self.parts(columns), strict=True)
         return np.nan_to_num(np.concatenate([band.above(part) for band, part in parts]))
+
+    def within(self, x: Floats, low: float, high: float) -> Floats:
+        """The part between the frequencies `low` and `high` [Hz] of `x` (n,) above the low-pass."""
+        return np.concatenate(
+            [band.within(part, low, high) for band, part in zip(self.bands, self.parts(x), strict=True)]
+        )
 
     def over_angle(self) -> "Carrier":
         """Waves over the angle: the drive delays and attenuates them, in each direction in another way."""

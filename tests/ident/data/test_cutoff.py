@@ -54,6 +54,10 @@ def test_a_slow_recording_lowers_the_cutoff_and_a_torque_of_larger_bandwidth_rai
     wide = choose(np.sin(2 * t)[:, None] + 1e-3 * wave, wave + noise, 1000.0)
     assert wide.reason == "signal"
     assert wide.hz == pytest.approx(70, abs=3)
+    slow_too = choose(
+        np.sin(2 * t)[:, None] * [1, 1], wave * [1, 0] + np.sin(2 * t)[:, None] * [0, 1] + noise, 1000.0
+    )
+    assert slow_too.reason == "usual", "the ripple of one joint does not raise the cut-off of all"
 
 
 def test_a_gap_does_not_change_the_cutoff(noisy: Recording) -> None:

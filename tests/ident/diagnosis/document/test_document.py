@@ -65,7 +65,7 @@ def concluded(
         model=model,
         split=SimpleNamespace(scored=(np.array([[True]]),), torque_rms=np.array([torque])),
         selection=SimpleNamespace(steps=[SimpleNamespace(model=model)]),
-        ripple=SimpleNamespace(lines=()),
+        ripple=SimpleNamespace(lines=(), whole=model),
         unexplained=SimpleNamespace(significant=structured, sentence=""),
         library=library(),
         **{"forced": False, "data_problems": (), **fields},
@@ -112,7 +112,13 @@ def test_ripple_is_one_finding_with_joint_order_and_doubt(ripple: Ripple) -> Non
     (finding,) = with_ripple([], ripple)
     assert (finding.effect, finding.joints, finding.confusable_with) == ("cogging", (2,), ())
     assert "joint 2: 159.99" in finding.why
-    assert finding.evidence.gain > 0.3
+    evidence = finding.evidence
+    assert evidence.gain > 0.3
+    assert evidence.band_hz == ripple.lines[0].evidence.band
+    (same, before), (unchanged, after) = evidence.rms_before or (), evidence.rms_after or ()
+    assert same == unchanged, "the joint that does not ripple"
+    assert after**2 < (1 - 0.5 * evidence.gain) * before**2
+    assert f"from {before:.3g} to {after:.3g}" in finding.why
     uncertain = replace(ripple, lines=(replace(ripple.lines[0], same_frequency=41.0),))
     (doubted,) = with_ripple([], uncertain)
     assert doubted.confusable_with == ("vibration",)
