@@ -1,6 +1,7 @@
 """`python -m benchmarks.hidden_effects.traps [--seeds N]`: recordings of one axis that invite false names.
 
-Nothing that is hidden in them is in the library that diagnoses them. None of the effects in `FALSE` may be named.
+Nothing that is hidden in most of them is in the library that diagnoses them: none of the effects in `FALSE` may be
+named. Of those in `HIDDEN` it is, and nothing else may be named.
 """
 
 from collections.abc import Iterator
@@ -20,11 +21,17 @@ FALSE = ("amplifier_saturation", "encoder_eccentricity", "thermal_drift")
 """Effects that such recordings were blamed on."""
 TRUE = ("axis_weight", "position_dependent_friction", "position_torque", "power_law_friction")
 """Effects that would be right, or nearly so: they are left out of the library where it has them."""
+HIDDEN: dict[traps.Kind, tuple[str, ...]] = {
+    "heavy_axis": ("axis_weight",),
+    "turned_motor": ("torque_offset",),
+    "slow_turns": ("axis_weight", "torque_offset"),
+}
+"""Effects that are right, and that the library has."""
 
 
 def diagnose_trap(kind: traps.Kind, seed: int) -> Document:
     """Record and diagnose a trap."""
-    effects = {name: effect for name, effect in library().items() if name not in TRUE}
+    effects = {name: effect for name, effect in library().items() if kind in HIDDEN or name not in TRUE}
     with TemporaryDirectory() as name:
         folder = Path(name)
         traps.make(folder, kind, seed)
@@ -32,9 +39,12 @@ def diagnose_trap(kind: traps.Kind, seed: int) -> Document:
         return verdict.to_document(diagnose([folder / TRAIN], held_out, effects, DiagnosisOptions()))
 
 
-def false_names(document: Document) -> list[str]:
-    """Effects in the findings of which no trap has anything."""
-    return [finding.effect for finding in document.findings if finding.effect in FALSE]
+def false_names(kind: traps.Kind, document: Document) -> list[str]:
+    """Effects in the findings of which this trap has nothing."""
+    if kind not in HIDDEN:
+        return [finding.effect for finding in document.findings if finding.effect in FALSE]
+    named = [(finding.effect, {finding.effect, *finding.confusable_with}) for finding in document.findings]
+    return [effect for effect, group in named if not group.intersection(HIDDEN[kind])]
 
 
 @click.command()
@@ -45,7 +55,7 @@ def main(seeds: int, only: tuple[traps.Kind, ...]) -> None:
     believed = 0
     for kind in only or traps.KINDS:
         documents = list(_with_progress(kind, seeds))
-        wrong = [document for document in documents if false_names(document)]
+        wrong = [document for document in documents if false_names(kind, document)]
         believed += len(wrong)
         named = sum(bool(document.findings) for document in documents)
         click.echo(f"{kind:20} {seeds} traps, {len(wrong)} with a false name, {named} with any name")

@@ -14,7 +14,7 @@ SEEDS = (2, 3)
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("kind", traps.KINDS)
 def test_trap_is_not_believed(kind: traps.Kind, seed: int) -> None:
-    assert false_names(diagnose_trap(kind, seed)) == []
+    assert false_names(kind, diagnose_trap(kind, seed)) == []
 
 
 @pytest.mark.parametrize("kind", ["undeclared_weight", "sublinear_friction"])

@@ -12,10 +12,22 @@ from recordings.importing import Description, import_data
 from recordings.recording import Floats
 from tests.foreign.pairs import TRAIN, VALIDATE
 
-Kind = Literal["rising_speed", "single_stroke", "single_speed", "undeclared_weight", "sublinear_friction"]
+Kind = Literal[
+    "rising_speed",
+    "single_stroke",
+    "single_speed",
+    "undeclared_weight",
+    "sublinear_friction",
+    "heavy_axis",
+    "turned_motor",
+    "slow_turns",
+]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 """Speed that rises with time; one stroke without return; one speed in both directions, beside a vibration; weight
-that the rig file does not declare; friction c |v|^0.5 sgn v."""
+that the rig file does not declare; friction c |v|^0.5 sgn v; weight of many times the friction; an offset of a motor
+that is turned hundreds of times; weight and an offset over tens of slow turns."""
+_LINEAR = ("undeclared_weight", "heavy_axis", "turned_motor", "slow_turns")
+"""Those whose friction is viscous."""
 
 _SECONDS = {"train": 20.0, "validate": 12.0}
 _RATES = (250.0, 500.0, 1000.0)
@@ -50,6 +62,8 @@ class Axis:
     weight: float
     """Amplitude of the weight's torque [N m]."""
     weight_angle: float
+    offset: float
+    """[N m]"""
     vibration: float
     """Amplitude of a torque at a fixed frequency [N m]."""
     frequency: float
@@ -89,15 +103,17 @@ def make(folder: Path, kind: Kind, seed: int) -> Setting:
 
 def _draw_axis(kind: Kind, rng: np.random.Generator) -> Axis:
     """A joint of a robot arm: friction dominates, and rises less than linearly with the speed."""
-    coulomb = rng.uniform(0.5, 3.0)
-    weighted, vibrates = kind == "undeclared_weight", kind == "single_speed"
+    coulomb, vibrates = rng.uniform(0.5, 3.0), kind == "single_speed"
+    weights = {"undeclared_weight": (0.5, 4.0), "heavy_axis": (10.0, 40.0), "slow_turns": (0.5, 4.0)}
+    before_gear = 0.01 if kind == "turned_motor" else 1.0  # a motor is fast, and light
     return Axis(
-        inertia=rng.uniform(0.1, 0.5),
+        inertia=before_gear * rng.uniform(0.1, 0.5),
         coulomb=coulomb,
-        drag=coulomb * rng.uniform(0.5, 1.5),
-        exponent=1.0 if weighted else 0.5,
-        weight=coulomb * rng.uniform(0.5, 4.0) if weighted else 0.0,
+        drag=before_gear * coulomb * rng.uniform(0.5, 1.5),
+        exponent=1.0 if kind in _LINEAR else 0.5,
+        weight=coulomb * rng.uniform(*weights[kind]) if kind in weights else 0.0,
         weight_angle=rng.uniform(-np.pi, np.pi),
+        offset=coulomb * rng.uniform(0.1, 0.5) if kind in ("turned_motor", "slow_turns") else 0.0,
         vibration=coulomb * rng.uniform(0.05, 0.2) if vibrates else 0.0,
         frequency=rng.uniform(4.0, 9.0),
     )
@@ -115,6 +131,9 @@ def _draw_path(kind: Kind, seconds: float, rng: np.random.Generator) -> Path1d:
     if kind == "single_speed":
         half, speed = rng.uniform(0.4, 1.2), rng.uniform(0.3, 1.0)
         return lambda t: half * _rounded_triangle(speed * t / (2 * np.pi * half) * (np.pi / 2))
+    if kind in ("turned_motor", "slow_turns"):
+        turns, there_and_back = rng.uniform(100, 300) if kind == "turned_motor" else rng.uniform(5, 15), seconds / 2
+        return lambda t: np.pi * turns * _rounded_triangle(t / there_and_back)
     phases, size = rng.uniform(0, 2 * np.pi, 5), rng.uniform(0.4, 1.2)
     period = float(seconds / rng.integers(2, 6))
     return lambda t: sum(
@@ -181,4 +200,4 @@ def _torque(axis: Axis, time: Floats, q: Floats, v: Floats, a: Floats) -> Floats
     friction = (axis.coulomb + axis.drag * np.abs(v) ** axis.exponent) * direction
     weight = axis.weight * np.sin(q - axis.weight_angle)
     vibration = axis.vibration * np.sin(2 * np.pi * axis.frequency * time)
-    return np.asarray(axis.inertia * a + friction + weight + vibration)
+    return np.asarray(axis.inertia * a + friction + weight + axis.offset + vibration)

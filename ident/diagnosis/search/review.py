@@ -7,6 +7,7 @@ from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.judge import Evidence, Rejection, judge
 from ident.diagnosis.judge.price import is_preferred, is_significant, slack
 from ident.diagnosis.judge.rules import OF_VALUES, objection
+from ident.diagnosis.judge.rules.limits import extraordinary_joints
 from ident.diagnosis.judge.rules.simpler import simpler_effect
 from ident.diagnosis.search.candidates import Candidates, added_term
 from ident.diagnosis.search.largest_gain import LargestGain
@@ -79,8 +80,12 @@ def _rivals(candidates: Candidates, reduced: FittedModel, model: FittedModel, in
 def _equivalent(
     reduced: FittedModel, model: FittedModel, index: int, rivals: Sequence[FittedModel]
 ) -> list[FittedModel]:
-    """The `rivals` that these data cannot tell from `model`; none where one of them is much better."""
-    best = min(each.solution.loss for each in (model, *rivals))
+    """The `rivals` that these data cannot tell from `model`; none where one of them is much better.
+
+    What is better, but seldom, is one of them: where not the data but its price decided, both are named.
+    """
+    likely = [rival for rival in rivals if not extraordinary_joints(rival, added_term(reduced, rival))]
+    best = min(each.solution.loss for each in (model, *likely))
     reachable = best + slack(reduced.solution.loss, best, model.split.independent_rows)
     if model.solution.loss > reachable:
         return []

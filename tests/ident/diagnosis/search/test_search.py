@@ -306,3 +306,12 @@ def test_effect_keeps_its_joints_where_another_is_added_to_a_known_model(monkeyp
     for names in (("quadratic_friction", "joint_spring"), ("joint_spring", "quadratic_friction")):
         both = search.add(search.add(model, names[0]), names[1])
         assert {term.name: term.joints for term in both.terms} == {"joint_spring": (0, 1), "quadratic_friction": (0,)}
+
+
+def test_what_is_better_but_seldom_is_named_beside_what_is_likely() -> None:
+    """A spring over five turns, which no machine has, leaves a third of what the offset does."""
+    recording = building.record(noise=0.1, extra=lambda motion: 0.3 + 0.01 * motion.position, drift=2.0)
+    effects = {name: library()[name] for name in ("torque_offset", "joint_spring")}
+    search, begin = building.search(building.split([recording]), effects)
+    (finding,) = search.select(*begin).findings
+    assert (finding.term.name, finding.alternatives) == ("torque_offset", ("joint_spring",))
