@@ -1,5 +1,6 @@
 """The JSON document of a diagnosis, as printed by `ident diagnose --json`."""
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any, Literal
@@ -44,8 +45,12 @@ class ParameterValue(ConfigSection):
         """Value, interval and unit."""
         if self.infinite:
             return "never"
-        interval = f" ({self.interval[0]:.4g} to {self.interval[1]:.4g})" if self.interval else ""
-        return f"{self.value:.4g}{interval} {self.unit}"
+        if self.interval is None:
+            return f"{self.value:.4g} {self.unit}"
+        (low, high), largest = self.interval, max(map(abs, self.interval))
+        # Of a narrow interval, such as that of an order of ripple, two digits have to differ.
+        digits = max(4, 2 + math.ceil(math.log10(largest / (high - low)))) if high > low else 4
+        return f"{self.value:.{digits}g} ({low:.{digits}g} to {high:.{digits}g}) {self.unit}"
 
 
 class StepEntry(ConfigSection):

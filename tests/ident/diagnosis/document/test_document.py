@@ -199,3 +199,19 @@ def test_label_names_the_effects_added_and_removed() -> None:
     assert labels([("cogging",), ("cogging", "cogging")])[1] == "+ cogging", "another line of the spectrum"
     assert labels([("joint_spring",), ("backlash",)])[1] == "+ backlash − joint_spring"
     assert labels([mandatory, mandatory])[1] == "the same effects, refitted"
+
+
+@pytest.mark.parametrize(
+    ("value", "interval", "text"),
+    [
+        (2400.2601, (2400.0512, 2400.4731), "2400.26 (2400.05 to 2400.47) 1/turn"),
+        (0.2741, (0.214, 0.33431), "0.2741 (0.214 to 0.3343) 1/turn"),
+        (0.0, (0.0, 0.0), "0 (0 to 0) 1/turn"),
+        (1.5, None, "1.5 1/turn"),
+    ],
+)
+def test_parameter_in_words_shows_by_how_much_its_bounds_differ(
+    value: float, interval: tuple[float, float] | None, text: str
+) -> None:
+    entry = ParameterValue(value=value, unit="1/turn", ci95=interval, meaning="", lower=None, upper=None)
+    assert entry.in_words == text
