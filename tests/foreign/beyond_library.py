@@ -1,9 +1,9 @@
-"""Laws that no effect of the list contains, and the quantities that each uses: what a formula is searched for.
+"""Laws that no effect of the list contains: what a formula is searched for.
 
 Beside those in `out_of_library`, which the locked cases of `benchmarks.hidden_effects` are drawn from.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +12,6 @@ from pydantic import create_model
 
 from drivers.simulated.effect import HiddenEffect, parameter
 from recordings.recording import Floats
-from tests.foreign import out_of_library
 from tests.foreign.laws import Parameters, State
 
 Law = Callable[[State, State, Parameters], Floats]
@@ -82,21 +81,6 @@ LAWS: dict[str, Law] = {
     "shaking_by_other": lambda s, other, p: p["a"] * np.sin(p["N"] * other.q + p["phase"]),
     "loaded_ripple": lambda s, other, p: p["a"] * s.load * np.sin(p["N"] * s.q + p["phase"]),
 }
-QUANTITIES = {
-    "uneven_grease": "q qd",
-    "bearing_load": "qd qdd",
-    "creeping_zero": "t",
-    "tangled_cables": "q q'",
-    "spring_and_damper": "q qd q' qd'",
-    "mutual_inertia": "qdd'",
-    "friction_of_other": "qd q'",
-    "far_damper": "q qd",
-    "eddy_brake": "qd",
-    "sigmoid": "qd",
-    "shaking_by_other": "q'",
-    "loaded_ripple": "q load",
-}
-"""Of each law, those of another joint with a mark; a sign of the velocity is the velocity."""
 
 
 def others(effect: HiddenEffect) -> list[int]:
@@ -112,11 +96,3 @@ def torque(name: str, effect: HiddenEffect, s: State) -> Floats:
     order = others(effect)
     other = replace(s, q=s.q[:, order], v=s.v[:, order], a=s.a[:, order])
     return LAWS[name](s, other, effect.model_dump())
-
-
-def quantities(name: str, joints: Sequence[int], parameters: Parameters) -> dict[int, list[str]]:
-    """What the law `name` uses on each of its `joints` (from 1); what is of another joint has its number."""
-    other = others((out_of_library.KINDS | KINDS)[name].model_validate({"joints": tuple(joints), **parameters}))
-    return {
-        joint: [each.replace("'", f"{other[joint - 1] + 1}") for each in QUANTITIES[name].split()] for joint in joints
-    }
