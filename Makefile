@@ -7,7 +7,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 # Where it is set, as in many containers, every test process would compile all modules and rewrite all assertions anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup demo demo-control test test-all test-fast test-slow test-realtime test-vcan ci lint faults fuzz hidden-effects watch-alarms fleet-years golden mutants docs docs-output pictures bench samples lock
+.PHONY: setup demo demo-control test test-all test-fast test-slow test-realtime test-vcan ci lint faults fuzz hidden-effects watch-alarms fleet-years mutants docs docs-output pictures bench samples lock
 
 setup: $(READY)
 
@@ -113,10 +113,6 @@ watch-alarms: $(READY)
 # What one more night costs after three years of 200 robots, and whether small fleets have the alarms of their whole history.
 fleet-years: $(READY)
 	$(BIN)/python -m benchmarks.fleet.years build/fleet-years
-
-# Runs fit, compare and diagnose on kept recordings and compares all numbers with those that were kept.
-golden: $(READY)
-	$(BIN)/python -m tests.golden compare
 
 # Changes one place of the code at a time, and prints which of these changes no fast test notices.
 MUTATED ?= ident/diagnosis ident/uncertainty ident/data ident/residuals recordings
