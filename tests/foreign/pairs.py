@@ -68,11 +68,11 @@ def make(
     validate = Plant(robot, draw_motion("fourier", seconds=12.0))
     sizer = EffectSizer(train) if effects else None
     sized = [_draw_of_size(rng, sizer, wanted, size) for wanted, size in zip(effects, sizes, strict=True) if sizer]
-    write_pair(folder, train, validate, [effect for effect, _ in sized], setting, rng)
+    _write_pair(folder, train, validate, [effect for effect, _ in sized], setting, rng)
     return {"schema": 1, "seed": seed, "effects": [_truth_entry(effect, reached) for effect, reached in sized]}
 
 
-def write_pair(
+def _write_pair(
     folder: Path,
     train: Plant,
     validate: Plant,
