@@ -1,12 +1,8 @@
-"""The installed programs as benchmarks run them, and what they measure with: recordings, ratios of pairs."""
+"""The installed programs as benchmarks run them, and the recordings that they make."""
 
-import statistics
 import subprocess
 import sys
-from collections.abc import Sequence
 from pathlib import Path
-
-from scipy import stats
 
 SEED = 9
 """Seed of the hidden effect of `make demo`."""
@@ -37,15 +33,6 @@ def record_demo(folder: Path, *trajectories: str, rate: float = 500.0) -> list[P
     """Record each of `trajectories` at `rate` [Hz] into `folder`, with the hidden effect of `make demo`."""
     folder.mkdir(exist_ok=True)
     return [record(folder / f"{name}.mcap", name, "--rate", rate, "--hidden", SEED) for name in trajectories]
-
-
-def ratio(values: Sequence[float], others: Sequence[float]) -> str:
-    """Median ratio over the pairs, with its 95 % interval by order statistics, and the extremes, as text."""
-    ratios = sorted(value / other for value, other in zip(values, others, strict=True))
-    rank = int(stats.binom.ppf(0.025, len(ratios), 0.5))
-    interval = f", 95 % interval {ratios[rank - 1]:.3f} to {ratios[-rank]:.3f}" if rank else ""
-    pairs = f"median of {len(ratios)} pairs{interval}; single pairs {ratios[0]:.3f} to {ratios[-1]:.3f}"
-    return f"{statistics.median(ratios):.3f} ({pairs})"
 
 
 def claim(what: str, reached: bool) -> None:

@@ -11,10 +11,10 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from benchmarks.fleet import cluster
 from ident.fleet.engines import EngineOptions
 from ident.fleet.store import Store
 from recordings.errors import RunFailed
+from tests.ident.fleet import cluster
 from tests.ident.fleet.conftest import brought_up_to_date
 from tests.patience import patient
 
