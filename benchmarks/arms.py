@@ -222,8 +222,7 @@ class Case:
     def filtered(signal: Floats) -> Floats:
         """Every fifth row of a `signal` (n, ...) below the bandwidth of an analysis."""
         low_pass = butter(2, _BANDWIDTH, fs=RATE, output="sos")
-        filtered: Floats = sosfiltfilt(low_pass, signal, axis=0)[::5]
-        return filtered
+        return sosfiltfilt(low_pass, signal, axis=0)[::5]
 
 
 @dataclass(frozen=True)

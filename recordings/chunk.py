@@ -130,15 +130,13 @@ def _indexed(data: bytes, index: Sequence[bytes]) -> Offsets | None:
 
 def _distinct(lengths: NDArray[np.integer]) -> list[int]:
     """The different ones of some `lengths`, which are mostly all the same."""
-    different: list[int] = (lengths[:1] if (lengths == lengths[0]).all() else np.unique(lengths)).tolist()
-    return different
+    return (lengths[:1] if (lengths == lengths[0]).all() else np.unique(lengths)).tolist()
 
 
 def rows(data: bytes, length: int, offsets: NDArray[np.integer]) -> NDArray[np.uint8]:
     """Message records of one length at `offsets`, as bytes (n, record size)."""
     size = RECORD.size + length
-    view: NDArray[np.uint8] = _windows(data, np.dtype((np.void, size)))[offsets].view(np.uint8).reshape(-1, size)
-    return view
+    return _windows(data, np.dtype((np.void, size)))[offsets].view(np.uint8).reshape(-1, size)
 
 
 def _windows(data: bytes, dtype: np.dtype[Any]) -> NDArray[Any]:

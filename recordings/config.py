@@ -56,8 +56,7 @@ def toml_content(path: Path, what: str) -> dict[str, Any]:
     """
     text, where = bounded_text(path, what, _LARGEST_FILE), f"{what} {path}"
     check_keys(text, where)
-    content: dict[str, Any] = parsed(tomllib.loads, text, where, "TOML", _LARGEST)
-    return content
+    return parsed(tomllib.loads, text, where, "TOML", _LARGEST)
 
 
 def validated(content: Any, model: type[ModelT], where: str) -> ModelT:

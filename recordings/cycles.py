@@ -181,8 +181,7 @@ def _mismatch(x: Floats, period: int) -> Floats:
 
     Unknown samples count as zero difference.
     """
-    worst: Floats = np.nan_to_num(np.abs(x[period:] - x[:-period])).max(axis=1)
-    return worst
+    return np.nan_to_num(np.abs(x[period:] - x[:-period])).max(axis=1)
 
 
 def _encoder_steps(x: Floats) -> float:

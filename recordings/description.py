@@ -127,8 +127,7 @@ def _product(a: Floats, b: Floats) -> Floats:
 def _turned(turn: Floats, vector: Floats) -> Floats:
     """`vector` (3,) turned by a quaternion (4,)."""
     twice = 2 * np.cross(turn[:3], vector)
-    result: Floats = vector + turn[3] * twice + np.cross(turn[:3], twice)
-    return result
+    return vector + turn[3] * twice + np.cross(turn[:3], twice)
 
 
 def _delta(geometry: Geometry, joints: Sequence[str]) -> str:

@@ -252,14 +252,12 @@ class Recording:
             target = np.take_along_axis(self.command, np.maximum.accumulate(rows, axis=0), axis=0)
             target = np.concatenate([np.full((1, target.shape[1]), np.nan), target[:-1]])
             target[1:][self._gaps_in_time > 0] = np.nan
-        error: Floats = np.where(np.isfinite(self.command), target - self.position, np.nan)
-        return error
+        return np.where(np.isfinite(self.command), target - self.position, np.nan)
 
     @property
     def gaps(self) -> Ints:
         """Number of lost samples per joint (dof,)."""
-        counts: Ints = np.isnan(self.position).sum(axis=0, dtype=np.int64)
-        return counts
+        return np.isnan(self.position).sum(axis=0, dtype=np.int64)
 
     @property
     def longest_gap(self) -> float:

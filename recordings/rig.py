@@ -279,8 +279,7 @@ class Rig(Chain):
         rated = [drive.rated_torque for drive in self.drives] if rated is None else rated
         share = torque * [drive.sign / limit for drive, limit in zip(self.drives, rated, strict=True)]
         limit = self.limits.torque_offset
-        counts: NDArray[np.int64] = np.rint(1000 * np.clip(share, -limit, limit)).astype(np.int64)
-        return counts
+        return np.rint(1000 * np.clip(share, -limit, limit)).astype(np.int64)
 
     def with_torque_offset(self) -> "Rig":
         """Copy the rig with a torque offset sent to every drive.

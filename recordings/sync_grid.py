@@ -212,8 +212,7 @@ def sync_stamps(container: Container, run: Run) -> Ints:
 def nanoseconds(messages: Batch) -> Ints:
     """(n,) stamps of messages [ns]."""
     stamp = messages["header.stamp"]
-    result: Ints = stamp["sec"].astype(np.int64) * 10**9 + stamp["nanosec"]
-    return result
+    return stamp["sec"].astype(np.int64) * 10**9 + stamp["nanosec"]
 
 
 def _unless_all_nan(table: Floats) -> Floats | None:

@@ -214,8 +214,7 @@ class RecordingWriter:
     def _register(self, topic: str) -> int:
         name, text = schemas.ALL_TOPICS[topic]
         schema: int = self._mcap.register_schema(name, "ros2msg", text.encode())
-        channel: int = self._mcap.register_channel(topic, "cdr", schema)
-        return channel
+        return self._mcap.register_channel(topic, "cdr", schema)
 
     def _add(self, topic: str, stamp_ns: int, log_ns: int, encoder: Encoder, values: Iterable[float]) -> None:
         """Write a message that begins with its stamp, and flush now and then."""

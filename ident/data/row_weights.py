@@ -58,8 +58,7 @@ def _rms(torques: Sequence[Floats]) -> Floats:
     """(dof,) RMS of the torque [N m or N]; 1 for a joint without any."""
     torque = np.concatenate(torques)
     squares = np.nansum(torque**2, axis=0) / np.maximum(np.isfinite(torque).sum(axis=0), 1)
-    rms: Floats = np.sqrt(np.where(squares > 0, squares, 1.0))
-    return rms
+    return np.sqrt(np.where(squares > 0, squares, 1.0))
 
 
 def standstill_share(recording: PreparedRecording) -> Floats:

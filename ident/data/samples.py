@@ -55,8 +55,7 @@ class Samples:
     @property
     def known(self) -> Bools:
         """(n,) True where position and torque of all joints are known."""
-        rows: Bools = np.logical_and.reduce(np.isfinite(np.hstack([self.position, self.torque])), axis=1)
-        return rows
+        return np.logical_and.reduce(np.isfinite(np.hstack([self.position, self.torque])), axis=1)
 
 
 def sample(recording: Recording, bridged: float = 0.0) -> Samples:

@@ -54,8 +54,7 @@ class Arrangements:
     @cached_property
     def parameters(self) -> Floats:
         """(k,) of the mechanism in the present arrangement, by least squares."""
-        solution: Floats = np.linalg.lstsq(self._gram, np.einsum("jjk->k", self._products), rcond=_TINY)[0]
-        return solution
+        return np.linalg.lstsq(self._gram, np.einsum("jjk->k", self._products), rcond=_TINY)[0]
 
     @cached_property
     def _roots(self) -> tuple[Floats, Floats]:

@@ -41,5 +41,4 @@ class Facts:
 
 
 def _rms(values: Sequence[Floats]) -> Floats:
-    rms: Floats = np.sqrt(np.nanmean(np.concatenate(values) ** 2, axis=0))
-    return rms
+    return np.sqrt(np.nanmean(np.concatenate(values) ** 2, axis=0))

@@ -198,8 +198,7 @@ class _Newton:
         pinocchio.updateFramePlacements(model, data)
 
         def slopes(end: int) -> Floats:
-            moved: Floats = pinocchio.getFrameJacobian(model, data, end, aligned)[:3]
-            return moved
+            return pinocchio.getFrameJacobian(model, data, end, aligned)[:3]
 
         gaps = [data.oMf[a].translation - data.oMf[b].translation for a, b in self.loops.ends]
         J = [slopes(a) - slopes(b) for a, b in self.loops.ends]
@@ -239,5 +238,4 @@ def _poses(loops: ClosedLoops, position: bytes) -> tuple[Floats, Floats]:
 
 def _solved(J: Floats, gap: Floats) -> Floats:
     """The smallest step that J turns into `gap`."""
-    step: Floats = np.asarray(np.linalg.lstsq(J, gap, rcond=_DEPENDENT)[0], np.float64)
-    return step
+    return np.asarray(np.linalg.lstsq(J, gap, rcond=_DEPENDENT)[0], np.float64)

@@ -117,8 +117,7 @@ def joint_axis(links: RigidChain, number: int) -> Floats:
     data = joint.createData()
     joint.calc(data, np.zeros(joint.nq))
     motion = np.asarray(data.S).ravel()
-    axis: Floats = motion[:3] + motion[3:]  # of a prismatic or of a revolute joint
-    return axis
+    return motion[:3] + motion[3:]  # of a prismatic or of a revolute joint
 
 
 def point_mass(place: Sequence[float]) -> Floats:

@@ -54,8 +54,7 @@ class Baseline:
         low, high = self.temperature
         same_place = bool((np.abs(block.motion - self.motion[block.place]) <= self.tolerance).all())
         new = (block.temperature < low - _SAME_TEMPERATURE) | (block.temperature > high + _SAME_TEMPERATURE)
-        counted: Bools = np.isfinite(block.residual) & np.isfinite(self.low[block.place]) & same_place & ~new
-        return counted
+        return np.isfinite(block.residual) & np.isfinite(self.low[block.place]) & same_place & ~new
 
 
 def baseline(predictions: Sequence[Prediction], period: float) -> Baseline:
@@ -148,5 +147,4 @@ def block_std(table: Floats) -> Floats:
     pooled = (square + 2 * neighbours) / np.maximum(count, 1) * freedom / chdtri(freedom, 1 - _CONFIDENCE)
     with np.errstate(invalid="ignore"):
         own = np.nansum(difference**2, axis=0) / np.maximum(np.isfinite(difference).sum(axis=0), 1)
-    deviation: Floats = np.sqrt(np.maximum(pooled, own))
-    return deviation
+    return np.sqrt(np.maximum(pooled, own))

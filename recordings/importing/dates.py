@@ -77,5 +77,4 @@ def _times_of_day(cells: Sequence[str]) -> Floats:
     parts = [_TIME_OF_DAY.fullmatch(cell) for cell in cells]
     time = np.array([int(m[1]) * 3600 + int(m[2]) * 60 + float(m[3].replace(",", ".")) for m in parts if m])
     days = np.concatenate([[0.0], np.cumsum(np.diff(time) < -_DAY / 2)])
-    relative: Floats = time + days * _DAY - time[0]
-    return relative
+    return time + days * _DAY - time[0]

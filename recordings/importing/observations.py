@@ -205,8 +205,7 @@ def _count(number: int, noun: str) -> str:
 
 def _derivative(imported: Imported, joint: int) -> Floats:
     """Derivative (n,) of the position of a joint."""
-    derivative: Floats = np.gradient(imported.samples.position[:, joint - 1], imported.samples.stamp / 1e9)
-    return derivative
+    return np.gradient(imported.samples.position[:, joint - 1], imported.samples.stamp / 1e9)
 
 
 _LOOKS: tuple[Callable[[Imported], Iterator[Observation]], ...] = (

@@ -34,8 +34,7 @@ def highest_peaks(coordinate: Floats, signal: Floats, frequencies: Floats, count
         if known.any() and len(frequencies):
             power += periodogram(position[known], values[known] - values[known].mean(), frequencies)
     peaks = np.flatnonzero((power >= np.roll(power, 1)) & (power >= np.roll(power, -1)))
-    best: list[float] = frequencies[peaks[np.argsort(-power[peaks])][:count]].tolist()
-    return best
+    return frequencies[peaks[np.argsort(-power[peaks])][:count]].tolist()
 
 
 def periodogram(coordinate: Floats, signal: Floats, frequencies: Floats) -> Floats:

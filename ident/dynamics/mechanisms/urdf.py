@@ -99,8 +99,7 @@ class Urdf:
 
     def torque_per_mass(self, motion: Motion, place: Vector) -> Floats:
         """Compute the torque (n, dof) [N m/kg or N/kg] of 1 kg at a `place` of the tool's link."""
-        torque: Floats = self.links.regressor(motion) @ self.links.mass_at(place)
-        return torque
+        return self.links.regressor(motion) @ self.links.mass_at(place)
 
     def physical_parameters(self, parameters: Floats) -> Floats:
         """(k,) parameters of links and motors that have the base `parameters`: those nearest to the URDF's."""
@@ -150,8 +149,7 @@ class Urdf:
         return np.array(shown)
 
     def _torque(self, parameters: Floats, motion: Motion) -> Floats:
-        torque: Floats = np.einsum("njk,k->nj", self.regressor(motion), parameters)
-        return torque
+        return np.einsum("njk,k->nj", self.regressor(motion), parameters)
 
 
 def _physical_parameters(chain: Chain) -> list[Parameter]:
@@ -192,8 +190,7 @@ def motor_matrix(chain: Chain) -> Floats:
 
 def _of_motors(C: Floats, signal: Floats) -> Floats:
     """Torque (n, dof, dof) on the joints per unit of each motor's coefficient of its `signal` (n, dof)."""
-    columns: Floats = signal[:, None, :] * C.T
-    return columns
+    return signal[:, None, :] * C.T
 
 
 def _direction(motion: Motion, C: Floats, speed: Floats) -> Floats:

@@ -128,5 +128,4 @@ def _add_poses(add: Add, path: RecordedPath, start: int) -> None:
 
 def _stamps(start: int, times: Floats) -> list[int]:
     """Stamps [ns] of `times` [s] from the first sample."""
-    stamps: list[int] = (start + np.round(1e9 * times).astype(np.int64)).tolist()
-    return stamps
+    return (start + np.round(1e9 * times).astype(np.int64)).tolist()

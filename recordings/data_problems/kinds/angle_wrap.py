@@ -33,8 +33,7 @@ def find(recording: Recording) -> DataProblem | None:
 def _neighbours(time: Floats) -> Bools:
     """(n - 1,) whether each sample follows the one before it without a gap."""
     steps = np.diff(time)
-    near: Bools = steps <= _GAP * np.median(steps)
-    return near
+    return steps <= _GAP * np.median(steps)
 
 
 def _wraps(angle: Floats, neighbours: Bools) -> bool:
