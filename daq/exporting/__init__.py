@@ -20,7 +20,6 @@ class ExportFormat(Protocol):
         Raises:
             BadInput: the recording cannot be read, or holds no data for this format.
         """
-        ...
 
 
 def names() -> tuple[str, ...]:

@@ -40,12 +40,10 @@ class TorqueSource(Protocol):
     @property
     def path(self) -> Path:
         """The file that was given."""
-        ...
 
     @property
     def digest(self) -> str:
         """Its SHA-256."""
-        ...
 
     def compute(self, start: float, approach: Floats, trajectory: Trajectory) -> PlannedTorque:
         """Compute the torque of the approach (m, dof) [rad] and of the trajectory.
@@ -55,11 +53,9 @@ class TorqueSource(Protocol):
         Raises:
             BadInput: it cannot be computed, or it is none of this rig and motion.
         """
-        ...
 
     def cancel(self) -> None:
         """End the computation; without effect where there is none."""
-        ...
 
 
 def open_source(path: Path, rig: Rig, rig_file: Path | None, trajectory: Trajectory) -> TorqueSource:

@@ -27,17 +27,14 @@ class SimulatedDrive(Protocol):
     @property
     def powered(self) -> bool:
         """Whether the motor has power."""
-        ...
 
     @property
     def generator(self) -> SetpointGenerator:
         """What computes the set-points between two cycles."""
-        ...
 
     @property
     def torque_offset(self) -> float:
         """[N m], as commanded."""
-        ...
 
 
 def advance_machine(machine: SimulatedMachine, drives: Sequence[SimulatedDrive], duration: float) -> bool:

@@ -63,14 +63,12 @@ class Mechanism(Protocol):
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """The k parameters, in the order of the columns."""
-        ...
 
     def regressor(self, motion: Motion) -> Floats:
         """Compute the columns (n, dof, k), in N m per unit of the parameter; NaN where the motion is NaN.
 
         The columns at an instant depend on the motion at that instant alone.
         """
-        ...
 
 
 class RigidMechanism(Mechanism, Protocol):
@@ -78,19 +76,15 @@ class RigidMechanism(Mechanism, Protocol):
 
     def nominal_torque(self, motion: Motion) -> Floats | None:
         """Compute the torque (n, dof) [N m] of the manufacturer's model, the reference; None if there is none."""
-        ...
 
     def inertia(self, motion: Motion, parameters: Floats) -> Floats:
         """Compute the inertia matrix (n, dof, dof) [kg m^2 or kg] for the `parameters` (k,)."""
-        ...
 
     def gravity(self, motion: Motion, parameters: Floats) -> Floats:
         """Compute the torque (n, dof) [N m or N] that holds the mechanism at rest, for the `parameters` (k,)."""
-        ...
 
     def torque_per_mass(self, motion: Motion, place: Vector) -> Floats:
         """Compute the torque (n, dof) [N m/kg or N/kg] of 1 kg at a `place` (3,) [m] of what the last joint moves."""
-        ...
 
 
 def known_masses(masses: Sequence[tuple[float, Vector]]) -> list[tuple[float, Vector]]:

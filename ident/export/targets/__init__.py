@@ -45,11 +45,9 @@ class Target(Protocol):
         Raises:
             BadInput: the model does not suit the target.
         """
-        ...
 
     def carried_file(self, out: Path) -> Path:
         """Return the name of the document about the effects that are carried."""
-        ...
 
 
 def load(name: str) -> Target:

@@ -28,7 +28,6 @@ class ImportFormat(Protocol):
 
     def recognises(self, path: Path, head: bytes) -> bool:
         """Whether `path`, a file that begins with `head` or a folder, is in this format."""
-        ...
 
     def read(self, path: Path) -> Table:
         """Read the file or folder `path`.
@@ -36,7 +35,6 @@ class ImportFormat(Protocol):
         Raises:
             BadInput: it cannot be read.
         """
-        ...
 
 
 def read(path: Path, topic: str | None = None, names: tuple[str, ...] = ()) -> Table:
