@@ -92,7 +92,7 @@ if TYPE_CHECKING:
 @click.option("-o", "--out", type=FILE, metavar="FILE", help="Model file.  [default: first FILE's name, .model.json]")
 @click.option(
     "--pictures",
-    type=click.Path(path_type=Path),
+    type=FILE,
     metavar="DIR",
     help="Folder for pictures of torque and convergence.",
 )

@@ -10,11 +10,10 @@ import numpy as np
 
 from ident.basics import slicing
 from ident.data.prepared_recording import prepare
-from ident.data_problems.arrangement import BAD, MAX_OTHER, Arrangements
+from ident.data_problems.arrangement import BAD, MAX_OTHER, error_of
 from recordings.command_line import repeated
 from recordings.data_problems import DataProblem, healing_command
 from recordings.data_problems.signals import MAX_SPAN, travel
-from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 from recordings.rig import Rig
 from recordings.urdf import read_joints
@@ -150,7 +149,4 @@ def _error(recording: Recording, scale: Floats | float) -> float:
     """RMS error of the mechanism, as a share of the torque, with positions divided by `scale`, () or (dof,)."""
     turning = np.array(recording.rig.joint_types) == "revolute"
     divided = replace(recording, position=recording.position / np.where(turning, scale, 1.0))
-    try:
-        return Arrangements([prepare(divided, "parallel", None)]).present
-    except BadInput:  # the mechanism does not close
-        return _IMPOSSIBLE
+    return min(error_of(prepare(each, "parallel", None) for each in (divided,)), _IMPOSSIBLE)

@@ -1,6 +1,6 @@
 """Other signs and orders of the joints, and how well the mechanism explains the torque with them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations, permutations, product
@@ -8,6 +8,7 @@ from itertools import combinations, permutations, product
 import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording
+from recordings.errors import BadInput
 from recordings.recording import Floats
 
 BAD = 0.25
@@ -115,6 +116,17 @@ class Arrangements:
 
 
 _TINY = 1e-12
+
+
+def error_of(prepared: Iterable[PreparedRecording]) -> float:
+    """RMS error of the present arrangement, as a share of the torque.
+
+    prepared: recordings as they are being prepared; infinite where the mechanism cannot be assembled at their angles.
+    """
+    try:
+        return Arrangements([*prepared]).present
+    except BadInput:
+        return np.inf
 
 
 def _known(recording: PreparedRecording) -> np.ndarray:

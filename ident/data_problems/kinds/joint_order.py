@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from ident.data.prepared_recording import prepare
-from ident.data_problems.arrangement import MAX_OTHER, Arrangement, Arrangements
+from ident.data_problems.arrangement import MAX_OTHER, Arrangement, error_of
 from ident.data_problems.facts import Facts
 from ident.data_problems.remedies import mapping
 from recordings.data_problems import DataProblem, joint_list
-from recordings.errors import BadInput
 from recordings.recording import Recording
 
 
@@ -22,8 +21,12 @@ def find(facts: Facts) -> DataProblem | None:
     joints = [joint + 1 for joint in best.moved]
     recording = facts.recordings[0].recording
     commanded = np.isfinite(recording.command).any()
-    of_positions = _error_of_positions(facts, best)
-    wrong = _positions_are_wrong(recording, best.order) if commanded else of_positions <= other / MAX_OTHER
+    exchanged = [_exchanged(each.recording, best) for each in facts.recordings]
+    of_positions = error_of(
+        prepare(other_order, each.method, each.cutoff)
+        for other_order, each in zip(exchanged, facts.recordings, strict=True)
+    )
+    wrong = _from_command(exchanged[0]) < _from_command(recording) if commanded else of_positions <= other / MAX_OTHER
     names = ("position", "velocity") if wrong else ("drive",)
     what = "positions" if wrong else "torques"
     # Where the mechanism looks the same with its joints exchanged, the torque does not tell which of both it is.
@@ -40,21 +43,11 @@ def find(facts: Facts) -> DataProblem | None:
     )
 
 
-def _error_of_positions(facts: Facts, best: Arrangement) -> float:
-    """Error with the positions in the order of the torques, as a share of the torque."""
-    order = np.argsort(best.order)
-    try:
-        prepared = [
-            prepare(replace(each.recording, position=each.recording.position[:, order]), each.method, each.cutoff)
-            for each in facts.recordings
-        ]
-    except BadInput:  # the mechanism cannot be assembled so
-        return np.inf
-    return Arrangements(prepared).present
+def _exchanged(recording: Recording, best: Arrangement) -> Recording:
+    """The `recording` with the positions in the order of the torques."""
+    return replace(recording, position=recording.position[:, np.argsort(best.order)])
 
 
-def _positions_are_wrong(recording: Recording, order: tuple[int, ...]) -> bool:
-    """Whether the command has the order of the torques and not of the positions."""
-    command = recording.command
-    exchanged = recording.position[:, np.argsort(order)]
-    return bool(np.nanmean((command - exchanged) ** 2) < np.nanmean((command - recording.position) ** 2))
+def _from_command(recording: Recording) -> float:
+    """Mean square of what the positions differ by from the command."""
+    return float(np.nanmean((recording.command - recording.position) ** 2))
