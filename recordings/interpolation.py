@@ -4,7 +4,7 @@ import numpy as np
 
 from recordings.recording import Floats, Ints
 
-_MAX_GAP = 2.5
+MAX_GAP = 2.5
 """Samples further apart than so many steps have a gap between them, in which nothing is known."""
 
 
@@ -16,7 +16,7 @@ def interpolate_within_gaps(instants: Floats, time: Floats | Ints, signal: Float
         return np.full(len(instants), np.nan)
     step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
     right = np.searchsorted(time, instants).clip(0, len(time) - 1)
-    gap = (time[right] != instants) & (time[right] - time[np.maximum(right - 1, 0)] > _MAX_GAP * step)
+    gap = (time[right] != instants) & (time[right] - time[np.maximum(right - 1, 0)] > MAX_GAP * step)
     outside = (instants < time[0] - step) | (instants > time[-1] + step)
     return np.where(gap | outside, np.nan, np.interp(instants, time, signal[known]))
 

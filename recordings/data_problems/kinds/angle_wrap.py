@@ -3,13 +3,12 @@
 import numpy as np
 
 from recordings.data_problems import DataProblem, healing_command, joint_list
+from recordings.interpolation import MAX_GAP
 from recordings.recording import Bools, Floats, Recording
 
 _TURN = 2 * np.pi
 _NEAR = 0.1
 """A jump is a whole turn if it differs by less than this share."""
-_GAP = 3.0
-"""Samples further apart than this many usual steps are no neighbours."""
 
 
 def find(recording: Recording) -> DataProblem | None:
@@ -33,7 +32,7 @@ def find(recording: Recording) -> DataProblem | None:
 def _neighbours(time: Floats) -> Bools:
     """(n - 1,) whether each sample follows the one before it without a gap."""
     steps = np.diff(time)
-    return steps <= _GAP * np.median(steps)
+    return steps <= MAX_GAP * np.median(steps)
 
 
 def _wraps(angle: Floats, neighbours: Bools) -> bool:
