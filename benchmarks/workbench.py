@@ -108,8 +108,7 @@ def _until_drawn(page: Any, control: Any) -> float:
     clicked: float = page.evaluate("window.drawn = performance.now()")
     control.click()
     time.sleep(4)
-    drawn: float = page.evaluate("window.drawn")
-    return drawn - clicked
+    return page.evaluate("window.drawn") - clicked
 
 
 def _fit(page: Any) -> None:
@@ -141,8 +140,7 @@ def _zoom(page: Any) -> float:
     released: float = page.evaluate("performance.now()")
     page.mouse.up()
     time.sleep(1.5)
-    drawn: float = page.evaluate("window.drawn")
-    return drawn - released
+    return page.evaluate("window.drawn") - released
 
 
 def _children(process: int) -> list[int]:

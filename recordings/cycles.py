@@ -135,8 +135,7 @@ def _difference(x: Floats) -> Floats:
     energy = np.concatenate([[0.0], np.cumsum((x**2).sum(axis=1))])
     lags = np.arange(len(correlation))
     pairs = n - lags
-    mean: Floats = (energy[pairs] + energy[n] - energy[lags] - 2 * correlation) / pairs
-    return np.maximum(mean, 0)
+    return np.maximum((energy[pairs] + energy[n] - energy[lags] - 2 * correlation) / pairs, 0)
 
 
 def _coarsely_refined(x: Floats, period: int, reach: int) -> int:

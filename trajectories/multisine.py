@@ -61,8 +61,7 @@ def multisine(rig: Rig, joint: int, amplitude: float) -> PlannedMotion:
 def lines(rate: float) -> Floats:
     """Frequencies of the lines at a cycle rate [Hz]: whole multiples of 1 / PERIOD, evenly spaced on a log scale."""
     count = math.floor(math.log(HIGHEST * rate / _LOWEST) / math.log(_SPACING)) + 1
-    multiples: Floats = np.rint(_LOWEST * PERIOD * _SPACING ** np.arange(count))
-    return np.unique(multiples) / PERIOD
+    return np.unique(np.rint(_LOWEST * PERIOD * _SPACING ** np.arange(count))) / PERIOD
 
 
 def middle_pose(rig: Rig) -> Floats:

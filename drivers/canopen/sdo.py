@@ -121,8 +121,7 @@ class Sdo:
             pass
         except SdoCommunicationError:
             return 0
-        further: int = self._client.count_further_responses(_SECOND_RESPONSE_TIMEOUT)
-        return 1 + further
+        return 1 + self._client.count_further_responses(_SECOND_RESPONSE_TIMEOUT)
 
     def read(self, index: int, sub: int, layout: str) -> int:
         """Read an integer object; `layout` is its struct format, e.g. "<I".
@@ -144,8 +143,7 @@ class Sdo:
         Raises:
             RunFailed: no answer, or the drive refuses the request.
         """
-        data: bytes = self._transfer("read", index, sub, self._client.upload)
-        return bytes(data)
+        return bytes(self._transfer("read", index, sub, self._client.upload))
 
     def read_optional(self, index: int, sub: int, layout: str) -> int | None:
         """As `read`, but None where the drive has no such object or refuses to read it."""

@@ -165,8 +165,7 @@ class SerialLine:
 
     def _read(self) -> bytes:
         try:
-            data: bytes = self._port.read(4096)
-            return data.replace(b"\n", b"")
+            return self._port.read(4096).replace(b"\n", b"")
         except (serial.SerialException, OSError) as error:
             raise self._lost_error(error) from None
 

@@ -91,8 +91,7 @@ def _rod_inertia(geometry: Geometry, motion: JointMotion, J: Floats, P_ddot: Flo
     inwards = -geometry.L1 * (cos * outwards + sin * up)
     elbow = tangent * motion.acceleration[:, :, None] + inwards * rate[:, :, None] ** 2
     relative = P_ddot[:, None, :] - elbow
-    torque: Floats = np.einsum("nij,nij->ni", tangent, relative) / 6
-    return torque - _times_transposed(J, relative.sum(axis=1)) / 6
+    return np.einsum("nij,nij->ni", tangent, relative) / 6 - _times_transposed(J, relative.sum(axis=1)) / 6
 
 
 def _low_passed(signals: Floats, rate: float) -> Floats:

@@ -20,8 +20,7 @@ class TorqueMap:
 
     def torque(self, volts: float) -> float:
         """Torque [N m] at a voltage [V]."""
-        power: float = abs(volts) ** self.exponent
-        return self.gain * math.copysign(power, volts)
+        return self.gain * math.copysign(abs(volts) ** self.exponent, volts)
 
     def volts(self, torque: float) -> float:
         """Voltage [V] for a torque [N m]."""

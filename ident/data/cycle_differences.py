@@ -78,8 +78,7 @@ def deviation_within_groups(x: Floats, differences: CycleDifferences) -> tuple[F
     key = (group * phases + np.arange(phases)).ravel()
     count = np.bincount(key, np.isfinite(x).ravel(), cycles * phases)
     mean = np.bincount(key, np.nan_to_num(x).ravel(), cycles * phases) / np.maximum(count, 1)
-    deviation: Floats = np.where(count[key] > 1, x.ravel() - mean[key], np.nan).reshape(x.shape)
-    return deviation, int((count > 1).sum())
+    return np.where(count[key] > 1, x.ravel() - mean[key], np.nan).reshape(x.shape), int((count > 1).sum())
 
 
 def degrees_of_freedom(differences: Floats) -> float:
@@ -137,8 +136,7 @@ def _lower_median(squares: Floats) -> Floats:
     """(blocks,) median of the pairs; of an even number, the lower of the two in the middle."""
     ordered = np.sort(squares, axis=0)  # NaN last
     middle = (np.isfinite(squares).sum(axis=0) - 1) // 2
-    median: Floats = np.take_along_axis(ordered, middle[None], axis=0)[0]
-    return median + TINY
+    return np.take_along_axis(ordered, middle[None], axis=0)[0] + TINY
 
 
 def _whole_events(disturbed: Bools, known: Bools) -> Bools:

@@ -46,8 +46,7 @@ class FlexibleJoints:
         """Torque (n, dof) [N m] of the arms if they follow the motors."""
         from ident.dynamics.arm_kernels import dynamics_along
 
-        torque: Floats = dynamics_along(self.delta, self.constants, *_contiguous(motion))[0]
-        return torque + self._load_along(motion)
+        return dynamics_along(self.delta, self.constants, *_contiguous(motion))[0] + self._load_along(motion)
 
     def elastic_torque(self, motion: Motion, compliance: Floats, damping_ratio: float) -> Floats:
         """Torque (n, dof) [N m] of the springs that connect motors and arms.

@@ -84,8 +84,7 @@ def evaluate(model: Model, chunk: PathChunk) -> tuple[Floats, dict[str, Floats]]
     terms = {
         name: values[chunk.used] for name, values in model.dynamics.terms_with_corrections(chunk.inputs_of).items()
     }
-    torque: Floats = np.sum(list(terms.values()), axis=0)
-    return torque, terms
+    return np.sum(list(terms.values()), axis=0), terms
 
 
 def _voltage(model: Model, chunk: PathChunk, torque: Floats) -> Floats:

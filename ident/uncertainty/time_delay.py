@@ -55,8 +55,7 @@ def delays(regressions: Sequence[Regression], parameters: Floats) -> tuple[Delay
 def _slopes(regression: Regression, parameters: Floats) -> Floats:
     """(m, dof, dof) time derivative of each joint's computed torque, one column for each joint."""
     slope = first_derivative(regression.predicted_torque(parameters), regression.prepared.rate)
-    columns: Floats = slope[:, :, None] * np.eye(slope.shape[1])
-    return np.where(np.isfinite(slope)[:, :, None], columns, np.nan)
+    return np.where(np.isfinite(slope)[:, :, None], slope[:, :, None] * np.eye(slope.shape[1]), np.nan)
 
 
 def _explained(regressions: Sequence[Regression], slopes: Sequence[Floats], residuals: Sequence[Floats]) -> Floats:

@@ -189,8 +189,7 @@ def _in_seconds(table: Table, source: Source) -> tuple[Floats, float]:
             raise BadInput(f"{place}: a time expected, none found; complete or remove the row")
         columns.append(values * part.unit.factor)
     offset = float(columns[0][0]) if source.plus and len(columns[0]) else 0.0
-    time: Floats = columns[0] - offset + (columns[1] if source.plus else 0.0)
-    return time, offset
+    return columns[0] - offset + (columns[1] if source.plus else 0.0), offset
 
 
 def _before_the_clock(time: Floats) -> int:

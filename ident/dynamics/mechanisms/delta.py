@@ -62,8 +62,7 @@ class Delta:
     def inertia(self, motion: Motion, parameters: Floats) -> Floats:
         """Compute D (n, 3, 3) [kg m^2], Eq. (27): the arms on the diagonal, and m_p J' J, which couples joints."""
         jacobian = platform(self.geometry, motion).jacobian
-        coupled: Floats = parameters[0] * np.einsum("nki,nkj->nij", jacobian, jacobian)
-        return coupled + np.diag(parameters[2:5])
+        return parameters[0] * np.einsum("nki,nkj->nij", jacobian, jacobian) + np.diag(parameters[2:5])
 
     def gravity(self, motion: Motion, parameters: Floats) -> Floats:
         """Compute the torque (n, 3) [N m] that holds platform and arms at rest, Eq. (29) without friction."""
