@@ -1,5 +1,6 @@
 """Table of named columns of a recording, as in CSV and Parquet files; see docs/reference/recordings.md."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,12 @@ def columns(recording: Recording) -> dict[str, NDArray[Any]]:
         if values is not None and not np.isnan(values).all():
             table |= numbered(name, values)
     return table | {"cycle": recording.repeat} | dict(recording.extra)
+
+
+def csv_rows(table: Iterable[NDArray[Any]]) -> str:
+    """Rows of the columns (n,) of a `table`, with full precision; a gap is an empty cell."""
+    cells = (["" if value != value else repr(value) for value in column.tolist()] for column in table)
+    return "\n".join(map(",".join, zip(*cells, strict=True))) + "\n"
 
 
 def numbered(name: str, values: NDArray[Any]) -> dict[str, NDArray[Any]]:

@@ -6,11 +6,9 @@ An empty cell is a gap. Numbers are written with full precision, so that reading
 import csv
 from io import TextIOWrapper
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
-from numpy.typing import NDArray
-
-from recordings.columns import columns
+from recordings.columns import columns, csv_rows
 from recordings.reader import read
 
 _ROWS = 50_000
@@ -24,11 +22,6 @@ def write(file: Path, stream: BinaryIO) -> str:
     text = TextIOWrapper(stream, encoding="utf-8", newline="")
     csv.writer(text, lineterminator="\n").writerow(table)
     for first in range(0, count, _ROWS):
-        cells = [_cells(column[first : first + _ROWS]) for column in table.values()]
-        text.write("\n".join(map(",".join, zip(*cells, strict=True))) + "\n")
+        text.write(csv_rows(column[first : first + _ROWS] for column in table.values()))
     text.detach()
     return f"{count} samples, {len(table)} columns"
-
-
-def _cells(column: NDArray[Any]) -> list[str]:
-    return ["" if value != value else repr(value) for value in column.tolist()]

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from pathlib import Path
 
+from recordings.columns import csv_rows
 from recordings.recording import Floats
 
 
@@ -13,11 +14,6 @@ def write(tables: Iterable[dict[str, Floats]], path: Path) -> int:
         for table in tables:
             if not rows:
                 stream.write(",".join(table) + "\n")
-            cells = [_cells(column) for column in table.values()]
-            stream.write("\n".join(map(",".join, zip(*cells, strict=True))) + "\n")
-            rows += len(cells[0])
+            stream.write(csv_rows(table.values()))
+            rows += len(next(iter(table.values())))
     return rows
-
-
-def _cells(column: Floats) -> list[str]:
-    return ["" if value != value else repr(value) for value in column.tolist()]
