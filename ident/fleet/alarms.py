@@ -18,7 +18,7 @@ from pydantic import Field
 from ident.fleet.cause import METHOD, Cause, cause, chosen_nights
 from ident.fleet.discoveries import Event, events
 from ident.fleet.follow import Run, follow, here, keep, read
-from ident.fleet.places import content, whole
+from ident.fleet.places import content, write
 from ident.fleet.series import Nights, Series, day_of_date, moment
 from ident.fleet.settings import FleetSettings
 from ident.fleet.store import Store
@@ -130,7 +130,7 @@ def find(
 
 def save(store: Store, content: FleetFile) -> None:
     """Write `fleet.json`."""
-    _write(_fleet(store), content)
+    write(_fleet(store), _json(content))
 
 
 def load(store: Store) -> FleetFile:
@@ -188,7 +188,7 @@ def acknowledge(
         entry for entry in _acknowledgements(store).alarms if not any(_concerns(entry, alarm) for alarm in chosen)
     ]
     new = [_known(alarm, note, repaired) for alarm in chosen]
-    _write(_acknowledged(store), Acknowledgements(schema=1, alarms=(*kept, *(() if undo else new))))
+    write(_acknowledged(store), _json(Acknowledgements(schema=1, alarms=(*kept, *(() if undo else new)))))
     return chosen
 
 
@@ -230,7 +230,7 @@ def _cause(store: Store, event: Event, of_robot: Nights, series: Sequence[Series
     if known is not None:
         return known
     result = cause(event, of_robot, series, settings)
-    _write(path, result)
+    write(path, _json(result))
     return result
 
 
@@ -264,9 +264,5 @@ def _load(path: Path, kind: type[_Content]) -> _Content | None:
         raise BadInput(f"{error}. Remove it, and run `ident fleet` again") from None
 
 
-def _write(path: Path, content: ConfigSection) -> None:
-    try:
-        with whole(path) as partial:
-            partial.write_text(json.dumps(content.model_dump(mode="json", by_alias=True), indent=1), encoding="utf-8")
-    except OSError as error:
-        raise BadInput(f"{path} cannot be written: {error.strerror}; make room, and run again") from None
+def _json(content: ConfigSection) -> bytes:
+    return json.dumps(content.model_dump(mode="json", by_alias=True), indent=1).encode()

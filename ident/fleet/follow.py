@@ -15,7 +15,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from ident.fleet.common_course import Course, compare, forget, remember
 from ident.fleet.evidence import METHOD, RobotEvidence
-from ident.fleet.places import whole
+from ident.fleet.places import write
 from ident.fleet.recording_rows import Row
 from ident.fleet.series import KINDS, Nights, Series, day_of, nights_and_series
 from ident.fleet.store import Store, file_name
@@ -126,7 +126,7 @@ def read(store: Store, robot: str, settings: str, since: datetime | None = None)
 
 def keep(store: Store, settings: str, evidence: RobotEvidence) -> None:
     """Keep what a robot has shown."""
-    _save(_file(store, settings, evidence.robot), _EVIDENCE, evidence)
+    write(_file(store, settings, evidence.robot), _EVIDENCE.dump_json(evidence))
 
 
 def _advanced(news: News) -> RobotEvidence:
@@ -173,7 +173,7 @@ def _course(store: Store, settings: str) -> Course:
 def _put_away(store: Store, rows: Sequence[Row], courses: Mapping[str, Course]) -> None:
     for settings, course in courses.items():
         forget(course)
-        _save(_course_file(store, settings), _COURSE, course)
+        write(_course_file(store, settings), _COURSE.dump_json(course))
     store.put_away(rows)
 
 
@@ -191,11 +191,3 @@ def _load(path: Path, kind: "TypeAdapter[_Content]") -> _Content | None:
         return kind.validate_json(path.read_bytes())
     except (OSError, ValidationError):
         return None
-
-
-def _save(path: Path, kind: "TypeAdapter[_Content]", content: _Content) -> None:
-    try:
-        with whole(path) as partial:
-            partial.write_bytes(kind.dump_json(content))
-    except OSError as error:
-        raise BadInput(f"{path} cannot be written: {error.strerror}; make room, and run again") from None

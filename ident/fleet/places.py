@@ -144,6 +144,19 @@ def whole(where: Path) -> Iterator[Path]:
             yield partial
 
 
+def write(where: Path, data: bytes) -> None:
+    """Write a file whole, or leave it unchanged.
+
+    Raises:
+        BadInput: it cannot be written.
+    """
+    try:
+        with whole(where) as partial:
+            partial.write_bytes(data)
+    except OSError as error:
+        raise BadInput(f"{where} cannot be written: {error.strerror}; make room, and run again") from None
+
+
 def make_folder(folder: Path) -> None:
     """Create a `folder`, if there is none."""
     if in_object_store(folder):

@@ -68,7 +68,7 @@ def test_kill_at_any_file_loses_nothing(folder: Path, monkeypatch: pytest.Monkey
         return whole(where)
 
     with monkeypatch.context() as patch:
-        for module in ("store", "follow"):
+        for module in ("store", "places"):
             patch.setattr(f"ident.fleet.{module}.whole", killed)
         with pytest.raises(Killed):
             filled(folder, rows)
