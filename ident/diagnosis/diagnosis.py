@@ -14,7 +14,8 @@ from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import PreparedRecording, common_cutoff, prepare
 from ident.data_problems import examined, listed
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.ripple.ripple import Ripple, below_low_pass, find_ripple, with_vibration_alternatives
+from ident.diagnosis.ripple.ripple import Ripple, below_low_pass, find_ripple
+from ident.diagnosis.ripple.vibration_alternative import with_vibration_alternatives
 from ident.diagnosis.search.search import Search
 from ident.diagnosis.search.selection import Selection
 from ident.diagnosis.split.observability import Observability, observability

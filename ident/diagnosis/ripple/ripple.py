@@ -1,7 +1,8 @@
 """Ripple and vibrations above the low-pass of the analysis, in their own band beside the dynamics.
 
 A wave over the angle is `cogging`. Its amplitudes and its order are estimated above the low-pass alone, from all
-speeds together, and the test rows confirm each wave. The model of the dynamics stays as it is.
+speeds together, and the test rows confirm each wave. The model of the dynamics stays as it is; the waves act below
+the low-pass as well.
 
 At a constant speed, a vibration of fixed frequency is the same. A wave over the angle is certain only if the
 recordings contain speeds at which it and every wave over time differ.
@@ -19,13 +20,11 @@ from ident.basics.threads import in_threads
 from ident.data import cycle_statistics
 from ident.data.prepared_recording import PreparedRecording
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.judge.improvement import BLOCK_SECONDS, block_means, improvement_of_blocks
 from ident.diagnosis.judge.judge import Evidence, evidence_of
 from ident.diagnosis.ripple.high_band import HighBand, high_bands
 from ident.diagnosis.ripple.ripple_line import BAND_MARGIN, RippleLine
 from ident.diagnosis.ripple.ripple_search import SAME_ORDER, estimated_order, search
-from ident.diagnosis.ripple.waves import MIN_SAMPLES, JointSignal, Vibration, least_squares, wave, wave_numbers
-from ident.diagnosis.search.selection import Finding, Selection
+from ident.diagnosis.ripple.waves import JointSignal, Vibration, wave, wave_numbers
 from ident.diagnosis.split.split_data import rms
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.periodogram import highest_in_band, periodogram
@@ -34,8 +33,6 @@ from recordings.recording import Floats
 
 EFFECT = "cogging"
 """The effect of the library that a wave over the angle is."""
-VIBRATION = "vibration"
-"""Stands beside the names of effects; no effect of the library."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,11 +108,9 @@ class Ripple:
         What a drive delays, or another wave, shifts an order, which is then not the same below the low-pass and above
         it: the interval of an order of the last model reaches from one to the other.
         """
-        intervals = model.shape_intervals
-        if model is self.model and self.known_orders:
-            intervals = intervals.copy()
-            for index, orders in self.known_orders.items():
-                intervals[index] = min(intervals[index, 0], *orders), max(intervals[index, 1], *orders)
+        intervals = model.shape_intervals.copy()
+        for index, orders in self.known_orders.items() if model is self.model else ():
+            intervals[index] = min(intervals[index, 0], *orders), max(intervals[index, 1], *orders)
         return intervals
 
     def errors(self, model: FittedModel, with_lines: bool = False) -> dict[str, Floats]:
@@ -255,69 +250,9 @@ def _known_orders(model: FittedModel, bands: Sequence[HighBand]) -> dict[int, li
     """
     orders: dict[int, list[float]] = {}
     for joint, order, amplitudes, parameter in _waves(model):
-        signal = JointSignal(bands, joint)
-        if signal.train.sum() < MIN_SAMPLES:
-            continue
-        carrier = signal.over_angle()
+        carrier = (signal := JointSignal(bands, joint)).over_angle()
         own = signal.above(wave(np.nan_to_num(signal.angle), order)) @ amplitudes
         above, half_width = estimated_order(carrier, order, signal.residual + own)
         if half_width < carrier.cell / 2:
             orders.setdefault(parameter, []).extend((above - half_width, above + half_width))
     return orders
-
-
-def with_vibration_alternatives(selection: Selection) -> Selection:
-    """The `selection` with a vibration as an alternative to each ripple that it explains as well."""
-    findings = [
-        replace(finding, alternatives=(*finding.alternatives, VIBRATION))
-        if finding.term.name == EFFECT and not _differs(selection.model, finding)
-        else finding
-        for finding in selection.findings
-    ]
-    return replace(selection, findings=tuple(findings))
-
-
-def _differs(model: FittedModel, finding: Finding) -> bool:
-    """Whether the ripple explains more of any joint's residual without it than the best wave over time."""
-    index = next(i for i, term in enumerate(model.terms) if term is finding.term)
-    order = float(model.solution.structure.shape_values(index, model.solution.x)[0])
-    return any(_differs_on_joint(model, finding, order, joint) for joint in finding.term.joints)
-
-
-def _differs_on_joint(model: FittedModel, finding: Finding, order: float, joint: int) -> bool:
-    before: list[Floats] = []
-    after: list[Floats] = []
-    for number, recording in enumerate(model.split.recordings):
-        residual = finding.before.residuals[number][:, joint]
-        rows = model.split.scored[number][:, joint] & np.isfinite(residual)
-        angle = recording.preprocessed.motion.position[:, joint]
-        over_angle = recording.condition(np.where(np.isfinite(angle)[:, None], wave(angle, order), np.nan))
-        rows &= np.isfinite(over_angle).all(axis=1)
-        if not rows.any():
-            continue
-        time, signal = recording.time[rows], residual[rows] - residual[rows].mean()
-        block = np.floor(time / BLOCK_SECONDS).astype(int)
-        for columns, means in (
-            (wave(time, _best(time, signal, recording.bandwidth)), before),
-            (over_angle[rows], after),
-        ):
-            rest = signal - columns @ least_squares(columns, signal)
-            means.append(block_means(block, rest**2))
-    return bool(after) and improvement_of_blocks(np.concatenate(before), np.concatenate(after)).is_supported
-
-
-def _best(time: Floats, signal: Floats, bandwidth: float) -> float:
-    """Angular frequency [rad/s] of the strongest wave over time within the bandwidth."""
-    from scipy.optimize import minimize_scalar
-
-    grid = wave_numbers(time, 2 * np.pi * bandwidth)
-    if len(grid) < 2:
-        return 0.0
-    best, step = grid[periodogram(time, signal, grid).argmax()], grid[1] - grid[0]
-    bounds = (best - step, best + step)
-    refined = minimize_scalar(lambda omega: _rest_square(wave(time, omega), signal), bounds=bounds, method="bounded")
-    return float(refined.x)
-
-
-def _rest_square(columns: Floats, signal: Floats) -> float:
-    return float(np.sum((signal - columns @ least_squares(columns, signal)) ** 2))

@@ -81,11 +81,8 @@ class _Pursuit:
             if self._is_better(vibration, ripple):
                 break  # a vibration explains more: it comes first
             certain = self._is_better(ripple, vibration)
-            if self._is_in_test_rows(ripple):
-                self.orders[self._columns.shape[1]] = order, None if certain or np.isnan(hertz) else hertz
-                return self._add(self._over_angle.columns(order))
-            if certain:  # the vibration is a part of a ripple, even if other waves still hide it from the test rows
-                hertz, vibration = np.nan, np.zeros_like(vibration)
+            self.orders[self._columns.shape[1]] = order, None if certain or np.isnan(hertz) else hertz
+            return self._add(self._over_angle.columns(order))
         if np.isnan(hertz):
             return False
         columns = self._over_time.columns(2 * np.pi * hertz)
@@ -136,7 +133,10 @@ class _Pursuit:
             idle = [index for index, line in lines.items() if not line.evidence.pays]
             if not idle:
                 return list(lines.values())
-            del estimates[min(idle, key=lambda index: lines[index].evidence.improvement.share)]
+            weakest = min(idle, key=lambda index: lines[index].evidence.improvement.share)
+            del estimates[weakest]
+            if hertz := lines[weakest].same_frequency:  # the vibration that it was or was not is left
+                self.vibrations.append(Vibration(self.signal.joint, hertz, lines[weakest].amplitude))
         return []
 
     def _fitted(self, estimates: Mapping[int, tuple[float, float]]) -> dict[int, RippleLine]:
@@ -195,13 +195,6 @@ class _Pursuit:
         rows = self.signal.train
         return [block_means(self._blocks[rows], rest[rows] ** 2) for rest in rests]
 
-    def _is_in_test_rows(self, change: Floats) -> bool:
-        """Whether test rows are correlated with the `change` (n,) by a wave, as it was fitted to training rows."""
-        rows = self.signal.test
-        blocks = self._blocks[rows]
-        sums = np.bincount(blocks, (self.rest * change)[rows])[np.bincount(blocks) > 0]
-        return _student_t(sums.astype(float)) > MIN_T
-
     def _lasts(self, change: Floats) -> bool:
         """Whether a wave over time is there all the time: no block outweighs others by the logarithm of its error.
 
@@ -216,11 +209,11 @@ def estimated_order(carrier: Carrier, order: float, target: Floats) -> tuple[flo
 
     The interval covers what differs between them, such as delays, beside the noise; infinite if nothing is known.
     """
+    if not carrier.signal.speed:
+        return order, np.inf
     order = carrier.refined(order, target)
     slope, left = carrier.slope(order, target)
     parts = [here for here, _ in carrier.parts if slope[here].any()]
-    if not parts:
-        return order, np.inf
     weights = np.array([slope[here] @ slope[here] for here in parts])
     shifts = np.array([slope[here] @ left[here] for here in parts]) / weights
     within = _uncertainty(slope[:, None], np.where(carrier.signal.train, left, np.nan)).covariance[0, 0]

@@ -6,9 +6,10 @@ import pytest
 import ident
 from ident.diagnosis.document.document import Document
 from ident.diagnosis.ripple.high_band import HIGHEST_SHARE, high_bands
-from ident.diagnosis.ripple.ripple import EFFECT, VIBRATION, Ripple, find_ripple, with_vibration_alternatives
+from ident.diagnosis.ripple.ripple import EFFECT, Ripple, find_ripple
 from ident.diagnosis.ripple.ripple_line import BandEvidence, RippleLine
 from ident.diagnosis.ripple.ripple_search import search
+from ident.diagnosis.ripple.vibration_alternative import VIBRATION, with_vibration_alternatives
 from ident.diagnosis.ripple.waves import JointSignal, Vibration
 from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
