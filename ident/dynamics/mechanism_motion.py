@@ -1,13 +1,14 @@
 """A mechanism in a motion: the columns of its parameters, and what effects are computed from."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.mechanisms import Mechanism
+from ident.dynamics.mechanisms.urdf import Urdf
 from ident.dynamics.motion import Motion
 from ident.dynamics.platform import platform
 from recordings.recording import Floats
@@ -30,6 +31,13 @@ class MechanismMotion:
         """(n, dof, k) columns of the mechanism's own parameters."""
         return self.mechanism.regressor(self.motion)
 
+    def torque(self, parameters: Floats) -> Floats:
+        """(n, dof) torque of the mechanism with the `parameters` (k,)."""
+        if isinstance(self.mechanism, Urdf) and "regressor" not in vars(self):  # many motions are corrected only once
+            return self.mechanism.torque(self.motion, parameters)
+        torque: Floats = np.einsum("njk,k->nj", self.regressor, parameters)  # `@` goes instant by instant
+        return torque
+
     def effect_inputs(
         self,
         rate: float,
@@ -51,8 +59,8 @@ class MechanismMotion:
         rigid_parameters = np.where([parameter.friction for parameter in known], 0.0, parameters)
 
         def rigid_at(motion: Motion) -> Floats:
-            regressor = self.regressor if motion is self.motion else self.mechanism.regressor(motion)
-            torque: Floats = np.einsum("njk,k->nj", regressor, rigid_parameters)  # `@` goes instant by instant
+            moved = self if motion is self.motion else replace(self, motion=motion)
+            torque = moved.torque(rigid_parameters)
             return torque + m_d * platform(self.rig.geometry, motion).torque_of_rods if m_d else torque
 
         by_name = {parameter.name: float(x) for parameter, x in zip(known, parameters, strict=True)}

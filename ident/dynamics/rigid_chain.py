@@ -6,7 +6,7 @@ The package is loaded when a chain is made.
 import importlib.util
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 from xml.etree import ElementTree
 
@@ -21,6 +21,8 @@ from recordings.urdf import Chain, robot_of
 LINK_PARAMETERS = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 """Inertial parameters of a link, in Pinocchio's order: mass [kg], first moments [kg m], inertia about the origin of
 its frame [kg m^2]."""
+_LIGHT = 1e-5
+"""Share of the largest parameter below which a mass is too small: Pinocchio divides first moments by it."""
 _KEPT = {"link": ("inertial",), "joint": ("parent", "child", "origin", "axis")}
 """What of a URDF is read; meshes and limits are not."""
 
@@ -38,31 +40,45 @@ class RigidChain:
     loops: ClosedLoops | None
     """None where all joints are driven."""
 
-    def regressor(self, motion: Motion) -> Floats:
-        """Compute the torque (n, dof, 10 N) per unit of each parameter of each link; NaN where a joint's motion is.
+    def regressor(self, motion: Motion, kept: Ints | None = None) -> Floats:
+        """Compute the torque (n, dof, k) per unit of each parameter of each link; NaN where a joint's motion is.
 
-        Columns: `LINK_PARAMETERS` of the link that the first joint moves, then of the second.
+        Columns: `LINK_PARAMETERS` of the link that the first joint moves, then of the second; `kept`: (k,) those of
+        the 10 N that are wanted, None: all.
 
         Raises:
             Unreachable: loops do not close at an instant.
         """
         import pinocchio
 
-        data = self.model.createData()
-        columns = (10 * self.order[:, None] + np.arange(10)).ravel()
+        compute = partial(pinocchio.computeJointTorqueRegressor, self.model, self.model.createData())
+        places, count = (10 * self.order[:, None] + np.arange(10)).ravel(), len(self.order)
+        columns = places if kept is None else places[kept]
+        # Of one joint it is a vector.
+        return self._along(motion, lambda *at: compute(*at).reshape(count, -1)[:, columns], columns.shape)
 
-        def torque(*at: Floats) -> Floats:
-            computed = pinocchio.computeJointTorqueRegressor(self.model, data, *at)
-            return np.reshape(computed, (len(self.order), -1))  # of one joint it is a vector
+    def torque(self, motion: Motion, parameters: Floats) -> Floats:
+        """Compute the torque (n, dof) of links with these `parameters` (10 N,), in the order of the columns.
 
-        return self._along(motion, torque, (len(columns),))[:, :, columns]
+        The columns of all instants would take much more time and memory.
+        """
+        import pinocchio
+
+        links, largest = parameters.reshape(-1, len(LINK_PARAMETERS)), float(np.abs(parameters).max())
+        if (np.abs(links[:, 0]) < max(_LIGHT * largest, float(np.finfo(float).tiny))).any():
+            masses = np.zeros_like(parameters)
+            masses[:: len(LINK_PARAMETERS)] = 2 * largest or 1.0
+            return self.torque(motion, parameters + masses) - self.torque(motion, masses)
+        model = self.model.copy()
+        for place, link in zip(self.order.tolist(), links, strict=True):
+            model.inertias[place + 1] = pinocchio.Inertia.FromDynamicParameters(link)
+        return replace(self, model=model).nominal_torque(motion)
 
     def nominal_torque(self, motion: Motion) -> Floats:
         """Compute the torque (n, dof) by the inertial values of the URDF, without friction."""
         import pinocchio
 
-        data = self.model.createData()
-        return self._along(motion, lambda *at: pinocchio.rnea(self.model, data, *at), ())
+        return self._along(motion, partial(pinocchio.rnea, self.model, self.model.createData()))
 
     def with_gravity(self, gravity: Floats) -> "RigidChain":
         """Return the links under another `gravity` (3,) [m/s^2]."""
@@ -93,22 +109,22 @@ class RigidChain:
         position, *others = np.random.default_rng(0).uniform(-np.pi, np.pi, (4, n, dof))
         return Motion(position if self.loops is None else self.loops.wandering(position), *others)
 
-    def _along(self, motion: Motion, compute: Callable[..., Floats], shape: tuple[int, ...]) -> Floats:
+    def _along(self, motion: Motion, compute: Callable[..., Floats], shape: tuple[int, ...] = ()) -> Floats:
         """Compute (n, dof, *shape) at the driven joints from each instant's motion in Pinocchio's order.
 
         compute: of position, velocity and acceleration (N,) of all joints, what acts on them (N, *shape).
         """
         signals = (motion.position, motion.velocity, motion.acceleration)
         known = np.flatnonzero(np.isfinite(np.concatenate(signals, axis=1)).all(axis=1))
-        if self.loops is None:
-            S = np.broadcast_to(np.eye(len(self.order))[:, self.order], (len(motion.position), *2 * self.order.shape))
-            rows = [signal[:, np.argsort(self.order)] for signal in signals]
-        else:
+        if self.loops:
             rows, S = self.loops.along(*signals)
+        else:
+            rows, S = [each[:, np.argsort(self.order)] for each in signals], None
         result = np.full((*motion.position.shape, *shape), np.nan)
-        for instant, *at in zip(known, *(np.ascontiguousarray(each[known]) for each in rows), strict=True):
-            result[instant] = S[instant].T @ compute(*at)
-        return result
+        at_known = [np.ascontiguousarray(each[known]) for each in rows]
+        for instant, *at in zip(known.tolist(), *at_known, strict=True):
+            result[instant] = compute(*at) if S is None else S[instant].T @ compute(*at)
+        return result if self.loops else result[:, self.order]
 
 
 def joint_axis(links: RigidChain, number: int) -> Floats:

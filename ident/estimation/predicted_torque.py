@@ -212,10 +212,7 @@ class TorquePredictor:
         )
         last = self._last_torque
         if last is None or last[0] != key:
-            # Not `@`, which multiplies instant by instant.
-            true: Floats = np.einsum(
-                "njk,k->nj", corrected.regressor, structure.mechanism_values(x[structure.linear])
-            )
+            true = corrected.torque(structure.mechanism_values(x[structure.linear]))
             for index, term, _ in structure.additive:
                 columns = self._term_columns(structure, index, x, load_parameters).raw
                 true += term.torque(columns, structure.local_values(index, x))

@@ -8,7 +8,7 @@ unit matrix, but for motors that turn with another joint (`couplings`). Friction
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from ident.dynamics.base_parameters import BaseParameters, base_parameters
 from ident.dynamics.mechanisms import Parameter, friction_parameters, units
 from ident.dynamics.motion import Motion, inertia_matrix
 from ident.dynamics.rigid_chain import LINK_PARAMETERS, RigidChain, rigid_chain
-from recordings.recording import Bools, Floats
+from recordings.recording import Bools, Floats, Ints
 from recordings.rig import Rig
 from recordings.urdf import Chain, Vector
 
@@ -41,7 +41,8 @@ def create(rig: Rig) -> "Urdf":
 def _created(described: str) -> "Urdf":
     chain = Chain.model_validate_json(described)
     links = rigid_chain(chain)
-    columns = _physical_columns(chain, links, links.random_motion(_STATES))
+    every = np.arange(len(_physical_parameters(chain)))
+    columns = np.concatenate(_physical_columns(chain, links, links.random_motion(_STATES), every), axis=2)
     return Urdf(chain, links, base_parameters(columns.reshape(-1, columns.shape[2])))
 
 
@@ -77,21 +78,33 @@ class Urdf:
 
     def regressor(self, motion: Motion) -> Floats:
         """Compute the columns (n, dof, k), in the order of `parameters`."""
-        rigid = _physical_columns(self.chain, self.links, motion)[:, :, self.base.columns]
+        rigid = _physical_columns(self.chain, self.links, motion, self.base.columns)
         C = motor_matrix(self.chain)
         speed = motion.velocity @ C.T
         friction = (_of_motors(C, speed), _of_motors(C, _direction(motion, C, speed)))
         offset = np.broadcast_to(np.eye(len(C)), friction[0].shape)
-        return np.concatenate([rigid, *friction, offset], axis=2)
+        return np.concatenate([*rigid, *friction, offset], axis=2)
+
+    def torque(self, motion: Motion, parameters: Floats) -> Floats:
+        """Compute the torque (n, dof) of the `parameters` (k,), in less time and memory than by the columns."""
+        C = motor_matrix(self.chain)
+        links, motors = np.split(self.physical_parameters(parameters), [self.links.nominal_parameters.size])
+        viscous, coulomb, offset = np.split(parameters[len(self.base.columns) :], 3)
+        speed = motion.velocity @ C.T
+        of_motors = viscous * speed + coulomb * _direction(motion, C, speed)
+        if len(motors):
+            of_motors += motors * (motion.acceleration @ C.T)
+        torque: Floats = self.links.torque(motion, links) + of_motors @ C + offset
+        return torque
 
     def inertia(self, motion: Motion, parameters: Floats) -> Floats:
         """Compute the inertia matrix (n, dof, dof) [kg m^2, kg m or kg]."""
-        return inertia_matrix(partial(self._torque, parameters), motion.position)
+        return inertia_matrix(lambda at: self.torque(at, parameters), motion.position)
 
     def gravity(self, motion: Motion, parameters: Floats) -> Floats:
         """Compute the torque (n, dof) [N m or N] that holds the links at rest, with the offset."""
         still = np.zeros_like(motion.position)
-        return self._torque(parameters, Motion(motion.position, still, still, still))
+        return self.torque(Motion(motion.position, still, still, still), parameters)
 
     def nominal_torque(self, motion: Motion) -> Floats | None:
         """Compute the torque (n, dof) by the inertial values of the URDF; None if it has none."""
@@ -99,14 +112,19 @@ class Urdf:
 
     def torque_per_mass(self, motion: Motion, place: Vector) -> Floats:
         """Compute the torque (n, dof) [N m/kg or N/kg] of 1 kg at a `place` of the tool's link."""
-        return self.links.regressor(motion) @ self.links.mass_at(place)
+        return self.links.torque(motion, self.links.mass_at(place))
 
     def physical_parameters(self, parameters: Floats) -> Floats:
         """(k,) parameters of links and motors that have the base `parameters`: those nearest to the URDF's."""
         known = np.zeros(self.base.combination.shape[1])
         known[: self.links.nominal_parameters.size] = self.links.nominal_parameters
         excess = parameters[: len(self.base.columns)] - self.base.combination @ known
-        return known + np.linalg.pinv(self.base.combination) @ excess
+        return known + self._inverse @ excess
+
+    @cached_property
+    def _inverse(self) -> Floats:
+        """(k, b) smallest physical parameters per unit of each base parameter."""
+        return np.asarray(np.linalg.pinv(self.base.combination), np.float64)
 
     def sideways(self, motion: Motion, parameters: Floats, beyond: Sequence[tuple[float, Vector]] = ()) -> Floats:
         """Compute the torque (n, dof, 2) per unit of gravity in the two directions across the stated one.
@@ -121,7 +139,7 @@ class Urdf:
         links = self.physical_parameters(parameters)[: self.links.nominal_parameters.size]
         for mass, place in beyond:
             links += mass * self.links.mass_at(place)
-        return np.stack([self.links.with_gravity(e).regressor(start) @ links for e in self.across], axis=2)
+        return np.stack([self.links.with_gravity(e).torque(start, links) for e in self.across], axis=2)
 
     @property
     def across(self) -> Floats:
@@ -148,9 +166,6 @@ class Urdf:
             shown.append(np.linalg.norm(rest) > _VISIBLE * np.linalg.norm(there))
         return np.array(shown)
 
-    def _torque(self, parameters: Floats, motion: Motion) -> Floats:
-        return np.einsum("njk,k->nj", self.regressor(motion), parameters)
-
 
 def _physical_parameters(chain: Chain) -> list[Parameter]:
     """Ten parameters of each link, then the inertia of each motor."""
@@ -171,13 +186,12 @@ def _physical_parameters(chain: Chain) -> list[Parameter]:
     return [*links, *(motors if chain.motor_inertia else ())]
 
 
-def _physical_columns(chain: Chain, links: RigidChain, motion: Motion) -> Floats:
-    """Torque (n, dof, k) per unit of each of `_physical_parameters`."""
-    columns = [links.regressor(motion)]
-    if chain.motor_inertia:
-        C = motor_matrix(chain)
-        columns.append(_of_motors(C, motion.acceleration @ C.T))
-    return np.concatenate(columns, axis=2)
+def _physical_columns(chain: Chain, links: RigidChain, motion: Motion, kept: Ints) -> list[Floats]:
+    """Torque (n, dof, k) per unit of the `kept` (k,) ones of `_physical_parameters`: of links, then of motors."""
+    of_links, of_motors = np.split(kept, np.searchsorted(kept, [links.nominal_parameters.size]))
+    C = motor_matrix(chain)
+    motors = _of_motors(C, motion.acceleration @ C.T)[:, :, of_motors - links.nominal_parameters.size]
+    return [links.regressor(motion, of_links), motors]
 
 
 def motor_matrix(chain: Chain) -> Floats:

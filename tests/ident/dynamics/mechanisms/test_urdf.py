@@ -234,3 +234,13 @@ def test_a_zero_that_the_links_replace_is_no_effect() -> None:
     zero = load("encoder_zero_offset")
     assert zero.possible_joints(rig()) == (0, 1)
     assert zero.possible_joints(rig(gravity=(0.0, -9.8, 0.0))) == (1,)
+
+
+@pytest.mark.parametrize("inertial", [True, False])
+@pytest.mark.parametrize("scale", [0.0, 1e-6, 1.0])
+def test_torque_is_that_of_the_columns_whatever_the_parameters(inertial: bool, scale: float) -> None:
+    mechanism, at = mechanisms.create(rig(urdf(inertial=inertial), motor_inertia=True)), motion()
+    assert isinstance(mechanism, Urdf)
+    values = scale * np.random.default_rng(2).normal(size=len(mechanism.parameters))
+    difference = mechanism.torque(at, values) - mechanism.regressor(at) @ values
+    assert np.abs(difference).max() <= 1e-9 * max(scale, 1e-3)
