@@ -81,8 +81,8 @@ class Screening:
         return {name: 1 - candidate.loss / self.loss for name, candidate in self.best.items()}
 
 
-ColumnsKey = tuple[str, bytes, bytes]
-"""Name of an effect, and the local parameters and shapes at which its columns are computed."""
+ColumnsKey = tuple[str, tuple[int, ...], bytes, bytes]
+"""Name and joints of an effect, and the local parameters and shapes at which its columns are computed."""
 
 
 class Screener:
@@ -141,15 +141,20 @@ class Screener:
 
     def columns(self, term: Term, guess: Floats, shapes: Floats) -> Floats:
         """(r, instances * c) weighted rows of `effect_columns`."""
-        key, solution = (term.name, guess.tobytes(), shapes.tobytes()), self._solution
+        effect, solution = term.effect, self._solution
+        if len(guess) > 1 and not (effect.linear or effect.local_shapes):  # one joint at a time: some are known
+            alone = (replace(term, joints=(joint,)) for joint in term.joints)
+            pairs = zip(alone, guess, strict=True)
+            return np.concatenate([self.columns(each, values[None], shapes) for each, values in pairs], axis=1)
+        key = (term.name, term.joints, guess.tobytes(), shapes.tobytes())
         columns = self._known.get(key) or tuple(
             effect_columns(predictor, solution, term, guess, shapes, predictor.prepared.torque - residual)
             for predictor, residual in zip(self._predictors, solution.residuals, strict=True)
         )
-        if self._keeps_all or not term.effect.linear:
+        if self._keeps_all or not effect.linear:
             self._known[key] = columns
-        pairs = zip(columns, solution.weights, strict=True)
-        return np.concatenate([np.nan_to_num(each[w > 0]) * w[w > 0][:, None] for each, w in pairs])
+        weighted = zip(columns, solution.weights, strict=True)
+        return np.concatenate([np.nan_to_num(each[w > 0]) * w[w > 0][:, None] for each, w in weighted])
 
     def orthogonal(self, columns: Floats) -> Floats:
         """The part of `columns` (r, k) outside of the column space of the model."""

@@ -26,19 +26,19 @@ class PositionCorrection:
         """Solve reading(q) = measured for the true positions q (n, dof), by Newton's method."""
         true = measured
         for _ in range(ITERATIONS):
-            slope, _ = self._derivatives(true)
-            true = true - (self.reading(q=true, **self.values) - measured) / np.maximum(slope, MIN_SLOPE)
+            slope = np.maximum(self._derivative(1, true), MIN_SLOPE)
+            true = true - (self.reading(q=true, **self.values) - measured) / slope
         return true
 
     def slopes(self, true: Floats) -> tuple[Floats, Floats]:
         """First and second derivative (n, dof) of the true position by the measured one, at `true` positions."""
-        slope, bend = self._derivatives(true)
+        slope, bend = (self._derivative(order, true) for order in (1, 2))
         return 1 / slope, -bend / slope**3
 
-    def _derivatives(self, true: Floats) -> tuple[Floats, Floats]:
-        slope, bend = derivatives(self.reading)
+    def _derivative(self, order: int, true: Floats) -> Floats:
+        """First or second derivative (n, dof) of the reading by the true position."""
         values = {"q": true, **self.values}
-        return evaluate(slope, values) + 0 * true, evaluate(bend, values) + 0 * true
+        return evaluate(derivatives(self.reading)[order - 1], values) + 0 * true
 
 
 @cache
