@@ -28,8 +28,8 @@ _ROUNDING = 1e-12
 """Relative differences below this are rounding errors."""
 CACHE_SIZE = 64
 """Default number of cached columns and corrected motions."""
-_CACHED_INSTANTS = 3_000_000
-"""Number of cached columns and corrected motions, times the number of instants of all recordings."""
+_CACHED_VALUES = 9_000_000
+"""Number of cached columns and corrected motions, times that of joints and of instants of all recordings."""
 _CACHE_SIZES = (8, 256)
 """Least and largest number of cached columns and corrected motions of each recording."""
 _FREE_OF_LOAD = frozenset(
@@ -53,8 +53,8 @@ class _Columns:
 
 def cache_size(recordings: Sequence[PreparedRecording]) -> int:
     """Number of columns and corrected motions of each of the `recordings` for which there is memory."""
-    instants = sum(len(recording.preprocessed.instants) for recording in recordings)
-    return int(np.clip(_CACHED_INSTANTS / instants, *_CACHE_SIZES))
+    values = sum(recording.preprocessed.motion.position.size for recording in recordings)
+    return int(np.clip(_CACHED_VALUES / values, *_CACHE_SIZES))
 
 
 class TorquePredictor:

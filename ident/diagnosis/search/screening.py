@@ -170,10 +170,10 @@ class Screener:
         scale: (instances, c) local parameters at which its columns are made.
         """
         columns, effect, c = self.columns(everywhere, scale, shapes), everywhere.effect, scale.shape[1]
-        size = np.sqrt((columns**2).sum(axis=0))
-        excited = np.sqrt((self.orthogonal(columns) ** 2).sum(axis=0)) > MIN_EXCITATION * size
+        size, outside = np.sqrt((columns**2).sum(axis=0)), self.orthogonal(columns)
+        excited = np.sqrt((outside**2).sum(axis=0)) > MIN_EXCITATION * size
         instances = np.flatnonzero(excited.reshape(-1, c).any(axis=1)).tolist() if size.any() else []
-        chosen = choose_joints(self._products(everywhere, columns), instances)
+        chosen = choose_joints(self._products(everywhere, columns, outside), instances)
         if chosen is None:
             return "sign" if instances else "collinear"
         subset, reduction, coefficients = list(chosen[0]), chosen[1], chosen[2]
@@ -192,14 +192,17 @@ class Screener:
         names = [parameter.name for parameter in self._solution.structure.parameters]
         return [names.index(f"{term.effect.replaces}{joint + 1}") for joint in term.joints if term.effect.replaces]
 
-    def _products(self, term: Term, columns: Floats) -> Products:
-        """Products of the `columns` (r, instances * c) of the `term`, and of those in whose place it stands."""
-        basis, target, replaced = self._basis, self.residual, self.replaced(term)
+    def _products(self, term: Term, columns: Floats, outside: Floats) -> Products:
+        """Products of the `columns` (r, instances * c) of the `term`, and of those in whose place it stands.
+
+        outside: the part of the columns outside of the column space of the model.
+        """
+        both, target, replaced = outside, self.residual, self.replaced(term)
         if replaced:
             basis = column_basis(np.delete(self.regressor, replaced, axis=1))
             target = target + self.regressor[:, replaced] @ self._solution.x[replaced]
             target = _outside(basis, target[:, None])[:, 0]
-        both = _outside(basis, np.concatenate([columns, self.regressor[:, replaced]], axis=1))
+            both = _outside(basis, np.concatenate([columns, self.regressor[:, replaced]], axis=1))
         return Products(
             both.T @ both,
             both.T @ target,
