@@ -50,6 +50,8 @@ class PreparedRecording:
     """Start on the time axis of effects [s]; not 0 for an excerpt of a longer recording."""
     end: float | None = None
     """End of that longer recording on the same axis [s]; None: this is no excerpt."""
+    moved: bool = False
+    """Whether the positions are not the recorded ones, of which the `regressor` is."""
 
     @cached_property
     def as_recorded(self) -> MechanismMotion:
@@ -144,6 +146,12 @@ class PreparedRecording:
         """Filter and decimate `x` (n, ...) in the same way as the torque: (m, ...)."""
         return self.preprocessed.condition(x)
 
+    def columns(self, at: MechanismMotion) -> Floats:
+        """(m, dof, k) columns of a mechanism in this or a corrected motion, conditioned as the torque."""
+        if at is self.as_recorded and not self.moved:
+            return self.regressor
+        return _in_blocks(replace(self.preprocessed, motion=at.motion), at.mechanism.regressor)
+
     def corrected_motion(self, rig: Rig, correct: Callable[[Floats], Floats]) -> MechanismMotion:
         """Motion and mechanism for a corrected `rig` and positions corrected by `correct`."""
         motion = self.with_positions(correct).preprocessed.motion
@@ -153,7 +161,7 @@ class PreparedRecording:
         """Return the recording with positions corrected by `correct`, and the same rows of the torque."""
         samples = replace(self.samples, position=correct(self.samples.position))
         motion = preprocessing.load(self.method)(samples, self.cutoff).motion
-        return replace(self, samples=samples, preprocessed=replace(self.preprocessed, motion=motion))
+        return replace(self, samples=samples, preprocessed=replace(self.preprocessed, motion=motion), moved=True)
 
     @property
     def _sample_of_row(self) -> Ints:

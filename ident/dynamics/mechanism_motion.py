@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ident.basics.recent import RecentResults
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.mechanisms import Mechanism
 from ident.dynamics.mechanisms.urdf import Urdf
@@ -14,6 +15,9 @@ from ident.dynamics.platform import platform
 from recordings.recording import Floats
 from recordings.rig import Rig
 from recordings.urdf import Vector
+
+_REMEMBERED = 3
+"""Number of torques that are kept for each motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,11 +36,20 @@ class MechanismMotion:
         return self.mechanism.regressor(self.motion)
 
     def torque(self, parameters: Floats) -> Floats:
-        """(n, dof) torque of the mechanism with the `parameters` (k,)."""
-        if isinstance(self.mechanism, Urdf) and "regressor" not in vars(self):  # many motions are corrected only once
-            return self.mechanism.torque(self.motion, parameters)
-        torque: Floats = np.einsum("njk,k->nj", self.regressor, parameters)  # `@` goes instant by instant
-        return torque
+        """(n, dof) torque of the mechanism with the `parameters` (k,); not to be changed."""
+
+        def compute() -> Floats:
+            if isinstance(self.mechanism, Urdf):  # its columns take much time and memory
+                return self.mechanism.torque(self.motion, parameters)
+            torque: Floats = np.einsum("njk,k->nj", self.regressor, parameters)  # `@` goes instant by instant
+            return torque
+
+        return self._torques.get(parameters.tobytes(), compute)
+
+    @cached_property
+    def _torques(self) -> RecentResults:
+        """Few: many effects need the same, beside one model after the other."""
+        return RecentResults(_REMEMBERED)
 
     def effect_inputs(
         self,

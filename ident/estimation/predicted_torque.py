@@ -57,6 +57,11 @@ def cache_size(recordings: Sequence[PreparedRecording]) -> int:
     return int(np.clip(_CACHED_VALUES / values, *_CACHE_SIZES))
 
 
+def _is_linear(structure: ModelStructure) -> bool:
+    """Whether the torque is linear in all parameters; an effect on a measurement may have none."""
+    return bool(structure.linear.all()) and not structure.signals
+
+
 class TorquePredictor:
     """Predicts the torque of one recording for any model structure, and caches expensive results."""
 
@@ -76,6 +81,8 @@ class TorquePredictor:
         load_parameters: parameters from which effects compute the load; None: those in `x`.
         """
         load = structure.load_parameters(x) if load_parameters is None else load_parameters
+        if _is_linear(structure) and not self.prepared.moved:  # then few models need the torque, and none the columns
+            return self._linear_model(structure, x, load)[0]
         return self.prepared.condition(self._reported_torque(structure, x, load))
 
     def unfiltered(self, structure: ModelStructure, x: Floats) -> Floats:
@@ -89,6 +96,8 @@ class TorquePredictor:
             they are 0.
         """
         load_parameters = structure.load_parameters(x)
+        if _is_linear(structure):
+            return self._linear_model(structure, x, load_parameters)
         true = self._true_torque(structure, x, load_parameters)
         reported = self._report(structure, x, load_parameters, true)
         derivatives = np.zeros((*self.prepared.torque.shape, len(x)))
@@ -99,6 +108,14 @@ class TorquePredictor:
             for entry, derivative in zip(entries, in_threads(derive, entries), strict=True):
                 derivatives[:, :, entry] = derivative
         return self.prepared.condition(reported), derivatives
+
+    def _linear_model(self, structure: ModelStructure, x: Floats, load_parameters: Floats) -> tuple[Floats, Floats]:
+        """Torque and derivatives as `linearized` has them, where the torque is linear in `x` (K,).
+
+        Columns at full rate, which take much memory, are not needed.
+        """
+        columns = self._all_columns(structure, x, load_parameters, conditioned=True)
+        return np.einsum("mjk,k->mj", columns, x), columns
 
     def error_amplification(self, structure: ModelStructure, x: Floats, error: Floats) -> Floats:
         """(n, dof) amplification of an `error` (dof,) of the true torque [N m] in the reported torque, at `x`.
@@ -188,8 +205,11 @@ class TorquePredictor:
     ) -> Floats:
         """(n or m, dof, K_linear) columns of all linear parameters, in the order of the vector."""
         motion = self.corrected_motion(structure, x)
-        mechanism = self._cache.get(("mechanism", motion), lambda: _Columns(motion.regressor, self.prepared))
-        columns = [structure.mechanism_columns(mechanism.conditioned if conditioned else mechanism.raw)]
+        if conditioned:
+            mechanism = self._cache.get(("mechanism", motion), lambda: self.prepared.columns(motion))
+        else:
+            mechanism = motion.regressor
+        columns = [structure.mechanism_columns(mechanism)]
         for index, term, _ in structure.additive:
             of_term = self._term_columns(structure, index, x, load_parameters)
             columns.append(term.by_instance(of_term.conditioned if conditioned else of_term.raw))
@@ -212,7 +232,7 @@ class TorquePredictor:
         )
         last = self._last_torque
         if last is None or last[0] != key:
-            true = corrected.torque(structure.mechanism_values(x[structure.linear]))
+            true = corrected.torque(structure.mechanism_values(x[structure.linear])).copy()
             for index, term, _ in structure.additive:
                 columns = self._term_columns(structure, index, x, load_parameters).raw
                 true += term.torque(columns, structure.local_values(index, x))
