@@ -16,7 +16,6 @@ NAMES = (
     "reading",
     "cycle",
     "intervals",
-    "commands",
     "torque",
     "workbench",
 )

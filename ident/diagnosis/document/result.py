@@ -13,7 +13,7 @@ from ident.diagnosis.document.document import Document, FindingEntry, FormulaEnt
 from ident.diagnosis.document.formula import with_formula
 from ident.diagnosis.document.verdict import parameter_intervals, to_document
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.ripple.ripple import Ripple, no_ripple
+from ident.diagnosis.ripple.ripple import Ripple
 from ident.diagnosis.unknown.residual_test import UnexplainedResidual, residual_test
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ParameterEntry
@@ -174,7 +174,7 @@ def model_file(
         regressions, fit, structure, METHOD, Sensitivity(None, ()), is_relative(prepared.recording)
     )
     # The model's own intervals also hold what quantization does to parameters, and the errors of what was searched.
-    totals, shapes = parameter_intervals(model, ripple or no_ripple(model))
+    totals, shapes = parameter_intervals(model, ripple or Ripple(model))
     correlation = tuple(tuple(map(number_or_none, row)) for row in uncertainty.correlation[np.ix_(linear, linear)])
     own = zip(single, totals[linear], shapes[linear], uncertainty.std[linear], strict=True)
     uncertainties = [

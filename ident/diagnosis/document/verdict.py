@@ -29,7 +29,7 @@ from ident.diagnosis.document.findings import (
 from ident.diagnosis.document.warnings import bound_warnings, data_warnings, file_names
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_SHARE
-from ident.diagnosis.ripple.ripple import EFFECT, Ripple, no_ripple
+from ident.diagnosis.ripple.ripple import EFFECT, Ripple
 from ident.diagnosis.split.split_data import SplitData, rms
 from ident.dynamics.effects.learned_curve import effect_file_text
 from ident.estimation.nonlinear_fit import Solution
@@ -117,8 +117,8 @@ def step_entry(
 
     ripple: up to which the errors reach; None: below the low-pass. with_lines: with the lines above the low-pass.
     """
-    ripple = ripple or no_ripple(model)
-    whole = ripple if with_lines else no_ripple(model)
+    ripple = ripple or Ripple(model)
+    whole = ripple if with_lines else Ripple(model)
     totals, shapes = parameter_intervals(model, ripple)
     lines = whole.x[len(totals) :, None] + np.outer(whole.half_widths, [-1.0, 1.0])
     entries = zip(

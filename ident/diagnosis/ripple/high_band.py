@@ -19,8 +19,6 @@ from recordings.recording import Bools, Floats
 
 HIGHEST_SHARE = 0.4
 """Upper end of the band as a share of the sampling rate; higher frequencies are aliases of lower ones."""
-_SAME_PHASE = 0.5
-"""Periods by which a wave may shift from the first to the last cycle and still be the same in all of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,29 +40,9 @@ class HighBand:
         return self.prepared.preprocessed.motion
 
     @property
-    def period(self) -> float | None:
-        """Of the repeated motion [s]; None if nothing repeats."""
-        return self.prepared.recording.run.period if (self.prepared.repeat >= 1).any() else None
-
-    @property
     def highest(self) -> float:
         """Upper end of the band [Hz]."""
         return HIGHEST_SHARE * self.prepared.samples.rate
-
-    def repeats(self, hertz: float) -> bool:
-        """Whether a wave over time of this frequency is the same in all cycles, as everything that repeats is."""
-        if self.period is None:
-            return False
-        time, periods = self.prepared.instant_time, hertz * self.period
-        cycles = (time[-1] - time[0]) / self.period
-        return bool(abs(periods - round(periods)) * cycles < _SAME_PHASE)
-
-    def harmonics(self, grid: Floats) -> Floats:
-        """Angular frequencies of the repeated motion's harmonics within those of `grid` (f,) [rad/s]."""
-        if self.period is None:
-            return grid
-        base = 2 * np.pi / self.period
-        return base * np.arange(np.ceil(grid[0] / base), np.floor(grid[-1] / base) + 1)
 
     def samples_of(self, rows: Bools) -> Bools:
         """(n, dof) samples of the selected `rows` (m, dof)."""

@@ -41,12 +41,12 @@ class Ripple:
 
     model: FittedModel
     """The model of the dynamics."""
-    bands: tuple[HighBand, ...]
+    bands: tuple[HighBand, ...] = ()
     """Its residual above the low-pass in each recording; empty if the preprocessing keeps no samples there."""
-    lines: tuple[RippleLine, ...]
+    lines: tuple[RippleLine, ...] = ()
     """The largest improvement first."""
-    vibrations: tuple[Vibration, ...]
-    effect: Effect | None
+    vibrations: tuple[Vibration, ...] = ()
+    effect: Effect | None = None
     """`cogging`; None if it was not to be searched."""
     known_orders: Mapping[int, Sequence[float]] = field(default_factory=dict)
     """Ends of the intervals above the low-pass of orders that the model has already, by their index in its `x`."""
@@ -74,8 +74,12 @@ class Ripple:
         before, after = others.tolist(), others.tolist()
         for line in reversed(self.lines):
             before[line.joint], after[line.joint] = line.evidence.before, line.evidence.after
-        record = evidence_of(strongest.improvement)
-        return replace(record, band_hz=strongest.band, rms_before=tuple(before), rms_after=tuple(after))
+        return replace(
+            evidence_of(strongest.improvement),
+            band_hz=strongest.band,
+            rms_before=tuple(before),
+            rms_after=tuple(after),
+        )
 
     @cached_property
     def structure(self) -> ModelStructure:
@@ -186,11 +190,6 @@ class Ripple:
         return band.residual - (band.above(computed) if self.lines else computed)
 
 
-def no_ripple(model: FittedModel) -> Ripple:
-    """The `model` alone."""
-    return Ripple(model, (), (), (), None)
-
-
 def below_low_pass(
     structure: ModelStructure, x: Floats, recordings: Sequence[PreparedRecording]
 ) -> tuple[ModelStructure, Floats]:
@@ -211,7 +210,7 @@ def find_ripple(model: FittedModel, library: Mapping[str, Effect]) -> Ripple:
     """Search the residual of `model` above the low-pass for ripple, if the `library` has it, and for vibrations."""
     bands, effect = high_bands(model.split, model.solution), library.get(EFFECT)
     if not bands:
-        return Ripple(model, (), (), (), effect)
+        return Ripple(model)
     steps = np.max([recording.encoder_step for recording in model.split.recordings], axis=0)
     found = in_threads(
         search,

@@ -93,17 +93,14 @@ class _Pursuit:
 
     def _candidates(self, carrier: Carrier) -> Iterator[tuple[float, Floats]]:
         """Wave numbers of significant waves that are large beside the torque, and what each explains (n,)."""
-        signal, grid = self.signal, self._grids[carrier]
+        grid = self._grids[carrier]
         over_angle = carrier is self._over_angle
         for peak in carrier.peaks(self.rest, grid, over_angle & self._is_known(grid)):
             if self._reduction(carrier.fitted(carrier.columns(peak), self.rest)) < self._min_reduction:
                 continue  # the grid is so fine that a refined wave explains hardly more
             number = carrier.refined(peak, self.rest)
             change = carrier.fitted(carrier.columns(number), self.rest)
-            repeated = [] if over_angle else [band for band in signal.bands if band.repeats(number / (2 * np.pi))]
-            # Whatever repeats with the motion has all of its harmonics.
-            reference = repeated[0].harmonics(grid) if repeated else grid
-            if carrier.is_significant(number, self._reduction(change), self.rest - change, reference):
+            if carrier.is_significant(number, self._reduction(change), self.rest - change, grid):
                 yield number, change
 
     def _reduction(self, change: Floats) -> float:

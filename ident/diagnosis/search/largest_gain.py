@@ -72,5 +72,4 @@ def _least_squares(regressor: Floats, targets: Floats) -> Floats:
     size = nonzero(np.sqrt((regressor**2).sum(axis=0)))
     scaled = regressor / size
     inverse = np.linalg.pinv(scaled.T @ scaled, _COLLINEAR, hermitian=True)
-    coefficients: Floats = inverse @ (scaled.T @ targets) / size[:, None]
-    return coefficients
+    return inverse @ (scaled.T @ targets) / size[:, None]
