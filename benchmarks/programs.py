@@ -29,10 +29,9 @@ def record(out: Path, trajectory: object, *options: object) -> Path:
     return out
 
 
-def record_demo(folder: Path, *trajectories: str, rate: float = 500.0) -> list[Path]:
-    """Record each of `trajectories` at `rate` [Hz] into `folder`, with the hidden effect of `make demo`."""
-    folder.mkdir(exist_ok=True)
-    return [record(folder / f"{name}.mcap", name, "--rate", rate, "--hidden", SEED) for name in trajectories]
+def record_demo(folder: Path, trajectory: str) -> Path:
+    """Record a `trajectory` into `folder`, with the hidden effect of `make demo`."""
+    return record(folder / f"{trajectory}.mcap", trajectory, "--hidden", SEED)
 
 
 def claim(what: str, reached: bool) -> None:

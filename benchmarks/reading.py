@@ -29,7 +29,7 @@ def mcap_ros2_support(path: Path) -> int:
 def main() -> None:
     """Print both rates and their ratio."""
     with tempfile.TemporaryDirectory() as folder:
-        (path,) = record_demo(Path(folder), "fig5a")
+        path = record_demo(Path(folder), "fig5a")
         messages = mcap_ros2_support(path)
         our_rate, library_rate = (
             messages / min(timeit.repeat(partial(reader, path), number=1, repeat=3))

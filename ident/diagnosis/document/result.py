@@ -115,9 +115,8 @@ def diagnosed(
 
 def _diagnosed_model(diagnosis: Diagnosis, last: StepEntry) -> ModelFile:
     """The last model of a `diagnosis` with the lines above the low-pass, and the errors of the `last` step."""
-    ripple = diagnosis.ripple
-    file = model_file(diagnosis.model, diagnosis.unexplained, ripple=ripple)
-    structure, first = ripple.structure, len(diagnosis.model.solution.x)
+    file = model_file(diagnosis.model, diagnosis.unexplained, ripple=diagnosis.ripple)
+    ripple, structure, first = diagnosis.ripple, diagnosis.ripple.structure, len(diagnosis.model.solution.x)
     terms = effect_terms(structure, ripple.x)
     values = zip(structure.parameters[first:], ripple.x[first:].tolist(), ripple.half_widths.tolist(), strict=True)
     lines = [(entry.linear, _of_line(entry, value, width)) for entry, value, width in values]

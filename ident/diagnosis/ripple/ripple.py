@@ -22,7 +22,7 @@ from ident.data.prepared_recording import PreparedRecording
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.judge import Evidence, evidence_of
 from ident.diagnosis.ripple.high_band import HighBand, high_bands
-from ident.diagnosis.ripple.ripple_line import BAND_MARGIN, RippleLine
+from ident.diagnosis.ripple.ripple_line import BAND_MARGIN, BandEvidence, RippleLine
 from ident.diagnosis.ripple.ripple_search import SAME_ORDER, estimated_order, search
 from ident.diagnosis.ripple.waves import JointSignal, Vibration, wave, wave_numbers
 from ident.diagnosis.split.split_data import rms
@@ -217,10 +217,10 @@ def find_ripple(model: FittedModel, library: Mapping[str, Effect]) -> Ripple:
         [JointSignal(bands, joint) for joint in range(len(steps))],
         steps if effect else np.full(len(steps), np.inf),
     )
-    lines = [line for each, _ in found for line in each if not _is_known(line, model)]
-    lines.sort(key=lambda line: -line.evidence.improvement.share)
+    new = (line for each, _ in found for line in each if not _is_known(line, model))
+    lines = tuple(sorted(new, key=lambda line: -line.evidence.improvement.share))
     vibrations = tuple(chain.from_iterable(each for _, each in found))
-    return Ripple(model, bands, tuple(lines), vibrations, effect, _known_orders(model, bands))
+    return Ripple(model, bands, lines, vibrations, effect, _known_orders(model, bands))
 
 
 def _is_known(line: RippleLine, model: FittedModel) -> bool:
@@ -245,13 +245,17 @@ def _waves(model: FittedModel) -> Iterator[tuple[int, float, Floats, int]]:
 def _known_orders(model: FittedModel, bands: Sequence[HighBand]) -> dict[int, list[float]]:
     """The ends of the intervals in which the orders of `model` lie above the low-pass, by the index of each in `x`.
 
-    Only where the waves are seen there, to half the resolution of the travel at least.
+    Only of waves that pay there, too.
     """
     orders: dict[int, list[float]] = {}
     for joint, order, amplitudes, parameter in _waves(model):
-        carrier = (signal := JointSignal(bands, joint)).over_angle()
-        own = signal.above(wave(np.nan_to_num(signal.angle), order)) @ amplitudes
-        above, half_width = estimated_order(carrier, order, signal.residual + own)
-        if half_width < carrier.cell / 2:
+        signal = JointSignal(bands, joint)
+        if not signal.speed:
+            continue
+        carrier = signal.over_angle()
+        residual = signal.residual + signal.above(wave(np.nan_to_num(signal.angle), order)) @ amplitudes
+        left = residual - carrier.fitted(carrier.columns(order), residual)
+        if BandEvidence.of(signal, order, (residual, left), (residual, left)).pays:
+            above, half_width = estimated_order(carrier, order, residual)
             orders.setdefault(parameter, []).extend((above - half_width, above + half_width))
     return orders

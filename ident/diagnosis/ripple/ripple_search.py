@@ -204,10 +204,8 @@ class _Pursuit:
 def estimated_order(carrier: Carrier, order: float, target: Floats) -> tuple[float, float]:
     """The mean over recordings and directions of an `order` in the `target` (n,), and half its 95 % interval.
 
-    The interval covers what differs between them, such as delays, beside the noise; infinite if nothing is known.
+    The interval covers what differs between them, such as delays, beside the noise.
     """
-    if not carrier.signal.speed:
-        return order, np.inf
     order = carrier.refined(order, target)
     slope, left = carrier.slope(order, target)
     parts = [here for here, _ in carrier.parts if slope[here].any()]
