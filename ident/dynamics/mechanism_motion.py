@@ -41,8 +41,7 @@ class MechanismMotion:
         def compute() -> Floats:
             if isinstance(self.mechanism, Urdf):  # its columns take much time and memory
                 return self.mechanism.torque(self.motion, parameters)
-            torque: Floats = np.einsum("njk,k->nj", self.regressor, parameters)  # `@` goes instant by instant
-            return torque
+            return np.einsum("njk,k->nj", self.regressor, parameters)  # `@` goes instant by instant
 
         return self._torques.get(parameters.tobytes(), compute)
 

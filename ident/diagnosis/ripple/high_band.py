@@ -59,7 +59,9 @@ class HighBand:
         lower = filters.low_pass(low, rate) if low > self.prepared.bandwidth else np.zeros(1)
         half = max(len(upper), len(lower)) // 2
         wide, narrow = (np.pad(taps, half - len(taps) // 2) for taps in (upper, lower))
-        return filters.convolve(x, wide - narrow)
+        # Of a narrow band, the transitions of both sides meet: its middle is to pass whole.
+        gain = np.abs(np.fft.rfft(wide - narrow, 8 * len(wide))).max()
+        return filters.convolve(x, (wide - narrow) / gain)
 
 
 def high_bands(split: SplitData, solution: Solution) -> tuple[HighBand, ...]:

@@ -59,9 +59,7 @@ class Ripple:
     @cached_property
     def upper(self) -> float:
         """End of the band in which errors are stated: the low-pass, or above the highest ripple [Hz]."""
-        if not self.lines:
-            return self.low
-        return max(line.evidence.band[1] for line in self.lines)
+        return max((line.evidence.band[1] for line in self.lines), default=self.low)
 
     @cached_property
     def evidence(self) -> Evidence:
@@ -146,13 +144,16 @@ class Ripple:
     def with_noise(self, below: Floats) -> Floats:
         """The noise floor (dof,) up to the frequency `upper` from that `below` the low-pass [N m].
 
-        Above it, noise is what differs between repetitions.
+        Above it, noise is what differs between repetitions; where nothing repeats, it goes on as white.
         """
         if not self.lines:
             return below
         samples = [band.prepared.samples for band in self.bands]
         statistics = cycle_statistics.of_residuals(samples, self._within(self._remaining, (self.low, self.upper)))
-        return np.hypot(below, [joint.noise_rms for joint in statistics]) if statistics else below
+        above = (
+            [joint.noise_rms for joint in statistics] if statistics else below * np.sqrt(self.upper / self.low - 1)
+        )
+        return np.hypot(below, above)
 
     @cached_property
     def unexplained_share(self) -> Floats:
@@ -218,9 +219,14 @@ def find_ripple(model: FittedModel, library: Mapping[str, Effect]) -> Ripple:
         steps if effect else np.full(len(steps), np.inf),
     )
     new = (line for each, _ in found for line in each if not _is_known(line, model))
-    lines = tuple(sorted(new, key=lambda line: -line.evidence.improvement.share))
-    vibrations = tuple(chain.from_iterable(each for _, each in found))
-    return Ripple(model, bands, lines, vibrations, effect, _known_orders(model, bands))
+    return Ripple(
+        model,
+        bands,
+        tuple(sorted(new, key=lambda line: -line.evidence.improvement.share)),
+        tuple(chain.from_iterable(vibrations for _, vibrations in found)),
+        effect,
+        _known_orders(model, bands),
+    )
 
 
 def _is_known(line: RippleLine, model: FittedModel) -> bool:

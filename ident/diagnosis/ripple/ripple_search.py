@@ -95,7 +95,7 @@ class _Pursuit:
         """Wave numbers of significant waves that are large beside the torque, and what each explains (n,)."""
         grid = self._grids[carrier]
         over_angle = carrier is self._over_angle
-        for peak in carrier.peaks(self.rest, grid, over_angle & self._is_known(grid)):
+        for peak in carrier.peaks(self.rest, grid, self._is_known(grid) if over_angle else self._is_heard(grid)):
             if self._reduction(carrier.fitted(carrier.columns(peak), self.rest)) < self._min_reduction:
                 continue  # the grid is so fine that a refined wave explains hardly more
             number = carrier.refined(peak, self.rest)
@@ -132,7 +132,8 @@ class _Pursuit:
                 return list(lines.values())
             weakest = min(idle, key=lambda index: lines[index].evidence.improvement.share)
             del estimates[weakest]
-            if hertz := lines[weakest].same_frequency:  # the vibration that it was or was not is left
+            # The vibration that it may have been is left.
+            if (hertz := lines[weakest].same_frequency) and not self._is_heard(2 * np.pi * hertz):
                 self.vibrations.append(Vibration(self.signal.joint, hertz, lines[weakest].amplitude))
         return []
 
@@ -182,6 +183,12 @@ class _Pursuit:
         """Whether `orders` belong to a wave that was found."""
         return np.any([np.abs(orders - other) < SAME_ORDER * other for other, _ in self.orders.values()], axis=0)
 
+    def _is_heard(self, omegas: Floats | float) -> Bools:
+        """Whether angular frequencies [rad/s] belong to a vibration that was found."""
+        return np.any(
+            [np.abs(omegas - 2 * np.pi * each.frequency) < self._over_time.cell for each in self.vibrations], axis=0
+        )
+
     def _is_better(self, first: Floats, second: Floats) -> bool:
         """Whether the change `first` (n,) explains significantly more than the `second` one."""
         before, after = self._means(self.rest - second, self.rest - first)
@@ -198,7 +205,9 @@ class _Pursuit:
         What reversals leave is as periodic as they are, but short.
         """
         before, after = self._means(self.rest, self.rest - change)
-        return _student_t(np.log(before) - np.log(after)) > MIN_T
+        gains = np.log(before) - np.log(after)
+        # Student's t: one stroke has too few blocks for a standard score.
+        return len(gains) > 2 and bool(gains.mean() > MIN_T * gains.std(ddof=1) / np.sqrt(len(gains)))
 
 
 def estimated_order(carrier: Carrier, order: float, target: Floats) -> tuple[float, float]:
@@ -216,11 +225,6 @@ def estimated_order(carrier: Carrier, order: float, target: Floats) -> tuple[flo
     # Welch and Satterthwaite: the variance between parts is uncertain, as they are few.
     freedom = (len(parts) - 1) * ((within + scatter) / scatter) ** 2 if len(parts) > 1 else np.inf
     return order, float(half_width(np.asarray(freedom)) * np.sqrt(within + scatter))
-
-
-def _student_t(values: Floats) -> float:
-    """Of the mean of the `values` (b,) of independent blocks. One stroke has too few of them for a standard score."""
-    return float(values.mean() / (values.std(ddof=1) / np.sqrt(len(values)))) if len(values) > 2 else 0.0
 
 
 def _uncertainty(regressor: Floats, rest: Floats) -> covariance.Uncertainty:

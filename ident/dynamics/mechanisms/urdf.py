@@ -94,8 +94,7 @@ class Urdf:
         of_motors = viscous * speed + coulomb * _direction(motion, C, speed)
         if len(motors):
             of_motors += motors * (motion.acceleration @ C.T)
-        torque: Floats = self.links.torque(motion, links) + of_motors @ C + offset
-        return torque
+        return self.links.torque(motion, links) + of_motors @ C + offset
 
     def inertia(self, motion: Motion, parameters: Floats) -> Floats:
         """Compute the inertia matrix (n, dof, dof) [kg m^2, kg m or kg]."""

@@ -94,6 +94,8 @@ def test_nothing_false_is_said_about_real_machines_and_harmonic_drives_ripple(na
         assert (before - after >= 0.1 * (before - floor))[joints].all(), (finding.term.name, joints)
     for line in outcome.diagnosis.ripple.lines:
         assert line.evidence.after**2 <= 0.9 * line.evidence.before**2, line
+    frequencies = sorted(each.frequency for each in outcome.diagnosis.ripple.vibrations)
+    assert (np.diff(frequencies) > 0.01).all(), "each is named once"
     if name in RIPPLING:
         ripple = [judgement for text, judgement in outcome.claims if text.startswith("cogging of")]
         assert ripple

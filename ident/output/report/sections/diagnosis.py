@@ -131,7 +131,12 @@ def remaining(result: DiagnosisResult) -> ReportSection:
 def next_recording(result: DiagnosisResult) -> ReportSection:
     """Return the next motion to record."""
     motion = result.document.next_motion
-    lines = [motion.why if motion else "No further motion is needed to separate the findings from other effects."]
+    nothing = (
+        "Another speed separates ripple from a vibration, which keeps its frequency."
+        if any("vibration" in finding.confusable_with for finding in result.findings)
+        else "No further motion is needed to separate the findings from other effects."
+    )
+    lines = [motion.why if motion else nothing]
     untested = [entry.effect for entry in result.document.rejected if entry.status == "not-tested"]
     if untested:
         lines.append(
