@@ -143,7 +143,7 @@ def check_figures(story: Story) -> None:
             assert f"{noise:.3g}" in story.texts[place]
     for name, value in last.parameters.items():
         if "." in name:
-            assert f"{name} = {value.value:.4g}" in story.texts["diagnose"]
+            assert f"{name} = {value.in_words}" in story.texts["diagnose"]
             assert name in story.texts["report"]
 
 

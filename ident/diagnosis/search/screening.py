@@ -145,7 +145,9 @@ class Screener:
         if len(guess) > 1 and not (effect.linear or effect.local_shapes):  # one joint at a time: some are known
             alone = (replace(term, joints=(joint,)) for joint in term.joints)
             pairs = zip(alone, guess, strict=True)
-            return np.concatenate([self.columns(each, values[None], shapes) for each, values in pairs], axis=1)
+            # A subclass changes the rows of the whole.
+            each_joint = [Screener.columns(self, each, values[None], shapes) for each, values in pairs]
+            return np.concatenate(each_joint, axis=1)
         key = (term.name, term.joints, guess.tobytes(), shapes.tobytes())
         columns = self._known.get(key) or tuple(
             effect_columns(predictor, solution, term, guess, shapes, predictor.prepared.torque - residual)
