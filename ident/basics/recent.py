@@ -16,6 +16,10 @@ class RecentResults:
         """In the order of use."""
         self._lock = Lock()
 
+    def __reduce__(self) -> tuple[type["RecentResults"], tuple[int]]:
+        """An empty one in another process."""
+        return RecentResults, (self._size,)
+
     def get(self, key: Hashable, compute: Callable[[], _T]) -> _T:
         """Return the result of this `key`, or of `compute`, which two threads may call for the same key."""
         result = self.find(key)

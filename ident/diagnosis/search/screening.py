@@ -146,8 +146,9 @@ class Screener:
             alone = (replace(term, joints=(joint,)) for joint in term.joints)
             pairs = zip(alone, guess, strict=True)
             # A subclass changes the rows of the whole.
-            each_joint = [Screener.columns(self, each, values[None], shapes) for each, values in pairs]
-            return np.concatenate(each_joint, axis=1)
+            return np.concatenate(
+                [Screener.columns(self, each, values[None], shapes) for each, values in pairs], axis=1
+            )
         key = (term.name, term.joints, guess.tobytes(), shapes.tobytes())
         columns = self._known.get(key) or tuple(
             effect_columns(predictor, solution, term, guess, shapes, predictor.prepared.torque - residual)

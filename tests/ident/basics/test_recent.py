@@ -1,3 +1,5 @@
+import pickle
+
 from ident.basics.recent import RecentResults
 from ident.basics.threads import in_threads
 
@@ -20,3 +22,12 @@ def test_threads_get_the_results_of_their_keys() -> None:
     results = RecentResults(3)
     keys = [i % 7 for i in range(500)]
     assert in_threads(lambda key: results.get(key, lambda: 10 * key), keys) == [10 * key for key in keys]
+
+
+def test_another_process_begins_with_none() -> None:
+    """A model that was fitted holds such caches, and is sent to processes and back."""
+    results = RecentResults(2)
+    results.keep("a", "A")
+    other = pickle.loads(pickle.dumps(results))
+    assert other.find("a") is None
+    assert other.get("a", lambda: "B") == "B"
