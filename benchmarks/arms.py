@@ -98,8 +98,7 @@ class Arm:
 
     def per_mass(self, way: Way) -> Floats:
         """(n, 6) torque of 1 kg at the origin of the last link."""
-        columns = self._links(way)
-        return columns[:, :, 10 * (JOINTS - 1)]
+        return self._links(way)[:, :, 10 * (JOINTS - 1)]
 
     def regressor(self, way: Way) -> Floats:
         """(n, 6, K) of the base model: links, motors, viscous and Coulomb friction, offsets."""
@@ -221,8 +220,7 @@ class Case:
     @staticmethod
     def filtered(signal: Floats) -> Floats:
         """Every fifth row of a `signal` (n, ...) below the bandwidth of an analysis."""
-        low_pass = butter(2, _BANDWIDTH, fs=RATE, output="sos")
-        return sosfiltfilt(low_pass, signal, axis=0)[::5]
+        return sosfiltfilt(butter(2, _BANDWIDTH, fs=RATE, output="sos"), signal, axis=0)[::5]
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.diagnosis.judge.improvement import Blocks, Improvement
+from ident.diagnosis.judge.improvement import MIN_T, Blocks, Improvement, in_turn
 from ident.diagnosis.split.noise_floor import NoiseFloor, estimate_noise_floor
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.structure import Term
@@ -128,19 +128,21 @@ class FittedModel:
         """
         return self.blocks_over(before, rows).improvement(compared, joints)
 
-    def improvement_in_turn(self, before: "FittedModel", joints: Sequence[int] | None = None) -> Improvement | None:
-        """Improvement over the model `before` with each row held out once; None unless it improves both times."""
+    def improvement_in_turn(
+        self, before: "FittedModel", compared: int = 1, joints: Sequence[int] | None = None, required: float = MIN_T
+    ) -> Improvement:
+        """Improvement over the model `before` on held-out rows; t as `improvement.in_turn` has it."""
         held_out = self.blocks_over(before)
-        judged = [
-            rows & np.isfinite(new + old)
-            for rows, new, old in zip(self.split.train, self.judged_residuals, before.judged_residuals, strict=True)
-        ]
-        other_way = Blocks.of(
-            self.split, before.turned.residuals, self.turned.residuals, self.noise_floor.certain, judged
-        )
-        halves = [half.improvement(joints=joints) for half in (held_out, other_way)]
-        improves = all(not half.is_small and half.reduction > 0 for half in halves)
-        return (held_out + other_way).improvement(joints=joints) if improves else None
+
+        def other_way() -> tuple[Improvement, Improvement]:
+            both = zip(self.split.train, self.judged_residuals, before.judged_residuals, strict=True)
+            judged = [rows & np.isfinite(new + old) for rows, new, old in both]
+            turned = Blocks.of(
+                self.split, before.turned.residuals, self.turned.residuals, self.noise_floor.certain, judged
+            )
+            return turned.improvement(joints=joints), (held_out + turned).improvement(joints=joints)
+
+        return in_turn(held_out.improvement(compared, joints), other_way, required)
 
     def blocks_over(self, before: "FittedModel", rows: Sequence[Bools] | None = None) -> Blocks:
         """Blocks of the held-out rows, or of `rows` (m, dof), that both models can judge.

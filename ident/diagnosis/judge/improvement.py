@@ -1,6 +1,6 @@
 """The improvement of one model over another on rows that no fit used, and when it is confirmed."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -116,6 +116,19 @@ class Blocks:
             for sums in (self.before, self.after, self.change, self.count * self.floor)
         )
         return improvement_of_blocks(before, after, noise, compared, change)
+
+
+def in_turn(
+    held_out: Improvement, other_way: Callable[[], tuple[Improvement, Improvement]], required: float = MIN_T
+) -> Improvement:
+    """`held_out` with Student's t of all rows, each held out once, where it lacks the power and both halves improve.
+
+    other_way: the improvement on the training rows by fits to the held-out ones, and that on both; required: t.
+    """
+    if held_out.is_small or not required / 2 < held_out.t <= required:
+        return held_out
+    turned, both = other_way()
+    return held_out if turned.is_small else replace(held_out, t=max(held_out.t, both.t))
 
 
 def improvement_of_blocks(

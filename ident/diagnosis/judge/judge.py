@@ -85,10 +85,10 @@ def judge(before: FittedModel, after: FittedModel, index: int, compared: int = 1
     index %= len(after.terms)
     term, blocks = after.terms[index], after.blocks_over(before)
     own = own_joints(term)
-    improvement, t = blocks.improvement(compared, own), None
+    improvement = blocks.improvement(compared, own)
 
     def judgement(decided_by: str, reason: str = "", refuted: bool = False) -> Judgement:
-        return Judgement(not reason, evidence_of(improvement, decided_by, t), reason, refuted)
+        return Judgement(not reason, evidence_of(improvement, decided_by), reason, refuted)
 
     if found := objection(OF_VALUES, before, after, index):
         return judgement(*found, refuted=True)
@@ -97,12 +97,11 @@ def judge(before: FittedModel, after: FittedModel, index: int, compared: int = 1
     if improvement.is_small:
         reason = f"that is less than {MIN_SHARE:.0%}: a trifle beside what else is missing"
         return judgement("size", reason, refuted=improvement.interval[1] < MIN_SHARE)
-    if not improvement.is_supported:  # with each row held out in turn, the same recordings may have the power
-        in_turn = after.improvement_in_turn(before, own) if improvement.t > MIN_T / 2 else None
-        t = max(improvement.t, in_turn.t) if in_turn else improvement.t
-        if t <= MIN_T:
-            return judgement("held-out", f"held-out data do not confirm it: t is {t:.1f} where {MIN_T} is required")
-    if idle := {*term.joints}.difference(paying_joints(term, blocks)):
+    improvement = after.improvement_in_turn(before, compared, own)
+    if not improvement.is_supported:
+        reason = f"held-out data do not confirm it: t is {improvement.t:.1f} where {MIN_T} is required"
+        return judgement("held-out", reason)
+    if idle := {*term.joints}.difference(paying_joints(before, after, index)):
         reason = f"on joint {min(idle) + 1} it explains less than {MIN_SHARE:.0%}, or no more than chance would"
         return judgement("joints", reason)
     if blocks.improvement(joints=range(len(blocks.floor))).reduction <= 0:
@@ -126,9 +125,15 @@ def _shows_in_training(before: FittedModel, after: FittedModel, joints: Sequence
     )
 
 
-def evidence_of(improvement: Improvement, decided_by: str = "held-out", t: float | None = None) -> Evidence:
-    """The record of an `improvement` on held-out rows; `t`: with each row held out in turn, if that was needed."""
+def evidence_of(improvement: Improvement, decided_by: str = "held-out") -> Evidence:
+    """The record of an `improvement` on held-out rows."""
     from scipy.special import ndtr
 
-    t = improvement.t if t is None else t
-    return Evidence(improvement.share, decided_by, improvement.interval, t, MIN_T, float(ndtr(t - MIN_T)))
+    return Evidence(
+        improvement.share,
+        decided_by,
+        gain_ci95=improvement.interval,
+        t=improvement.t,
+        t_required=MIN_T,
+        power=float(ndtr(improvement.t - MIN_T)),
+    )

@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
-from ident.diagnosis.judge.improvement import Blocks
+from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.improvement import NONZERO_T
 from ident.dynamics.structure import Term
 
 
@@ -15,14 +16,15 @@ def own_joints(term: Term) -> Sequence[int] | None:
     return None if term.effect.whole_robot or term.effect.corrects_motion else term.joints
 
 
-def paying_joints(term: Term, blocks: Blocks) -> tuple[int, ...]:
-    """Joints (from 0) of a `term` on which held-out rows get better by the minimum size.
+def paying_joints(before: FittedModel, after: FittedModel, index: int) -> tuple[int, ...]:
+    """Joints (from 0) of the effect number `index` of `after` on which held-out rows get better by the minimum size.
 
-    All of them where it does not act on joints alone. The size is a share of what the model without the term leaves
-    above the noise floor of that joint.
-
-    blocks: of the model with the term over the model without it.
+    All of them where it does not act on joints alone. The size is a share of what the model `before`, which lacks the
+    effect, leaves above the noise floor of that joint.
     """
+    term = after.terms[index]
     if own_joints(term) is None:
         return term.joints
-    return tuple(joint for joint in term.joints if blocks.improvement(joints=[joint]).pays)
+    return tuple(
+        joint for joint in term.joints if after.improvement_in_turn(before, joints=[joint], required=NONZERO_T).pays
+    )

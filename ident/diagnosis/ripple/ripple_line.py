@@ -1,12 +1,12 @@
 """One wave over the angle, and what held-out samples say of it in the band in which it stands."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from ident.basics.statistics import TINY
 from ident.data import cycle_statistics
-from ident.diagnosis.judge.improvement import MIN_T, Improvement, block_means, improvement_of_blocks
+from ident.diagnosis.judge.improvement import Improvement, block_means, improvement_of_blocks, in_turn
 from ident.diagnosis.ripple.waves import JointSignal
 from recordings.recording import Bools, Floats
 
@@ -53,10 +53,8 @@ class BandEvidence:
             improvement_of_blocks(each[0], each[1], np.full(each.shape[1], noise))
             for each in (*means, np.hstack(means))
         )
-        if first.t > MIN_T / 2 and not (first.is_small or second.is_small):
-            first = replace(first, t=max(first.t, both.t))
         errors = [float(np.sqrt((rest[test] ** 2).sum() / max(test.sum(), 1))) for rest in (before, after)]
-        return cls((low, high), errors[0], errors[1], first)
+        return cls((low, high), errors[0], errors[1], in_turn(first, lambda: (second, both)))
 
     @property
     def pays(self) -> bool:
@@ -99,8 +97,10 @@ def _band(signal: JointSignal, order: float) -> tuple[float, float]:
 
 
 def _noise(signal: JointSignal, rest: Floats, rows: Bools) -> float:
-    """Variance of the noise in the `rest` (n,) on `rows` (n,): what differs between repetitions; 0 without any."""
-    samples = [band.prepared.samples for band in signal.bands]
-    rests, selected = ([part[:, None] for part in signal.parts(each)] for each in (rest, rows.astype(float)))
-    statistics = cycle_statistics.of_residuals(samples, rests, [each > 0 for each in selected])
+    """Variance of the noise in the `rest` (n,) on `rows` (n,): what differs between repetitions; TINY without any."""
+    statistics = cycle_statistics.of_residuals(
+        [band.prepared.samples for band in signal.bands],
+        [part[:, None] for part in signal.parts(rest)],
+        [part[:, None] for part in signal.parts(rows)],
+    )
     return max(statistics[0].noise, TINY) if statistics else TINY

@@ -21,6 +21,7 @@ from ident.diagnosis.ripple.waves import (
     JointSignal,
     Vibration,
     least_squares,
+    remainder,
     wave,
     wave_numbers,
 )
@@ -141,10 +142,10 @@ class _Pursuit:
         """The waves of the orders `estimates`, with half their intervals, by the same keys, fitted together."""
         signal, k, angle = self.signal, len(estimates), np.nan_to_num(self.signal.angle)
         columns = np.concatenate([signal.above(wave(angle, order)) for order, _ in estimates.values()], axis=1)
-        train, test = signal.train, signal.test
-        rest, pairs = self._left(columns, train)
+        residual, train, test = signal.residual, signal.train, signal.test
+        pairs = least_squares(columns[train], residual[train])
+        rest, turned = remainder(columns, residual, train), remainder(columns, residual, test)
         widths = _uncertainty(columns, np.where(train, rest, np.nan)).half_width()
-        turned = self._left(columns, test)[0]
         lines = {}
         for i, (index, (order, width)) in enumerate(estimates.items()):
             others = np.delete(columns, [2 * i, 2 * i + 1], axis=1)
@@ -160,18 +161,12 @@ class _Pursuit:
                 evidence=BandEvidence.of(
                     signal,
                     order,
-                    held_out=(self._left(others, train)[0], rest),
-                    other_way=(self._left(others, test)[0], turned),
+                    held_out=(remainder(others, residual, train), rest),
+                    other_way=(remainder(others, residual, test), turned),
                 ),
                 same_frequency=self.orders[index][1],
             )
         return lines
-
-    def _left(self, columns: Floats, rows: Bools) -> tuple[Floats, Floats]:
-        """(n,) residual that `columns` (n, c) leave, and (c,) their coefficients in all parts, by a fit to `rows`."""
-        residual = self.signal.residual
-        coefficients = least_squares(columns[rows], residual[rows])
-        return residual - columns @ coefficients, coefficients
 
     def _estimate(self, index: int, order: float) -> tuple[float, float]:
         """The mean of an `order`, whose wave has this `index` of its columns, and half its 95 % interval."""

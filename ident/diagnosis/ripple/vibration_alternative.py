@@ -8,7 +8,7 @@ from ident.data.prepared_recording import PreparedRecording
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import BLOCK_SECONDS, block_means, improvement_of_blocks
 from ident.diagnosis.ripple.ripple import EFFECT
-from ident.diagnosis.ripple.waves import least_squares, wave, wave_numbers
+from ident.diagnosis.ripple.waves import remainder, wave, wave_numbers
 from ident.diagnosis.search.selection import Finding, Selection
 from ident.dynamics.effects.periodogram import periodogram
 from recordings.recording import Bools, Floats
@@ -53,7 +53,7 @@ def _mean_squares(recording: PreparedRecording, residual: Floats, scored: Bools,
     time, signal = recording.time[rows], residual[rows] - residual[rows].mean()
     block = np.floor(time / BLOCK_SECONDS).astype(int)
     waves = wave(time, _best(time, signal, recording.bandwidth)), over_angle[rows]
-    return np.stack([block_means(block, _left(columns, signal) ** 2) for columns in waves])
+    return np.stack([block_means(block, remainder(columns, signal) ** 2) for columns in waves])
 
 
 def _best(time: Floats, signal: Floats, bandwidth: float) -> float:
@@ -65,9 +65,4 @@ def _best(time: Floats, signal: Floats, bandwidth: float) -> float:
         return 0.0
     best, step = grid[periodogram(time, signal, grid).argmax()], grid[1] - grid[0]
     bounds = (best - step, best + step)
-    return float(minimize_scalar(lambda omega: np.sum(_left(wave(time, omega), signal) ** 2), bounds=bounds).x)
-
-
-def _left(columns: Floats, signal: Floats) -> Floats:
-    """(n,) what `columns` (n, c) leave of a `signal` (n,)."""
-    return signal - columns @ least_squares(columns, signal)
+    return float(minimize_scalar(lambda omega: np.sum(remainder(wave(time, omega), signal) ** 2), bounds=bounds).x)

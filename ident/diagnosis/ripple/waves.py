@@ -3,8 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ident.basics.statistics import nonzero
 from ident.data.spectral_lines import FALSE_ALARM
@@ -69,7 +71,7 @@ class JointSignal:
         number = np.floor(self.time * low / periods).astype(int)
         return number - number.min() + self.recording * (np.ptp(number) + 1)
 
-    def parts(self, x: Floats) -> list[Floats]:
+    def parts(self, x: NDArray[Any]) -> list[NDArray[Any]]:
         """The part of `x` (n, ...) in each recording."""
         return np.split(x, np.cumsum([len(band.residual) for band in self.bands])[:-1])
 
@@ -212,6 +214,11 @@ def least_squares(matrix: Floats, signal: Floats) -> Floats:
     gram = matrix.T @ matrix
     size = nonzero(np.sqrt(np.diag(gram)))
     return np.linalg.lstsq(gram / np.outer(size, size), matrix.T @ signal / size, rcond=1e-12)[0] / size
+
+
+def remainder(columns: Floats, signal: Floats, rows: Bools | slice = slice(None)) -> Floats:
+    """(n,) what `columns` (n, c) leave of a `signal` (n,), by a fit to `rows`."""
+    return signal - columns @ least_squares(columns[rows], signal[rows])
 
 
 def wave(coordinate: Floats, wave_number: float) -> Floats:

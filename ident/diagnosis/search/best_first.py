@@ -89,14 +89,18 @@ class BestFirst:
         names = ", ".join(term.name for term in model.terms if not term.effect.mandatory)
         self._progress(f"{names or 'base model'}: trying every other effect beside it")
         for other in [*self._candidates.extensions(model), *self._wider(model)]:
-            large = model is self._start or _is_large(model, other)
-            if large and objection(OF_VALUES, model, other, added_term(model, other)) is None:
+            if (model is self._start or _is_large(model, other)) and (
+                objection(OF_VALUES, model, other, added_term(model, other)) is None
+            ):
                 self._insert(other)
         for smaller in self._smaller(model):
             self._insert(smaller)
 
-    def _insert(self, model: FittedModel) -> None:
-        self._states[key_of(model.solution.structure)] = State(model)
+    def _insert(self, model: FittedModel) -> bool:
+        """Keep a `model`; whether it is new."""
+        key, count = key_of(model.solution.structure), len(self._states)
+        self._states[key] = State(model)
+        return len(self._states) > count
 
     def _wider(self, model: FittedModel) -> Iterator[FittedModel]:
         """Models in which one effect of `model` acts on one more joint that leaves much, or on all of them."""
@@ -133,10 +137,14 @@ class BestFirst:
     def _contained(self, model: FittedModel, index: int) -> Iterator[FittedModel]:
         """Models in which an effect that the effect `index` of `model` contains stands in its place."""
         term, library = model.terms[index], self._candidates.library
-        for name in sorted({*term.effect.contains} & library.keys() - model.names):
-            yield self._fits.with_term(
-                self._fits.without_effect(model, index), Term(name, library[name], term.joints)
-            )
+        for name in sorted({*term.effect.contains} & library.keys()):
+            bare = self._fits.without_effect(model, index)
+            present = next((i for i, other in enumerate(bare.terms) if other.name == name), None)
+            if present is None:
+                yield self._fits.with_term(bare, Term(name, library[name], term.joints))
+            else:
+                joints = sorted({*bare.terms[present].joints, *term.joints})
+                yield self._fits.on_joints(bare, present, joints)
 
     def _answer(self) -> State:
         """The best model in which every effect is accepted; one without the weakest that is not, is one, too.
@@ -148,6 +156,9 @@ class BestFirst:
             state = next(each for each in self._ranked() if each.names not in refused)
             model = state.model
             if (index := self._refused_effect(model)) is None:
+                # A joint that paid while another effect was missing may be worth nothing beside it.
+                if any(self._insert(smaller) for smaller in self._smaller(model)):
+                    continue
                 return state
             if (moved := self._on_paying_joints(model, index)) is not model:
                 del self._states[key_of(model.solution.structure)]
@@ -188,9 +199,11 @@ def joints_that_leave_much(model: FittedModel) -> list[int]:
 
 def _by_strength(model: FittedModel) -> list[int]:
     """Numbers of the effects of `model` that not every robot has, the weakest first."""
-    mask = model.solution.structure.parameter_mask
     optional = [index for index, term in enumerate(model.terms) if not term.effect.mandatory]
-    return sorted(optional, key=lambda index: _price_ratio(model, np.flatnonzero(mask(index))))
+    return sorted(
+        optional,
+        key=lambda index: _price_ratio(model, np.flatnonzero(model.solution.structure.parameter_mask(index))),
+    )
 
 
 def _price_ratio(model: FittedModel, entries: Ints) -> float:

@@ -89,7 +89,7 @@ class Fits:
     def on_paying_joints(self, before: FittedModel, after: FittedModel, index: int) -> FittedModel:
         """`after` with its effect number `index`, which `before` lacks, where it pays; `after` if it pays nowhere."""
         moved = after
-        while (joints := paying_joints(moved.terms[index], moved.blocks_over(before))) != moved.terms[index].joints:
+        while (joints := paying_joints(before, moved, index)) != moved.terms[index].joints:
             if not joints:
                 return after
             moved = self.on_joints(moved, index, joints)

@@ -141,23 +141,25 @@ class Screener:
 
     def columns(self, term: Term, guess: Floats, shapes: Floats) -> Floats:
         """(r, instances * c) weighted rows of `effect_columns`."""
-        effect, solution = term.effect, self._solution
-        if len(guess) > 1 and not (effect.linear or effect.local_shapes):  # one joint at a time: some are known
-            alone = (replace(term, joints=(joint,)) for joint in term.joints)
-            pairs = zip(alone, guess, strict=True)
-            # A subclass changes the rows of the whole.
-            return np.concatenate(
-                [Screener.columns(self, each, values[None], shapes) for each, values in pairs], axis=1
+        weighted = zip(self._of_recordings(term, guess, shapes), self._solution.weights, strict=True)
+        return np.concatenate([np.nan_to_num(each[w > 0]) * w[w > 0][:, None] for each, w in weighted])
+
+    def _of_recordings(self, term: Term, guess: Floats, shapes: Floats) -> tuple[Floats, ...]:
+        """`effect_columns` of each training recording."""
+        if len(guess) > 1 and not (term.effect.linear or term.effect.local_shapes):
+            alone = (  # one joint at a time: some are known
+                self._of_recordings(replace(term, joints=(joint,)), values[None], shapes)
+                for joint, values in zip(term.joints, guess, strict=True)
             )
+            return tuple(np.concatenate(each, axis=2) for each in zip(*alone, strict=True))
         key = (term.name, term.joints, guess.tobytes(), shapes.tobytes())
         columns = self._known.get(key) or tuple(
-            effect_columns(predictor, solution, term, guess, shapes, predictor.prepared.torque - residual)
-            for predictor, residual in zip(self._predictors, solution.residuals, strict=True)
+            effect_columns(predictor, self._solution, term, guess, shapes, predictor.prepared.torque - residual)
+            for predictor, residual in zip(self._predictors, self._solution.residuals, strict=True)
         )
-        if self._keeps_all or not effect.linear:
+        if self._keeps_all or not term.effect.linear:
             self._known[key] = columns
-        weighted = zip(columns, solution.weights, strict=True)
-        return np.concatenate([np.nan_to_num(each[w > 0]) * w[w > 0][:, None] for each, w in weighted])
+        return columns
 
     def orthogonal(self, columns: Floats) -> Floats:
         """The part of `columns` (r, k) outside of the column space of the model."""

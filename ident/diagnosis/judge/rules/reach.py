@@ -30,11 +30,9 @@ def _largest_use(model: FittedModel, index: int, column: int) -> float:
 
     Those that are held out count as well: where they approach a level that the others only point to, they judge it.
     """
-    recordings, joints = model.split.recordings, list(model.terms[index].joints)
-    local = model.solution.structure.local_values(index, model.solution.x)
-    torque_map = recordings[0].recording.rig.torque
+    joints, local = list(model.terms[index].joints), model.solution.structure.local_values(index, model.solution.x)
     largest = [
-        np.nanmax(np.abs(voltage_from_torque(recording.torque, torque_map))[:, joints], axis=0)
-        for recording in recordings
+        np.nanmax(np.abs(voltage_from_torque(each.torque, each.recording.rig.torque))[:, joints], axis=0)
+        for each in model.split.recordings
     ]
     return float((np.max(largest, axis=0) * local[:, column]).max())

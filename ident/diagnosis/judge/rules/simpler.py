@@ -22,9 +22,6 @@ def simpler_effect(model: FittedModel, index: int) -> str | None:
     columns = [i for i, quantity in enumerate(term.local_parameters) if quantity.reduces_to]
     if not columns:
         return None
-    local = model.solution.structure.local_values(index, model.solution.x)
-    error = model.standard_errors[local_entries(model, index)]
-    for column in columns:
-        if not (np.abs(local[:, column]) > MIN_T * error[:, column]).any():
-            return term.local_parameters[column].reduces_to
-    return None
+    local = np.abs(model.solution.structure.local_values(index, model.solution.x))
+    zero = np.all(~(local > MIN_T * model.standard_errors[local_entries(model, index)]), axis=0)
+    return next((term.local_parameters[column].reduces_to for column in columns if zero[column]), None)

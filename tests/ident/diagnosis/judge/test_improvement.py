@@ -232,6 +232,7 @@ def test_rows_are_held_out_in_turn_only_where_both_halves_improve(improves: bool
     held_out = building.record(noise=0.05, seed=1, extra=offset if improves else None, name="held out")
     data = building.split([train], [held_out])
     model, base = building.fitted(data, "torque_offset"), building.fitted(data)
-    in_turn = model.improvement_in_turn(base)
-    assert (in_turn is not None) is improves
-    assert not in_turn or in_turn.t > model.improvement_over(base).t
+    held_out = model.improvement_over(base)
+    in_turn = model.improvement_in_turn(base, required=1.5 * abs(held_out.t))
+    assert (in_turn.t > held_out.t) is improves
+    assert model.improvement_in_turn(base, required=0.9 * abs(held_out.t)) == held_out  # the power is there
