@@ -161,8 +161,7 @@ class BestFirst:
                     continue
                 return state
             if (moved := self._on_paying_joints(model, index)) is not model:
-                del self._states[key_of(model.solution.structure)]
-                self._insert(moved)
+                self._states[key_of(model.solution.structure)] = State(moved)
                 continue
             refused.add(state.names)
             self._insert(self._fits.without_effect(model, index))
