@@ -115,8 +115,8 @@ def _screened_out(candidates: Candidates, model: FittedModel) -> dict[str, Rejec
     for candidate, gain in zip(weak, in_threads(LargestGain(model).of, weak), strict=True):
         rejected[candidate.term.name] = Rejection(
             "not-confirmed",
-            f"It would explain at most {gain:.1%} of what is left above the noise floor on held-out data: the "
-            "rows of the fit show hardly more of it than chance would.",
+            "The rows of the fit show hardly more of it than chance would. On held-out data it could explain at most "
+            f"{gain:.1%} of what is left above the noise floor.",
             Evidence(gain, "screening"),
         )
     return rejected

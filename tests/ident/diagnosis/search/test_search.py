@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.search.best_first import BestFirst
 from ident.diagnosis.search.candidates import Fits, Key, key_of
 from ident.diagnosis.search.selection import Selection
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Effect, Quantity
 from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
+from ident.dynamics.structure import Term
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from tests.ident import building
@@ -315,3 +317,13 @@ def test_what_is_better_but_seldom_is_named_beside_what_is_likely() -> None:
     search, begin = building.search(building.split([recording]), effects)
     (finding,) = search.select(*begin).findings
     assert (finding.term.name, finding.alternatives) == ("torque_offset", ("joint_spring",))
+
+
+def test_what_an_effect_contains_takes_its_joint_as_well() -> None:
+    effects = {"drag": building.effect(drag), "each way": EACH_WAY.changed(contains=("drag",))}
+    search, (structure, _) = building.search(split(drag, joints=2), effects)
+    for joint, (name, effect) in enumerate(effects.items()):
+        structure = structure.with_term(Term(name, effect, (joint,)))
+    model = search.fits.fit(structure, np.zeros(len(structure.parameters)))
+    (term,) = BestFirst(search.candidates, lambda text: None).search(model).terms
+    assert (term.name, term.joints) == ("drag", (0, 1))
