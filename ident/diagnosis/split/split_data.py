@@ -87,12 +87,6 @@ class SplitData:
         return np.nanmax(positions, axis=0) - np.nanmin(positions, axis=0)
 
     @cached_property
-    def outside_of_travel(self) -> tuple[Bools, ...]:
-        """(m, dof) rows of each recording at which a joint is outside of its travel in the training rows."""
-        positions = [recording.motion.position for recording in self.recordings]
-        return outside_of_range(positions, *training_range(positions, self.train))
-
-    @cached_property
     def perturbed(self) -> tuple[TorquePredictor, ...]:
         """The recordings with perturbed encoder readings: random errors of at most half an encoder step."""
         return tuple(map(TorquePredictor, in_threads(with_encoder_errors, self.recordings)))
@@ -198,12 +192,14 @@ class SplitData:
 
         error: (dof,) smallest detectable torque error [N m].
         """
-        curves = [joint for term in solution.structure.terms if term.effect.curve for joint in term.joints]
-        with_curve = np.isin(np.arange(len(error)), curves)
-        unknown = [
-            saturated | outside & with_curve
-            for saturated, outside in zip(self._saturated(solution, error), self.outside_of_travel, strict=True)
-        ]
+        unknown = self._saturated(solution, error)
+        for term in solution.structure.terms:
+            if term.effect.curve:
+                over = "velocity" if term.effect.axis == "velocity" else "position"
+                signals = [getattr(recording.motion, over) for recording in self.recordings]
+                outside = outside_of_range(signals, *training_range(signals, self.train))
+                of_curve = np.isin(np.arange(len(error)), term.joints)
+                unknown = tuple(rows | beyond & of_curve for rows, beyond in zip(unknown, outside, strict=True))
         kept = row_count([test & ~rows for test, rows in zip(self.test, unknown, strict=True)])
         return tuple(rows & (kept >= self.recordings[0].regressor.shape[2]) for rows in unknown)
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_SHARE
-from ident.diagnosis.judge.price import score
+from ident.diagnosis.judge.price import is_significant
 from ident.diagnosis.search.search import Search
 from ident.diagnosis.search.selection import Finding, Selection
 from ident.diagnosis.split.split_data import TINY
@@ -62,10 +62,17 @@ def _imitation(findings: Sequence[Finding], curves: FittedModel) -> str | None:
     left = {
         finding.term.name: curves.improvement_over(without).reduction / max(finding.improvement.reduction, TINY)
         for finding, without in zip(findings, in_place, strict=True)
-        if score(without) < score(finding.after)
+        if _is_better(without, finding.after)
     }
     name = min(left, key=lambda each: left[each], default=None)
     return name if name and left[name] < MIN_SHARE else None
+
+
+def _is_better(curves: FittedModel, model: FittedModel) -> bool:
+    """Whether `curves` explain more than a `model`: training rows at their price, held-out rows wherever both can."""
+    parameters, split = len(curves.solution.x) - len(model.solution.x), curves.split
+    cheaper = is_significant(model.solution.loss, curves.solution.loss, parameters, split.independent_rows)
+    return cheaper and curves.improvement_over(model).reduction > 0
 
 
 def _without(model: FittedModel, name: str) -> FittedModel:
