@@ -1,4 +1,4 @@
-"""The confidence level of all intervals with its quantiles, and the guard of quotients against zero."""
+"""The confidence level of all intervals with its quantiles, the guard of quotients, and least squares."""
 
 import numpy as np
 
@@ -22,3 +22,14 @@ def half_width(freedom: Floats) -> Floats:
     from scipy.special import stdtrit  # takes time to import
 
     return np.asarray(stdtrit(freedom, (1 + LEVEL) / 2), np.float64)
+
+
+def least_squares(matrix: Floats, targets: Floats) -> Floats:
+    """(c, ...) coefficients of the columns of `matrix` (n, c) for the `targets` (n, ...), by the normal equations.
+
+    Columns may be of any size, and those that others reproduce may be among them.
+    """
+    gram = matrix.T @ matrix
+    size = nonzero(np.sqrt(np.diag(gram)))
+    scaled = np.linalg.lstsq(gram / np.outer(size, size), (matrix / size).T @ targets, rcond=1e-12)[0]
+    return np.asarray((scaled.T / size).T, np.float64)

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from ident.basics.statistics import half_width
+from ident.basics.statistics import half_width, least_squares
 from ident.diagnosis.judge.improvement import MIN_T, block_means, improvement_of_blocks
 from ident.diagnosis.ripple.ripple_line import BLOCK_PERIODS, BandEvidence, RippleLine
 from ident.diagnosis.ripple.waves import (
@@ -20,7 +20,6 @@ from ident.diagnosis.ripple.waves import (
     Carrier,
     JointSignal,
     Vibration,
-    least_squares,
     remainder,
     wave,
     wave_numbers,

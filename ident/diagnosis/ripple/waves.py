@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.basics.statistics import nonzero
+from ident.basics.statistics import least_squares
 from ident.data.spectral_lines import FALSE_ALARM
 from ident.diagnosis.ripple.high_band import HighBand
 from ident.diagnosis.search.selection import WIDTH
@@ -207,13 +207,6 @@ class Carrier:
         columns = 2 * len(np.unique(self.part[self.signal.train]))
         noise = np.interp(number, grid, self.power(rest, grid)[1])
         return bool(reduction > noise * chdtri(columns, FALSE_ALARM * OVERSAMPLING / len(grid)))
-
-
-def least_squares(matrix: Floats, signal: Floats) -> Floats:
-    """(c,) coefficients of the columns of `matrix` (n, c) for the `signal` (n,); c is small."""
-    gram = matrix.T @ matrix
-    size = nonzero(np.sqrt(np.diag(gram)))
-    return np.linalg.lstsq(gram / np.outer(size, size), matrix.T @ signal / size, rcond=1e-12)[0] / size
 
 
 def remainder(columns: Floats, signal: Floats, rows: Bools | slice = slice(None)) -> Floats:

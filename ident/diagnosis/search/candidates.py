@@ -149,8 +149,7 @@ class Candidates:
 
     def named(self, model: FittedModel, name: str) -> Candidate | None:
         """The effect `name` as screening finds it beside `model`; None where that shows nothing of it."""
-        screener = Screener(self.split, model.solution, self._columns)
-        return screener.screen({name: self.library[name]}).best.get(name)
+        return Screener(self.split, model.solution, self._columns).screen({name: self.library[name]}).best.get(name)
 
     def add(self, model: FittedModel, candidate: Candidate) -> FittedModel:
         """Add the `candidate` to `model` and refit all parameters; done once."""

@@ -4,16 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.basics.statistics import nonzero
+from ident.basics.statistics import least_squares, nonzero
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.paying_joints import own_joints
 from ident.diagnosis.search.screening import MIN_EXCITATION, Candidate, Screener, initial_guesses
 from ident.diagnosis.split.split_data import TINY
 from ident.dynamics.structure import Term
 from recordings.recording import Bools, Floats, Ints
-
-_COLLINEAR = 1e-9
-"""Eigenvalues below this share of the largest belong to sums of columns that are zero."""
 
 
 class LargestGain:
@@ -50,7 +47,7 @@ class LargestGain:
             for each in (self._fitted, self._held_out)
         )
         kept = np.delete(np.arange(self._fitted.regressor.shape[1]), replaced)
-        model = _least_squares(self._fitted.regressor[:, kept], columns)
+        model = least_squares(self._fitted.regressor[:, kept], columns)
         held_out -= self._held_out.regressor[:, kept] @ model  # with the effect, the model's own parameters move
         if own_joints(candidate.term) is None:
             return self._share(held_out, np.ones(len(held_out), bool), float(self._noise.sum()))
@@ -65,11 +62,3 @@ class LargestGain:
         along = columns.T @ residual
         explained = float(along @ np.linalg.pinv(columns.T @ columns, MIN_EXCITATION**2, hermitian=True) @ along)
         return float(np.clip(explained / max(excess, TINY), 0.0, 1.0))
-
-
-def _least_squares(regressor: Floats, targets: Floats) -> Floats:
-    """(K, c) coefficients of the `regressor` (r, K) for each of the `targets` (r, c)."""
-    size = nonzero(np.sqrt((regressor**2).sum(axis=0)))
-    scaled = regressor / size
-    inverse = np.linalg.pinv(scaled.T @ scaled, _COLLINEAR, hermitian=True)
-    return inverse @ (scaled.T @ targets) / size[:, None]

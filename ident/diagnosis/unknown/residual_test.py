@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ident.basics.statistics import least_squares
 from ident.data import cycle_statistics
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import prepare
@@ -16,7 +17,7 @@ from ident.data.row_weights import moving_or_all, standstill_share
 from ident.data.trends import SIGNIFICANT
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_SHARE
-from ident.diagnosis.ripple.waves import Vibration, least_squares, wave
+from ident.diagnosis.ripple.waves import Vibration, wave
 from ident.diagnosis.split.noise_floor import MIN_TORQUE_SHARE
 from ident.diagnosis.split.split_data import rms as rms_of
 from ident.diagnosis.split.train_test_split import split_recordings

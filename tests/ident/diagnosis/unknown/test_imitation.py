@@ -84,9 +84,16 @@ def test_effects_that_only_imitate_an_unknown_one_are_left_out(
 
 
 def test_curves_that_are_the_worse_model_in_its_place_refute_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(imitation, "score", lambda model: len(model.solution.x))
+    monkeypatch.setattr(imitation, "is_significant", lambda *_: False)
     selection, _, result = checked(concave, ["drag", "cubic"])
     assert result is selection
+
+
+def test_curve_over_speed_is_judged_within_the_speeds_of_training() -> None:
+    recordings = [building.record(noise=0.02, extra=concave, size=size, name=str(size)) for size in (1.0, 1.5)]
+    search, begin = building.search(building.split(recordings[:1], recordings[1:]), {"drag": EFFECTS["drag"]})
+    result, _, _ = analyse_unexplained(search, search.select_forced(*begin, ["drag"]), forced=False)
+    assert not result.findings
 
 
 def test_mandatory_effect_is_never_removed() -> None:
