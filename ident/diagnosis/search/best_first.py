@@ -98,7 +98,7 @@ class BestFirst:
 
     def _insert(self, model: FittedModel) -> bool:
         """Keep a `model`; whether it is new."""
-        key, count = key_of(model.solution.structure), len(self._states)
+        key, count = key_of(model.solution.structure, model.solution.x), len(self._states)
         self._states[key] = State(model)
         return len(self._states) > count
 
@@ -161,7 +161,7 @@ class BestFirst:
                     continue
                 return state
             if (moved := self._on_paying_joints(model, index)) is not model:
-                self._states[key_of(model.solution.structure)] = State(moved)
+                self._states[key_of(model.solution.structure, model.solution.x)] = State(moved)
                 continue
             refused.add(state.names)
             self._insert(self._fits.without_effect(model, index))
@@ -172,7 +172,7 @@ class BestFirst:
 
     def _refused_effect(self, model: FittedModel) -> int | None:
         """Number of the weakest effect of `model` that the judge does not accept beside all the others."""
-        key = key_of(model.solution.structure)
+        key = key_of(model.solution.structure, model.solution.x)
         if key not in self._refused:
             self._refused[key] = next(
                 (

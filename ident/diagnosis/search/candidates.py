@@ -25,13 +25,17 @@ from recordings.recording import Floats
 MIN_PROMISE = 0.8
 """Further candidates are fitted if screening promises this share of the best reduction: optimizing their shapes
 hardly adds more (97 effects of the part `chosen`: 0.8 to 1.2 times what was promised)."""
-Key = tuple[tuple[str, tuple[int, ...]], ...]
-"""The effects of a model, each with its joints, in any order."""
+Key = tuple[tuple[str, tuple[int, ...], tuple[str, ...]], ...]
+"""The effects of a model, each with its joints, in any order; the lines of a spectrum also with their shapes."""
 
 
-def key_of(structure: ModelStructure) -> Key:
-    """Identify a model by its effects."""
-    return tuple(sorted((term.name, term.joints) for term in structure.terms))
+def key_of(structure: ModelStructure, x: Floats) -> Key:
+    """Identify a model with the parameters `x` (K,) by its effects."""
+    shapes = [
+        structure.shape_values(index, x) if term.effect.repeated else () for index, term in enumerate(structure.terms)
+    ]
+    lines = (tuple(f"{value:.3g}" for value in each) for each in shapes)
+    return tuple(sorted((term.name, term.joints, line) for term, line in zip(structure.terms, lines, strict=True)))
 
 
 class Fits:
@@ -43,13 +47,13 @@ class Fits:
 
     def best(self, model: FittedModel) -> FittedModel:
         """The best fit so far of the effects of `model`, which counts from now on."""
-        key = key_of(model.solution.structure)
+        key = key_of(model.solution.structure, model.solution.x)
         self._best[key] = min(self._best.get(key, model), model, key=lambda each: each.solution.loss)
         return self._best[key]
 
     def fit(self, structure: ModelStructure, x: Floats) -> FittedModel:
         """Fit `structure` starting from `x` (K,), or return the best fit that is known."""
-        key = key_of(structure)
+        key = key_of(structure, x)
         if key not in self._best:
             self._best[key] = FittedModel(self.split, self.split.fit(structure, x))
         return self._best[key]
@@ -117,7 +121,7 @@ class Candidates:
 
     def screen(self, model: FittedModel) -> Screening:
         """Screen the library for effects that could be added to `model`; done once."""
-        key = key_of(model.solution.structure)
+        key = key_of(model.solution.structure, model.solution.x)
         if key not in self._screened:
             library = {
                 name: effect for name, effect in self.library.items() if name not in model.names or effect.repeated
@@ -153,7 +157,7 @@ class Candidates:
 
     def add(self, model: FittedModel, candidate: Candidate) -> FittedModel:
         """Add the `candidate` to `model` and refit all parameters; done once."""
-        key = key_of(model.solution.structure), candidate
+        key = key_of(model.solution.structure, model.solution.x), candidate
         if key not in self._added:
             best = self.fits.best(self._on_possible_joints(self._best_fit(model, candidate)))
             # A fit that was known may have its effects in another order.

@@ -302,7 +302,9 @@ def test_rejected_effects_have_the_evidence_that_they_have_when_they_are_asked_f
 def test_effect_keeps_its_joints_where_another_is_added_to_a_known_model(monkeypatch: pytest.MonkeyPatch) -> None:
     """The fit that is known may have its effects in another order."""
     known: dict[Key, FittedModel] = {}
-    monkeypatch.setattr(Fits, "best", lambda _, model: known.setdefault(key_of(model.solution.structure), model))
+    monkeypatch.setattr(
+        Fits, "best", lambda _, model: known.setdefault(key_of(model.solution.structure, model.solution.x), model)
+    )
     search, begin = building.search(split(lambda motion: drag(motion) * [1.0, 0.0] + spring(motion), joints=2), PARTS)
     model, _ = search.start(*begin)
     for names in (("quadratic_friction", "joint_spring"), ("joint_spring", "quadratic_friction")):
