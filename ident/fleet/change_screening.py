@@ -78,24 +78,24 @@ class ChangeScreener(Screener):
         columns = self.columns(candidate.term, candidate.scale, candidate.shapes)
         both = self.orthogonal(np.hstack([columns, columns * self._time[:, None]]))
         rest = self.residual - self._basis @ (self._basis.T @ self.residual)
-        losses = []
-        for used in (both[:, : columns.shape[1]], both):
-            remaining = rest - used @ np.linalg.lstsq(used, rest, rcond=1e-10)[0]
-            losses.append(float(remaining @ remaining))
-        return losses[0] - losses[1]
+        steady, fading = (
+            rest - used @ np.linalg.lstsq(used, rest, rcond=1e-10)[0] for used in (both[:, : columns.shape[1]], both)
+        )
+        return float(steady @ steady - fading @ fading)
 
     def torque_after(self) -> float:
         """Weighted sum of squares of the torque of the later recordings."""
-        pairs = zip(self._solution.weights, self._predictors, strict=True)
-        torque = [(weight * predictor.prepared.torque)[weight > 0] for weight, predictor in pairs]
+        torque = [
+            (weight * predictor.prepared.torque)[weight > 0]
+            for weight, predictor in zip(self._solution.weights, self._predictors, strict=True)
+        ]
         return float((np.concatenate(torque)[self._changed] ** 2).sum())
 
     @cached_property
     def _time(self) -> Floats:
         """(r,) time of each row in its recording, from -1 to 1; 0 in the prior's rows."""
-        pairs = zip(self._solution.weights, self._predictors, strict=True)
         times = []
-        for weight, predictor in pairs:
+        for weight, predictor in zip(self._solution.weights, self._predictors, strict=True):
             time = predictor.prepared.time
             relative = 2 * (time - time[0]) / max(time[-1] - time[0], TINY) - 1
             times.append(np.broadcast_to(relative[:, None], weight.shape)[weight > 0])
@@ -135,8 +135,7 @@ def as_change(effect: Effect) -> Effect:
 
 def base_name(name: str) -> str:
     """Name of a parameter without the number of its joint."""
-    match = _PER_JOINT.match(name)
-    return match.group(1) if match else name
+    return match.group(1) if (match := _PER_JOINT.match(name)) else name
 
 
 def _parameter_effect(whole_robot: bool) -> Additive:

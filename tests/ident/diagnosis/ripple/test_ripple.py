@@ -159,11 +159,23 @@ def test_a_wave_that_is_a_trifle_in_its_band_does_not_pay(left: float, pays: boo
     assert evidence.pays is pays
 
 
-@pytest.mark.parametrize(("size", "drift", "uncertain"), [(1.0, 0.0, False), (5e-5, 2.0, True)])
-def test_only_one_speed_leaves_ripple_and_vibration_apart(size: float, drift: float, uncertain: bool) -> None:
-    recording = building.record(
-        noise=0.05, extra=lambda motion: 0.4 * np.sin(20.0 * motion.position), size=size, drift=drift
-    )
-    search, begin = building.search(building.split([recording]), {"cogging": library()["cogging"]})
+@pytest.mark.parametrize(
+    ("size", "drifts", "uncertain"), [(1.0, (0.0,), False), (5e-5, (2.0,), True), (5e-5, (2.0, 3.0), False)]
+)
+def test_at_one_speed_a_vibration_explains_what_ripple_does(
+    size: float, drifts: tuple[float, ...], uncertain: bool
+) -> None:
+    """A vibration keeps its frequency where recordings have different speeds."""
+    recordings = [
+        building.record(
+            noise=0.05,
+            extra=lambda motion: 0.4 * np.sin(20.0 * motion.position),
+            size=size,
+            drift=drift,
+            name=str(drift),
+        )
+        for drift in drifts
+    ]
+    search, begin = building.search(building.split(recordings), {"cogging": library()["cogging"]})
     (finding, *_) = with_vibration_alternatives(search.select(*begin)).findings
     assert (VIBRATION in finding.alternatives) is uncertain

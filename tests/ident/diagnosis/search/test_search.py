@@ -329,3 +329,14 @@ def test_what_an_effect_contains_takes_its_joint_as_well() -> None:
     model = search.fits.fit(structure, np.zeros(len(structure.parameters)))
     (term,) = BestFirst(search.candidates, lambda text: None).search(model).terms
     assert (term.name, term.joints) == ("drag", (0, 1))
+
+
+def test_each_line_of_a_spectrum_has_the_evidence_of_its_own_removal() -> None:
+    def lines(motion: Motion) -> Floats:
+        return np.sin(9 * motion.position) + 0.3 * np.sin(23 * motion.position)
+
+    selection = select(split(lines), {"cogging": LIBRARY["cogging"]})
+    large, small = selection.findings
+    for kept, finding in ((23, large), (9, small)):
+        structure, x = finding.before.solution.structure, finding.before.solution.x
+        assert structure.shape_values(0, x) == pytest.approx(kept, rel=0.1)
