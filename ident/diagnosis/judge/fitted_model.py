@@ -135,8 +135,12 @@ class FittedModel:
         held_out = self.blocks_over(before)
 
         def other_way() -> tuple[Improvement, Improvement]:
-            both = zip(self.split.train, self.judged_residuals, before.judged_residuals, strict=True)
-            judged = [rows & np.isfinite(new + old) for rows, new, old in both]
+            judged = [
+                rows & np.isfinite(new + old)
+                for rows, new, old in zip(
+                    self.split.train, self.judged_residuals, before.judged_residuals, strict=True
+                )
+            ]
             turned = Blocks.of(
                 self.split, before.turned.residuals, self.turned.residuals, self.noise_floor.certain, judged
             )

@@ -6,6 +6,7 @@ from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import Improvement
 from ident.diagnosis.judge.rules.limits import extraordinary_joints
 from ident.diagnosis.split.split_data import TINY, rms
+from recordings.recording import Floats
 
 PRICE = 15.0
 """Price of a parameter: times what it gains by fitting noise, which is 1 in n ln(mean square)."""
@@ -26,18 +27,25 @@ def is_significant(before: float, after: float, parameters: int, independent_row
 
 
 def score(model: FittedModel) -> float:
+    """What a `model` leaves at its price, and what is seldom at its own: the smaller of two is the better model.
+
+    A strength that hardware seldom has costs as much as it must explain (`EXTRAORDINARY_RATIO`): a prior.
+    """
+    joints = [joint for index in range(len(model.terms)) for joint in extraordinary_joints(model, index)]
+    prior = float(np.log(EXTRAORDINARY_RATIO) * model.split.independent(model.split.scored)[joints].sum())
+    return likelihood_score(model, model.noise_floor.certain) + prior
+
+
+def likelihood_score(model: FittedModel, floor: Floats) -> float:
     """Sum n ln(mean square) of training and held-out rows over all joints, plus the price of the parameters.
 
-    The smaller of two is the better model. No joint gains by an error below its noise floor: what is fitted there is
-    noise. A strength that hardware seldom has costs as much as it must explain (`EXTRAORDINARY_RATIO`): a prior.
+    floor: (dof,) noise floor [N m]. No joint gains by an error below it: what is fitted there is noise.
     """
     loss = 0.0
     for rows in (model.split.train, model.split.test):
-        error = np.maximum(np.maximum(rms(model.judged_residuals, rows), model.noise_floor.certain), TINY)
+        error = np.maximum(np.maximum(rms(model.judged_residuals, rows), floor), TINY)
         loss += float((model.split.independent(rows) * 2 * np.log(error)).sum())
-    joints = [joint for index in range(len(model.terms)) for joint in extraordinary_joints(model, index)]
-    prior = float(np.log(EXTRAORDINARY_RATIO) * model.split.independent(model.split.scored)[joints].sum())
-    return loss + PRICE * sum(entry.free for entry in model.solution.structure.parameters) + prior
+    return loss + PRICE * sum(entry.free for entry in model.solution.structure.parameters)
 
 
 def slack(before: float, best: float, independent_rows: float) -> float:

@@ -50,7 +50,8 @@ class BestFirst:
 
     def __init__(self, candidates: Candidates, progress: Callable[[str], None]) -> None:
         self._candidates, self._fits, self._progress = candidates, candidates.fits, progress
-        self._states: dict[Key, State] = {}
+        self._states: dict[Key, State | None] = {}
+        """None: an effect of the model pays on some of its joints alone."""
         self._expanded: set[Names] = set()
         self._refused: dict[Key, int | None] = {}
 
@@ -69,7 +70,7 @@ class BestFirst:
     def _ranked(self) -> Iterator[State]:
         """The models, the best first, and the best one of those that differ in joints only."""
         best: dict[Names, State] = {}
-        for state in sorted(self._states.values(), key=lambda state: state.score):
+        for state in sorted(filter(None, self._states.values()), key=lambda state: state.score):
             best.setdefault(state.names, state)
         yield from best.values()
 
@@ -98,9 +99,11 @@ class BestFirst:
 
     def _insert(self, model: FittedModel) -> bool:
         """Keep a `model`; whether it is new."""
-        key, count = key_of(model.solution.structure, model.solution.x), len(self._states)
-        self._states[key] = State(model)
-        return len(self._states) > count
+        key = key_of(model.solution.structure, model.solution.x)
+        new = key not in self._states
+        if new or self._states[key]:
+            self._states[key] = State(model)
+        return new
 
     def _wider(self, model: FittedModel) -> Iterator[FittedModel]:
         """Models in which one effect of `model` acts on one more joint that leaves much, or on all of them."""
@@ -143,8 +146,7 @@ class BestFirst:
             if present is None:
                 yield self._fits.with_term(bare, Term(name, library[name], term.joints))
             else:
-                joints = sorted({*bare.terms[present].joints, *term.joints})
-                yield self._fits.on_joints(bare, present, joints)
+                yield self._fits.on_joints(bare, present, sorted({*bare.terms[present].joints, *term.joints}))
 
     def _answer(self) -> State:
         """The best model in which every effect is accepted; one without the weakest that is not, is one, too.
@@ -161,7 +163,8 @@ class BestFirst:
                     continue
                 return state
             if (moved := self._on_paying_joints(model, index)) is not model:
-                self._states[key_of(model.solution.structure, model.solution.x)] = State(moved)
+                self._states[key_of(model.solution.structure, model.solution.x)] = None
+                self._insert(moved)
                 continue
             refused.add(state.names)
             self._insert(self._fits.without_effect(model, index))

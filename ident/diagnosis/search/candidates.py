@@ -31,10 +31,10 @@ Key = tuple[tuple[str, tuple[int, ...], tuple[str, ...]], ...]
 
 def key_of(structure: ModelStructure, x: Floats) -> Key:
     """Identify a model with the parameters `x` (K,) by its effects."""
-    shapes = [
-        structure.shape_values(index, x) if term.effect.repeated else () for index, term in enumerate(structure.terms)
+    lines = [
+        tuple(f"{value:.3g}" for value in structure.shape_values(index, x)) if term.effect.repeated else ()
+        for index, term in enumerate(structure.terms)
     ]
-    lines = (tuple(f"{value:.3g}" for value in each) for each in shapes)
     return tuple(sorted((term.name, term.joints, line) for term, line in zip(structure.terms, lines, strict=True)))
 
 

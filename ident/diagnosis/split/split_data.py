@@ -195,11 +195,15 @@ class SplitData:
         unknown = self._saturated(solution, error)
         for term in solution.structure.terms:
             if term.effect.curve:
-                over = "velocity" if term.effect.axis == "velocity" else "position"
-                signals = [getattr(recording.motion, over) for recording in self.recordings]
+                signals = [
+                    each.motion.velocity if term.effect.axis == "velocity" else each.motion.position
+                    for each in self.recordings
+                ]
                 outside = outside_of_range(signals, *training_range(signals, self.train))
-                of_curve = np.isin(np.arange(len(error)), term.joints)
-                unknown = tuple(rows | beyond & of_curve for rows, beyond in zip(unknown, outside, strict=True))
+                unknown = tuple(
+                    rows | beyond & np.isin(np.arange(len(error)), term.joints)
+                    for rows, beyond in zip(unknown, outside, strict=True)
+                )
         kept = row_count([test & ~rows for test, rows in zip(self.test, unknown, strict=True)])
         return tuple(rows & (kept >= self.recordings[0].regressor.shape[2]) for rows in unknown)
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_SHARE
-from ident.diagnosis.judge.price import is_significant
+from ident.diagnosis.judge.price import likelihood_score
 from ident.diagnosis.search.search import Search
 from ident.diagnosis.search.selection import Finding, Selection
 from ident.diagnosis.split.split_data import TINY
@@ -69,10 +69,13 @@ def _imitation(findings: Sequence[Finding], curves: FittedModel) -> str | None:
 
 
 def _is_better(curves: FittedModel, model: FittedModel) -> bool:
-    """Whether `curves` explain more than a `model`: training rows at their price, held-out rows wherever both can."""
-    parameters, split = len(curves.solution.x) - len(model.solution.x), curves.split
-    cheaper = is_significant(model.solution.loss, curves.solution.loss, parameters, split.independent_rows)
-    return cheaper and curves.improvement_over(model).reduction > 0
+    """Whether `curves` leave less than a `model` at their price, in the rows that curves can be judged by.
+
+    Neither their size matters, as other parameters balance what curves share with them, nor their noise floor, which
+    steep curves raise.
+    """
+    known, floor = curves.on_judged_rows, model.noise_floor.certain
+    return likelihood_score(known, floor) < likelihood_score(FittedModel(known.split, model.solution), floor)
 
 
 def _without(model: FittedModel, name: str) -> FittedModel:
