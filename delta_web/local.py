@@ -1,15 +1,20 @@
 """Local server: the socket on which it listens, its address with the token, and a link for the browser."""
 
 import os
+import re
 import socket
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from recordings.errors import BadInput
 
 HOST = "127.0.0.1"
+LINK_PREFIX = "open-page-"
+"""Of the names of the files that lead a browser to the page."""
+_PORT = re.compile(rf"http://{re.escape(HOST)}:(\d+)/")
 
 
 def listen(port: int | None = None) -> socket.socket:
@@ -42,7 +47,25 @@ def link(address: str, folder: Path) -> Iterator[str]:
     """
     # Browsers in a sandbox of their own see the folders of the user, but not those for temporary files.
     where = folder if os.access(folder, os.W_OK) else None
-    with tempfile.NamedTemporaryFile("w", dir=where, prefix="open-page-", suffix=".html", encoding="utf-8") as file:
+    _remove_left_over(folder, urlsplit(address).port)
+    with tempfile.NamedTemporaryFile("w", dir=where, prefix=LINK_PREFIX, suffix=".html", encoding="utf-8") as file:
         file.write(f'<!doctype html><meta http-equiv="refresh" content="0; url={address}">\n')
         file.flush()
         yield Path(file.name).as_uri()
+
+
+def _remove_left_over(folder: Path, own_port: int | None) -> None:
+    """Remove the files that servers have left in `folder` which were killed: their port is ours now, or nobody's."""
+    for file in folder.glob(f"{LINK_PREFIX}*.html"):
+        with suppress(OSError):
+            found = _PORT.search(file.read_text(encoding="utf-8", errors="replace"))
+            if found and (int(found[1]) == own_port or not _answers(int(found[1]))):
+                file.unlink()
+
+
+def _answers(port: int) -> bool:
+    try:
+        with socket.create_connection((HOST, port), timeout=1.0):
+            return True
+    except OSError:
+        return False

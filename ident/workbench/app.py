@@ -40,7 +40,7 @@ def guarded_app(session: WorkbenchSession, token: str) -> Guard:
 
     @app.get("/reports/{name}")
     def report(name: str) -> FileResponse:
-        return FileResponse(session.export.report(name), media_type="text/html", headers=_SANDBOX)
+        return FileResponse(session.folder.report(name), media_type="text/html", headers=_SANDBOX)
 
     @app.get("/fleet")
     def fleet() -> HTMLResponse:
@@ -73,7 +73,7 @@ def serve(session: WorkbenchSession, port: int | None, browser: bool) -> None:
     print(f"workbench: {address}\nOnly this machine can open it. Press Ctrl-C to quit.", flush=True)
     if before and before.port != now:
         print(f"This page was on port {before.port}: open the address above in place of an open tab.", flush=True)
-    print(session.project.says, flush=True)
+    print(*filter(None, (session.project.says, session.interrupted)), sep="\n", flush=True)
     session.jobs.worker.prepare()
     with ExitStack() as stack:
         stack.callback(session.close)

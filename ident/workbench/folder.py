@@ -5,6 +5,7 @@ from functools import lru_cache
 from itertools import chain, count
 from pathlib import Path
 
+from delta_web.local import LINK_PREFIX
 from recordings.errors import BadInput
 from recordings.reader import is_foreign
 
@@ -45,8 +46,15 @@ class Folder:
 
     def names(self, *suffixes: str) -> list[str]:
         """Return the names of the files with one of the `suffixes` in alphabetical order."""
-        files = (path for path in self.root.iterdir() if path.suffix in suffixes)
-        return sorted(path.name for path in files if path.is_file() and self._inside(path))
+        return self._matching(*(f"*{suffix}" for suffix in suffixes))
+
+    def models(self) -> list[str]:
+        """Return the names of the models that `ident` has written, in alphabetical order."""
+        return self._matching("*.model.json", "*.model-*.json")
+
+    def reports(self) -> list[str]:
+        """Return the names of the reports and other pages, in alphabetical order."""
+        return [name for name in self.names(".html") if not name.startswith(LINK_PREFIX)]
 
     def recordings(self) -> list[str]:
         """Return the names of the recordings of this program, and of what cannot be read, in alphabetical order."""
@@ -81,6 +89,17 @@ class Folder:
             raise BadInput(f"a file in {self.root.name}/ expected, '{name}' found; choose one from the list")
         return path
 
+    def report(self, name: str) -> Path:
+        """Return the path of the report `name`.
+
+        Raises:
+            BadInput: there is no such report in the folder.
+        """
+        path = self.existing_file(name)
+        if name not in self.reports():
+            raise BadInput(f"a report expected, '{name}' found; choose one from the list")
+        return path
+
     def new_file(self, name: str, suffix: str) -> Path:
         """Return the path for a new file `name`.
 
@@ -99,6 +118,10 @@ class Folder:
         """Return a name for a new file or folder: the stem, with a number where such a name is taken."""
         names = chain((f"{stem}{suffix}",), (f"{stem}-{number}{suffix}" for number in count(2)))
         return next(name for name in names if not (self.root / name).exists())
+
+    def _matching(self, *patterns: str) -> list[str]:
+        files = {path for pattern in patterns for path in self.root.glob(pattern)}
+        return sorted(path.name for path in files if path.is_file() and self._inside(path))
 
     def _check_name(self, name: str) -> None:
         """Refuse names that are not plain file names on every operating system."""

@@ -1,4 +1,4 @@
-"""A command of `ident` on the page: it runs, and what it prints and writes is shown and can be downloaded."""
+"""A command on the page: it runs, and what it prints and writes is shown and can be downloaded."""
 
 import io
 import shlex
@@ -9,7 +9,7 @@ from pathlib import Path
 from nicegui import ui
 
 from ident.workbench.pages.page import Page, draw_code, in_background
-from ident.workbench.programs.running import run_ident
+from ident.workbench.programs.running import printed_by
 
 Command = tuple[str, ...]
 
@@ -17,15 +17,15 @@ Command = tuple[str, ...]
 def draw_command(
     page: Page, row: ui.row, text: str, test_id: str, words: Callable[[], tuple[Command, tuple[str, ...]]]
 ) -> None:
-    """Draw a button in `row` that runs `ident`, and what comes of it below.
+    """Draw a button in `row` that runs a command, and what comes of it below.
 
-    words: returns the command without `ident`, and the names of the files and folders that it writes.
+    words: returns the command, and the names of the files and folders that it writes.
     """
     root = page.session.folder.root
 
     async def start() -> None:
         command, written = words()
-        printed = await in_background(run_ident, root, *command)
+        printed = await in_background(printed_by, root, *command)
         if printed is None or result.is_deleted:
             return
         page.session.changes.mark("folder")
@@ -33,7 +33,7 @@ def draw_command(
         with result:
             draw_code(printed, f"{test_id}-printed", language=None)
             draw_written(page, written)
-            draw_code(shlex.join(["ident", *command]) + "\n", f"{test_id}-command")
+            draw_code(shlex.join(command) + "\n", f"{test_id}-command")
 
     with row:
         page.button(text, test_id, start, icon="play_arrow")

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from nicegui import ui
 
+from ident.output.figures import time_plots
+from ident.workbench.figure import Figure, to_dict
 from ident.workbench.folder import SUFFIX
-from ident.workbench.pages import plots
 from ident.workbench.pages.forms import name_fields
 from ident.workbench.pages.page import Page, ZoomablePlot, heading, in_background, quiet, set_test_id
 from ident.workbench.programs import file_import
@@ -40,10 +41,15 @@ def draw(page: Page) -> None:
             quiet(label)
             set_test_id(ui.label(value), f"quality-{label.lower().replace(' ', '-')}")
     signal = ui.toggle(list(view.signals), value="position").props("dense").classes("q-mt-sm")
+
+    def figure(span: time_plots.Span) -> Figure:
+        name = str(signal.value)
+        return to_dict(time_plots.signal(name, view.signals[name][0], view.time, view.signals[name][1], span))
+
     plot = ZoomablePlot(
         page,
         lambda: view.name,
-        lambda span: plots.signal(view, str(signal.value), span),
+        figure,
         lambda: (float(view.time[0]), float(view.time[-1])),
         "signals over time",
     )

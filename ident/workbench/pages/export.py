@@ -2,77 +2,96 @@
 
 from nicegui import ui
 
+from ident.basics.model_name import model_stem
 from ident.identification.model_file import ModelFile
 from ident.output.tables.parameters import with_meanings
 from ident.workbench.pages import truth
+from ident.workbench.pages.candidates import MIN_NOTABLE
 from ident.workbench.pages.page import (
     Page,
     draw_code,
     draw_result,
     heading,
     in_background,
+    notify,
     quiet,
     say_what_comes,
     set_test_id,
 )
-from ident.workbench.state.cli_equivalent import shell_script
+from ident.workbench.programs.running import printed_by
+from ident.workbench.state.cli_equivalent import report_command, shell_script
 from ident.workbench.worker.views import StepsView
 
 
 def draw(page: Page) -> None:
     """Draw the export of the current model."""
-    step_list, residuals = page.session.selection.step_list, page.session.selection.analysis.residuals
-    if step_list is None or residuals is None:
+    made, residuals = page.session.selection.steps, page.session.selection.analysis.residuals
+    if made is None or residuals is None:
         say_what_comes(page, "It can be saved")
         return
-    file_name = page.session.export.proposed_name(residuals.model)
+    file_name = page.session.saved.proposed_name(residuals.model)
     heading("Model")
     with ui.row().classes("items-center gap-3"):
-        page.save_form(residuals.model, file_name, "save")
-        _draw_report(page, residuals.model, step_list)
+        _save_form(page, residuals.model, file_name)
+        _draw_report(page, residuals.model, made)
     truth.draw(page)
     heading("Equivalent commands", "q-mt-md")
     quiet("Run this in the folder of the recordings. It overwrites nothing; choose another name if the file exists.")
-    draw_code(shell_script(step_list, file_name), "script")
+    draw_code(shell_script(made, file_name), "script")
     heading("Parameters of the current model", "q-mt-md")
-    draw_result(with_meanings(step_list.steps[-1].entry.parameters))
+    draw_result(with_meanings(made.steps[-1].entry.parameters))
 
 
-def _draw_report(page: Page, model: ModelFile, step_list: StepsView) -> None:
-    """Draw a button that creates the report on `model`, the last of `step_list`, or a link to the report."""
-    export = page.session.export
-    if report := export.report_name(model):
+def _save_form(page: Page, model: ModelFile, file_name: str) -> None:
+    """Draw an input for the file name and a button that saves `model`."""
+    out = ui.input("file", value=file_name).props("dense outlined").classes("min-w-64")
+
+    def save() -> None:
+        page.session.saved.save(model, str(out.value))
+        notify(f"Saved {out.value} next to the recording.", "positive")
+
+    page.button("Save next to the recording", "save", save, icon="save")
+
+
+def _draw_report(page: Page, model: ModelFile, made: StepsView) -> None:
+    """Draw a button that creates the report on `model`, the last of `made`, or a link to the report."""
+    saved, folder = page.session.saved, page.session.folder
+    if report := saved.report_on(model):
         set_test_id(ui.link("Open the report", f"/reports/{report}", new_tab=True), "open-report")
-    elif export.creating_report:
-        ui.label("Creating the report …")
-    else:
-        create = (in_background, export.create_report, model, step_list)
-        button = page.button("Create the report", "report", *create, icon="description", props="outline")
-        button.tooltip("Saves the model too; one HTML file to send to a colleague")
+        return
+
+    async def create() -> None:
+        name = saved.ensure_saved(model)
+        out = folder.free_name(model_stem(name), ".report.html")
+        if await in_background(printed_by, folder.root, *report_command(made, name, out)) is not None:
+            saved.add_report(name, out)
+
+    button = page.button("Create the report", "report", create, icon="description", props="outline")
+    button.tooltip("Saves the model too; one HTML file to send to a colleague")
 
 
 def draw_verdict(page: Page) -> None:
     """Draw what is known of the current model, and the ways on: analyse, save, open the report."""
     page.draw_on_change(_draw_pending, "job", "residuals")
-    page.draw_on_change(_draw_floor, "residuals", "saved")
+    page.draw_on_change(_draw_floor, "candidates", "residuals", "saved")
 
 
 def _draw_pending(page: Page) -> None:
     selection = page.session.selection
-    if selection.step_list is None or selection.analysis.residuals is not None:
+    if selection.steps is None or selection.analysis.residuals is not None:
         return
     with ui.row().classes("items-center gap-3 banner"):
         if page.session.jobs.current is not None:
             ui.label("The model is being analysed …")
         else:
             ui.label("The analysis of this model is not complete.")
-            page.button("Analyse", "resume-analysis", selection.change, props="outline")
+            page.button("Analyse", "resume-analysis", selection.go, props="outline")
 
 
 def _draw_floor(page: Page) -> None:
-    selection, export = page.session.selection, page.session.export
-    step_list, residuals = selection.step_list, selection.analysis.residuals
-    if step_list is None or residuals is None or residuals.model.residual_test is None:
+    selection, saved = page.session.selection, page.session.saved
+    made, residuals = selection.steps, selection.analysis.residuals
+    if made is None or residuals is None or residuals.model.residual_test is None:
         return
     good = selection.within_noise
     with ui.row().classes(f"items-center gap-3 banner {'banner-good' if good else ''}"):
@@ -80,10 +99,29 @@ def _draw_floor(page: Page) -> None:
             ui.icon("check_circle", size="sm")
         set_test_id(ui.label(residuals.model.residual_test.sentence), "floor")
         if not good:
+            _draw_best_candidate(page)
             return
-        if saved := export.saved_name(residuals.model):
-            ui.label(f"Saved as {saved}.")
+        if name := saved.name_of(residuals.model):
+            ui.label(f"Saved as {name}.")
         else:
             props = "unelevated color=white text-color=positive"
-            page.button("Save", "banner-save", export.ensure_saved, residuals.model, icon="save", props=props)
-        _draw_report(page, residuals.model, step_list)
+            page.button("Save", "banner-save", saved.ensure_saved, residuals.model, icon="save", props=props)
+        _draw_report(page, residuals.model, made)
+
+
+def _draw_best_candidate(page: Page) -> None:
+    """Say which effect would explain most, and ask whether to add it."""
+    candidates = page.session.selection.analysis.candidates
+    if candidates is None or not candidates.cards or candidates.cards[0].improvement < MIN_NOTABLE:
+        return
+    best = candidates.cards[0]
+    set_test_id(ui.label(f"{best.name} would explain {best.improvement:.0%} of the square. Add it?"), "best")
+    page.button(
+        "Add",
+        "add-best",
+        page.session.selection.extend,
+        "add",
+        best.name,
+        props="unelevated",
+        label=f"Add {best.name}",
+    )

@@ -13,16 +13,17 @@ from ident.workbench.programs import file_import
 from ident.workbench.programs.file_import import DELTA, EXTRA, MACHINES, FileColumn, FileGuess
 
 
-async def open_dialog(page: Page, file: str) -> None:
-    """Ask what the columns of `file`, in the folder of the recordings, hold, and convert it."""
+async def open_dialog(page: Page, file: str) -> bool:
+    """Ask what the columns of `file`, in the folder of the recordings, hold, and convert it; False: nobody can."""
     made = await in_background(file_import.guess, page.session.folder.root, file)
     if made is None:
-        return
+        return False
     with page.dialog(f"Import {file}") as dialog, ui.card().classes("import-card"):
         content = ui.column().classes("w-full gap-2")
         with content:
             _Form(page, made, dialog, content)
     dialog.open()
+    return True
 
 
 class _Form:

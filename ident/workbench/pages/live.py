@@ -2,8 +2,8 @@
 
 from nicegui import ui
 
-from ident.workbench.figure import Figure
-from ident.workbench.pages import plots
+from ident.output.figures import time_plots
+from ident.workbench.figure import Figure, to_dict
 from ident.workbench.pages.page import Page, quiet, set_test_id
 from ident.workbench.programs.recording_process import RunStatus
 
@@ -110,6 +110,6 @@ def live_figures(run: RunStatus) -> dict[str, Figure]:
     for kind, label, scale in (("position", unit, 1.0), ("following error", f"m{unit}", 1e3), ("voltage", "V", 1.0)):
         joints = zip(*(row[kind.replace(" ", "_")] for row in rows), strict=True)
         curves = [[value if value is None else scale * value for value in joint] for joint in joints]
-        figures[kind] = plots.live(time, curves, kind, label)
+        figures[kind] = to_dict(time_plots.live(time, curves, kind, label))
     late = [1e3 * seconds for _, seconds in lateness]
-    return {**figures, "lateness": plots.live([time for time, _ in lateness], [late], "lateness", "ms")}
+    return {**figures, "lateness": to_dict(time_plots.live([time for time, _ in lateness], [late], "lateness", "ms"))}

@@ -1,69 +1,74 @@
-"""Stepwise selection: list of steps of models, branches, findings of the full diagnosis, candidate effects."""
+"""Stepwise selection: steps from model to model, branches, findings of the full diagnosis, candidate effects."""
 
-from operator import methodcaller
+from collections.abc import Callable
+from operator import attrgetter, methodcaller
 from typing import Any
 
 from nicegui import ui
 
 from ident.diagnosis.judge.improvement import Improvement
-from ident.workbench.pages import candidates, plots
+from ident.output.figures import theme
+from ident.output.figures.steps import rms_bars
+from ident.workbench.figure import Figure, to_dict
+from ident.workbench.pages import candidates
 from ident.workbench.pages.page import Cell, Page, draw_table, heading, notify, quiet, say_what_to_do, set_test_id
-from ident.workbench.state.branches import Branches
+from ident.workbench.state.history import History
 from ident.workbench.worker.views import StepsView, StepView
 
 
 def draw(page: Page) -> None:
-    """Draw the buttons, the step_list, the findings, the candidates, and the errors of all models."""
+    """Draw the buttons, the steps, the findings, the candidates, and the errors of all models."""
     _buttons(page)
-    page.draw_on_change(_draw_steps, "step_list")
-    page.draw_on_change(_draw_diagnosis, "diagnosis")
+    page.draw_on_change(_draw_steps, "steps")
+    page.draw_on_change(_draw_findings, "diagnosis")
     candidates.draw(page)
-    page.draw_on_change(_draw_errors, "step_list")
+    page.draw_on_change(_draw_errors, "steps")
 
 
 def _buttons(page: Page) -> None:
     session, selection = page.session, page.session.selection
     with ui.row().classes("items-center gap-2"):
-        undo = page.button("Undo", "undo", selection.change, Branches.undone, icon="undo", props="outline")
-        redo = page.button("Redo", "redo", selection.change, Branches.redone, icon="redo", props="outline")
-        fork = page.button(
-            "New branch", "fork", selection.change, Branches.forked, icon="call_split", props="outline"
-        )
-        fork.tooltip("Keep this step_list and continue in a copy, to compare two models")
+        undo = page.button("Undo", "undo", _go, page, attrgetter("undo"), icon="undo", props="outline")
+        redo = page.button("Redo", "redo", _go, page, attrgetter("redo"), icon="redo", props="outline")
         full = page.button(
             "Full diagnosis", "diagnose", selection.extend, "diagnose", icon="biotech", props="outline"
         )
         full.tooltip("Automatic stepwise selection with a check of every finding; takes about half a minute")
 
     def update_enabled(page: Page) -> None:
-        branch = selection.branches.current if selection.branches and not session.jobs.blocked else None
-        undo.enabled = branch is not None and branch.can_undo
-        redo.enabled = branch is not None and bool(branch.undone)
-        fork.enabled = full.enabled = branch is not None
+        history = None if session.jobs.blocked else selection.history
+        undo.enabled = history is not None and history.undo is not None
+        redo.enabled = history is not None and history.redo is not None
+        full.enabled = history is not None
 
-    page.watch(update_enabled, "job", "step_list")
+    page.watch(update_enabled, "job", "steps")
+
+
+def _go(page: Page, number: Callable[[History], int | None]) -> None:
+    """Look at another model of the history."""
+    page.session.selection.go(lambda history: history.at(number(history)))
 
 
 def _draw_steps(page: Page) -> None:
-    step_list = page.session.selection.step_list
-    if step_list is None:
+    made = page.session.selection.steps
+    if made is None:
         say_what_to_do(
             page,
             "Each added effect is shown here as a step, with the error of every joint. Choose a second recording "
             "with Validate to validate the models on another motion.",
         )
         return
-    joints = [f"j{joint} [{unit}]" for joint, unit in enumerate(step_list.units, start=1)]
+    joints = [f"j{joint} [{unit}]" for joint, unit in enumerate(made.units, start=1)]
     errors = [f"{kind} {joint}" for kind in ("training", "held out") for joint in joints]
-    rows = (_row(number, step) for number, step in enumerate(step_list.steps))
-    draw_table(["model", *errors, "improvement, held out"], rows, classes="step_list")
-    relative = " Torques are relative: the gain is assumed." if step_list.relative else ""
-    excerpt = f" {100 * step_list.excerpt:.0f} % of these long recordings was analysed." if step_list.excerpt else ""
+    rows = (_row(number, step) for number, step in enumerate(made.steps))
+    draw_table(["model", *errors, "improvement, held out"], rows, classes="steps")
+    relative = " Torques are relative: the gain is assumed." if made.relative else ""
+    excerpt = f" {100 * made.excerpt:.0f} % of these long recordings was analysed." if made.excerpt else ""
     quiet(
-        f"Held out: {step_list.held_out}. Noise floor: what a correct model leaves, by noise and encoder resolution."
+        f"Held out: {made.held_out}. Noise floor: what a correct model leaves, by noise and encoder resolution."
         f"{relative}{excerpt}"
     )
-    _draw_terms(page, step_list)
+    _draw_terms(page, made)
 
 
 def _row(number: int, step: StepView) -> list[Cell]:
@@ -79,13 +84,17 @@ def _row(number: int, step: StepView) -> list[Cell]:
 
 
 def improvement_text(improvement: Improvement) -> str:
-    """Return the share with its interval in per cent."""
+    """Return the share with its interval in per cent; without one that says no more, or nothing at all."""
     share, low, high = (round(100 * value) for value in (improvement.share, *improvement.interval))
-    return f"{share} % ({low} to {high})" if low < 100 else "over 99 %"
+    if low >= 100:
+        return "over 99 %"
+    if high - low >= 100:
+        return f"{share} %, or none"
+    return f"{share} %" if low == high else f"{share} % ({low} to {high})"
 
 
-def _draw_terms(page: Page, step_list: StepsView) -> None:
-    step = step_list.steps[-1]
+def _draw_terms(page: Page, made: StepsView) -> None:
+    step = made.steps[-1]
     if step.refusal:
         set_test_id(ui.label(f"The data do not support the last effect: {step.refusal}."), "refusal")
     if not step.terms:
@@ -93,7 +102,7 @@ def _draw_terms(page: Page, step_list: StepsView) -> None:
     with ui.row().classes("items-center gap-2 q-mt-xs"):
         ui.label("In the model:")
         for index, (effect, joints) in enumerate(step.terms):
-            note = "" if len(joints) == len(step_list.units) else f" (joint {', '.join(map(str, joints))})"
+            note = "" if len(joints) == len(made.units) else f" (joint {', '.join(map(str, joints))})"
             with ui.row().classes("items-center no-wrap gap-1 chip"):
                 ui.label(f"{effect}{note}")
                 remove = (page.session.selection.extend, "remove", index)
@@ -102,42 +111,47 @@ def _draw_terms(page: Page, step_list: StepsView) -> None:
 
 def _draw_errors(page: Page) -> None:
     """Draw the errors of the steps, and the branches with theirs if there is more than one."""
-    selection = page.session.selection
-    branches = selection.branches
-    if branches is None:
+    history = page.session.selection.history
+    if history is None:
         return
-    page.draw_figure(plots.step_list(branches.current.step_list), "error of each model, training and held out")
-    if len(branches.all) == 1:
+    page.draw_figure(steps_figure(history.made), "error of each model, training and held out")
+    if len(history.ends) == 1:
         return
     heading("Branches", "q-mt-sm")
-    page.draw_figure(plots.branches(branches.all), "error of each branch, training and held out")
+    quiet("What was tried after an undo stays here, to be compared.")
+    page.draw_figure(branches_figure(history), "error of each branch, training and held out")
     with ui.row().classes("items-center gap-2"):
-        for index, branch in enumerate(branches.all):
-            note = " (current)" if index == branches.index else ""
-            with ui.row().classes("items-center no-wrap gap-1 chip"):
-                set_test_id(ui.label(branch.title + note), f"branch-{branch.name}")
-                actions = {"Switch to": "switched", "Drop": "dropped"} if not note else {}
-                for label, action in actions.items():
-                    word, change = label.split()[0], (selection.change, methodcaller(action, index))
-                    name = f"{label} branch {branch.name}"
-                    page.button(word, f"{word.lower()}-{branch.name}", *change, props="flat dense", label=name)
+        for end in history.ends:
+            _draw_branch(page, history, end)
 
 
-def _draw_diagnosis(page: Page) -> None:
-    """Draw the findings of the full diagnosis with their evidence, if there is one."""
-    diagnosis, library = page.session.selection.diagnosis, page.session.library
-    if diagnosis is None:
+def _draw_branch(page: Page, history: History, end: int) -> None:
+    title, current = history.title(end), end == history.end
+    number = title.partition(":")[0]
+    with ui.row().classes("items-center no-wrap gap-1 chip"):
+        set_test_id(ui.label(f"{title}{' (current)' if current else ''}"), f"branch-{number}")
+        if not current:
+            label = f"Switch to branch {number}"
+            page.button("Switch", f"switch-{number}", _go, page, lambda _: end, props="flat dense", label=label)
+            drop = (page.session.selection.go, methodcaller("without", end))
+            page.button("Drop", f"drop-{number}", *drop, props="flat dense", label=f"Drop branch {number}")
+
+
+def _draw_findings(page: Page) -> None:
+    """Draw the findings of the full diagnosis with their evidence, if it has found the current model."""
+    made, library = page.session.selection.steps, page.session.library
+    if made is None or made.findings is None:
         return
-    document = diagnosis.document
+    document, figures = made.findings.document, page.session.selection.analysis.diagnosis
     heading("Full diagnosis", "q-mt-sm")
     set_test_id(ui.label(document["sentence"]), "verdict")
     new_findings = [n for n, finding in enumerate(document["findings"]) if not library[finding["effect"]].mandatory]
     for number, finding in enumerate(document["findings"]):
         with ui.expansion(value=number in new_findings[:1]).classes("w-full") as box:
             _draw_finding(finding, number)
-            figure = diagnosis.figures.get(finding["effect"])
-            if figure:
-                page.draw_figure(figure, f"residual without and with {finding['effect']}")
+            if figures and finding["effect"] in figures.figures:
+                label = f"residual without and with {finding['effect']}"
+                page.draw_figure(figures.figures[finding["effect"]], label)
         with box.add_slot("header"), ui.row().classes("w-full items-center gap-3"):
             set_test_id(ui.label(finding["effect"]).classes("font-medium"), f"finding-{number}")
             quiet(f"joint {', '.join(map(str, finding['joints']))}")
@@ -151,7 +165,7 @@ def _draw_diagnosis(page: Page) -> None:
         structured = f"{share:.0f} % of it is structured; " if document["verdict"] == "unknown-structure" else ""
         quiet(f"Unexplained residual: {structured}{remaining['why']}")
     if remaining["formula"]:
-        _draw_formula(page, remaining["formula"], diagnosis.law or "")
+        _draw_formula(page, remaining["formula"], made.findings.law or "")
     if motion:
         quiet(f"Record next: {motion['why']} {motion['command']}")
     with ui.expansion("Rejected effects").classes("w-full"):
@@ -200,3 +214,22 @@ def _draw_finding(finding: dict[str, Any], number: int) -> None:
         with ui.row().classes("no-wrap gap-3 q-py-xs"):
             quiet(label).classes("w-32 shrink-0")
             set_test_id(ui.label(text), f"finding-{number}-{label.lower().replace(' ', '-')}")
+
+
+def steps_figure(made: StepsView) -> Figure:
+    """Plot the training and held-out error of each model."""
+    names = [f"{number}  {theme.escaped(step.label)}" for number, step in enumerate(made.steps)]
+    figure = rms_bars(names, [step.entry for step in made.steps], made.noise_rms, made.units)
+    figure.update_layout(transition_duration=400)
+    return to_dict(figure)
+
+
+def branches_figure(history: History) -> Figure:
+    """Plot the errors of the first model and of the last one of each branch."""
+    last = {history.title(end): history.entries[end].made for end in history.ends}
+    first = history.entries[0].made
+    entries = [first.steps[0].entry, *(made.steps[-1].entry for made in last.values())]
+    floors = zip(*(made.noise_rms for made in last.values()), strict=True)
+    noise = [min((value for value in joint if value is not None), default=None) for joint in floors]
+    names = [first.steps[0].label, *last]
+    return to_dict(rms_bars([theme.escaped(name) for name in names], entries, noise, first.units))

@@ -2,19 +2,20 @@
 
 import asyncio
 import time
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Awaitable, Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from inspect import isawaitable
 from subprocess import TimeoutExpired
 from typing import Any, Literal, TypeVar
 
 from nicegui import events, ui
 from nicegui import run as background
 
-from ident.identification.model_file import ModelFile
+from ident.output.figures.time_plots import Span
 from ident.output.tables import ResultTable
 from ident.workbench.figure import Figure, with_theme
-from ident.workbench.pages.plots import Span
 from ident.workbench.programs.running import Cancellable
 from ident.workbench.state.session import WorkbenchSession
 from ident.workbench.topics import Topic
@@ -110,17 +111,41 @@ class Page:
         self.visible_tab = tab
         self.poll()
 
-    def handler(self, action: Callable[..., Any], *arguments: Any) -> Callable[[], Any]:
-        """Return an event handler that calls `action`, also an asynchronous one, and shows its errors."""
+    def handler(
+        self, action: Callable[..., Any], *arguments: Any, show_busy: Callable[[bool], object] = lambda busy: None
+    ) -> Callable[[], Any]:
+        """Return an event handler that calls `action`, and shows its errors.
 
-        def handle() -> Any:
+        While an asynchronous one goes on, another press does nothing, and `show_busy` is told so.
+        """
+        goes_on = False
+
+        @contextmanager
+        def shown() -> Iterator[None]:
             try:
-                return action(*arguments)
+                yield
             except (BadInput, OSError) as error:
                 notify(str(error), "warning")
-                return None
             finally:
                 self.after_action()
+
+        async def finish(result: Awaitable[Any]) -> None:
+            nonlocal goes_on
+            with shown():
+                try:
+                    await result
+                finally:
+                    goes_on = False
+                    show_busy(goes_on)
+
+        def handle() -> Awaitable[None] | None:
+            nonlocal goes_on
+            with shown():
+                if not goes_on and isawaitable(result := action(*arguments)):
+                    goes_on = True
+                    show_busy(goes_on)
+                    return finish(result)
+            return None
 
         return handle
 
@@ -138,7 +163,8 @@ class Page:
 
         label: name for screen readers, where `text` alone does not say what is meant.
         """
-        button = ui.button(text, icon=icon, on_click=self.handler(action, *arguments)).props(props)
+        button = ui.button(text, icon=icon).props(props)
+        button.on_click(self.handler(action, *arguments, show_busy=partial(_show_busy, button)))
         if label:
             button.props["aria-label"] = label
         return set_test_id(button, test_id)
@@ -172,16 +198,6 @@ class Page:
             self.ask(question, "Discard them", "Keep them", action)
         else:
             action()
-
-    def save_form(self, model: ModelFile, file_name: str, test_id: str) -> None:
-        """Draw an input for the file name and a button that saves `model`."""
-        out = ui.input("file", value=file_name).props("dense outlined").classes("min-w-64")
-
-        def save() -> None:
-            self.session.export.save(model, str(out.value))
-            notify(f"Saved {out.value} next to the recording.", "positive")
-
-        self.button("Save next to the recording", test_id, save, icon="save")
 
     def draw_figure(self, figure: Figure, label: str) -> ui.plotly:
         """Draw a figure; `label` is its description for screen readers."""
@@ -254,6 +270,11 @@ class ZoomablePlot:
                 return
 
 
+def _show_busy(button: ui.button, busy: bool) -> None:
+    if not button.is_deleted:
+        button.props(**{"add" if busy else "remove": "loading"})
+
+
 async def in_background(action: Callable[..., Result], *arguments: Any) -> Result | None:
     """Call `action` while the page goes on; None where it fails, which is shown, or the page is being closed.
 
@@ -310,7 +331,7 @@ def say_what_to_do(page: Page, then: str) -> None:
     """Say what comes before `then`: a fit of the base model, which may be going on."""
     selection = page.session.selection
     first = "The base model is being fitted. " if selection.is_fitting else "Press Fit. "
-    quiet(f"{'' if selection.step_list else first}{then}")
+    quiet(f"{'' if selection.steps else first}{then}")
 
 
 def draw_result(table: ResultTable) -> None:

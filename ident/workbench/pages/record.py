@@ -85,7 +85,8 @@ async def _check(page: Page, options: dict[str, str], column: ui.column) -> None
     with column:
         pending = quiet("checking …")
     rig = {option: value for option, value in options.items() if option == "--rig"}
-    dry_run = ("record", *as_words(options), "--dry-run", "--json", "--out", "preflight.mcap")
+    shown = {option: value for option, value in options.items() if option != "--hidden"}  # nothing is recorded
+    dry_run = ("record", *as_words(shown), "--dry-run", "--json", "--out", "preflight.mcap")
     for test_id, title, command in (
         ("preflight-check", "drives and bus", ("check", "--json", *as_words(rig))),
         ("preflight-dry-run", "dry run without power", dry_run),

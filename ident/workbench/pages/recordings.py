@@ -10,8 +10,10 @@ from delta_web.security import MAX_BODY_BYTES
 from ident.workbench.folder import FOREIGN_SUFFIXES, SUFFIX
 from ident.workbench.pages import style
 from ident.workbench.pages.import_dialog import open_dialog
-from ident.workbench.pages.page import Page, heading, notify, quiet, set_test_id
+from ident.workbench.pages.page import Page, heading, in_background, notify, quiet, set_test_id
+from ident.workbench.worker.recording_view import PREVIEW_BYTES
 from recordings.errors import BadInput
+from recordings.reader import read
 
 
 def draw(page: Page) -> None:
@@ -27,6 +29,7 @@ def draw(page: Page) -> None:
         box.run_method("removeUploadedFiles")  # they are now in the list above
 
     page.draw_on_change(_draw_foreign, "folder")
+    page.draw_on_change(_draw_results, "folder")
     box = ui.upload(on_upload=add, auto_upload=True, multiple=True, max_file_size=MAX_BODY_BYTES)
     accepted = ",".join((SUFFIX, *FOREIGN_SUFFIXES))
     box.props(f'accept="{accepted}" flat bordered').classes("w-full q-mt-sm")
@@ -40,6 +43,8 @@ def draw(page: Page) -> None:
 
 
 def _say_what_is_kept(page: Page) -> None:
+    if page.session.interrupted:
+        set_test_id(ui.label(page.session.interrupted).classes("banner"), "interrupted")
     set_test_id(quiet(page.session.project.says), "kept")
 
 
@@ -62,6 +67,22 @@ def _draw_foreign(page: Page) -> None:
                 ui.label(name).classes("ellipsis col").tooltip(name)
                 start = (open_dialog, page, name)
                 page.button("Import", f"import-{number}", *start, props="dense outline", label=f"Import {name}")
+
+
+def _draw_results(page: Page) -> None:
+    """Draw the models and the reports of the folder."""
+    folder = page.session.folder
+    if models := folder.models():
+        with set_test_id(ui.expansion(f"Models ({len(models)})").classes("w-full").props("dense"), "models"):
+            for number, name in enumerate(models):
+                with ui.row().classes("w-full items-center no-wrap gap-1 q-mb-xs"):
+                    ui.label(name).classes("ellipsis col").tooltip(name)
+                    fit = (page.session.selection.fit, name)
+                    page.button("Open", f"open-{number}", *fit, props="dense outline", label=f"Open {name}")
+    if reports := folder.reports():
+        with set_test_id(ui.expansion(f"Reports ({len(reports)})").classes("w-full").props("dense"), "reports"):
+            for name in reports:
+                ui.link(name, f"/reports/{name}", new_tab=True).classes("block ellipsis")
 
 
 def _draw_list(page: Page) -> None:
@@ -95,7 +116,7 @@ def _choice_buttons(page: Page, name: str, number: int) -> None:
 
 
 async def _take_upload(page: Page, upload: events.UploadEventArguments) -> None:
-    """Save the file in the folder; open the dialog that imports it if another program wrote it."""
+    """Save the file in the folder, unless it cannot be read; open the dialog that imports it if it is another's."""
     session, suffix = page.session, Path(upload.file.name).suffix
     try:
         path = session.folder.new_file(upload.file.name, suffix if suffix in FOREIGN_SUFFIXES else SUFFIX)
@@ -103,8 +124,12 @@ async def _take_upload(page: Page, upload: events.UploadEventArguments) -> None:
     except BadInput as error:
         notify(str(error), "warning")
         return
-    session.changes.mark("folder")
     if session.folder.is_foreign(path.name):
-        await open_dialog(page, path.name)
+        taken = await open_dialog(page, path.name)
     else:
-        session.choose_the_only_pair()
+        taken = await in_background(read, path, PREVIEW_BYTES) is not None
+    if not taken:
+        path.unlink(missing_ok=True)
+        return
+    session.changes.mark("folder")
+    session.choose_the_only_pair()

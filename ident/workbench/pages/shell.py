@@ -22,7 +22,6 @@ from ident.workbench.pages import (
 from ident.workbench.pages.page import Page, notify, set_test_id
 from ident.workbench.state.session import WorkbenchSession
 from ident.workbench.topics import Topic
-from ident.workbench.worker.process import CAN_PAUSE
 
 Tab = tuple[str, str, str, Callable[[Page], None], tuple[Topic, ...]]
 TABS: tuple[Tab, ...] = (
@@ -84,6 +83,7 @@ def _tabs(page: Page, shown: Sequence[Tab]) -> ui.tabs:
     def show(change: events.ValueChangeEventArguments[Any]) -> None:
         display.tab = str(change.value)
         display.visited.add(display.tab)
+        ui.run_javascript(f"noteTab('{display.tab}')")
         page.session.changes.mark("tab")
         page.show(display.tab)
 
@@ -92,6 +92,7 @@ def _tabs(page: Page, shown: Sequence[Tab]) -> ui.tabs:
         elements = {key: set_test_id(ui.tab(key, label, icon), f"tab-{key}") for key, label, icon, *_ in shown}
     tabs.set_value(display.tab)
     page.show_tab = tabs.set_value
+    ui.on("went_back", lambda event: tabs.set_value(event.args))
 
     def mark_steps(page: Page) -> None:
         done = _steps_done(page.session)
@@ -104,22 +105,22 @@ def _tabs(page: Page, shown: Sequence[Tab]) -> ui.tabs:
             tab.classes("step" + (" last-step" if index + 1 == len(done) else ""))
             tab.classes(**{"add" if index == upcoming else "remove": "next-step"})
 
-    page.watch(mark_steps, "folder", "step_list", "residuals", "saved", "tab")
+    page.watch(mark_steps, "folder", "steps", "residuals", "saved", "tab")
     return tabs
 
 
 def _steps_done(session: WorkbenchSession) -> list[bool]:
     """Return whether each step, in the order of its tab, is done."""
     selection = session.selection
-    step_list, residuals = selection.step_list, selection.analysis.residuals
-    added = step_list is not None and bool(step_list.added)
+    made, residuals = selection.steps, selection.analysis.residuals
+    added = made is not None and bool(made.added)
     seen = residuals is not None and "residuals" in session.display.visited
     return [
         session.recordings.train is not None,
-        step_list is not None,
+        made is not None,
         selection.within_noise or added or seen,
         selection.within_noise,
-        residuals is not None and session.export.saved_name(residuals.model) is not None,
+        residuals is not None and session.saved.name_of(residuals.model) is not None,
     ]
 
 
@@ -134,8 +135,6 @@ def _header(page: Page, dark: ui.dark_mode, drawer: ui.left_drawer) -> None:
         status = set_test_id(ui.label().classes("ellipsis").props('role=status aria-live="polite"'), "job")
         spinner = ui.spinner(color="white", size="1.3em")
         cancel = page.button("Cancel", "cancel", jobs.cancel, props=outline)
-        pause = page.button("Pause", "pause", jobs.pause, props=outline)
-        resume = page.button("Resume", "resume", jobs.resume, props=outline)
         ui.space()
         fit = page.button(
             "Fit", "fit", _fit, page, icon="play_arrow", props="dense no-wrap color=white text-color=primary"
@@ -148,20 +147,15 @@ def _header(page: Page, dark: ui.dark_mode, drawer: ui.left_drawer) -> None:
         def toggle_dark() -> None:
             session.display.dark = not session.display.dark
             dark.set_value(session.display.dark)
-            session.changes.mark(
-                "recording", "step_list", "series", "previews", "residuals", "diagnosis", "swarm_progress", "run"
-            )
+            session.changes.mark("recording", "steps", "series", "previews", "residuals", "diagnosis", "run")
 
         props, label = "flat round dense color=white", "Dark or light"
         page.button("", "contrast", toggle_dark, icon="contrast", props=props, label=label).tooltip(label)
 
     def update() -> None:
         job = jobs.current
-        paused = job is not None and job.paused_at is not None
         status.text = _status_text(session)
-        spinner.visible = job is not None and not paused
-        pause.visible = CAN_PAUSE and spinner.visible
-        resume.visible, cancel.visible = paused, job is not None
+        spinner.visible = cancel.visible = job is not None
         fit.enabled = session.recordings.train is not None and not jobs.blocked
         stop.visible = recorder.running
 
@@ -190,11 +184,11 @@ def _fit(page: Page) -> None:
 def _status_text(session: WorkbenchSession) -> str:
     job, train, validate = session.jobs.current, session.recordings.train, session.recordings.validate
     if job:
-        return f"{job.text}: paused after {job.seconds:.0f} s" if job.paused_at else f"{job.text} … {job.progress}"
+        return f"{job.text} … {job.progress}"
     if train is None:
         return "choose a recording"
-    step_list = session.selection.step_list
-    parts = (f"train {train}", validate and f"validate {validate}", step_list and step_list.simulated and "simulated")
+    made = session.selection.steps
+    parts = (f"train {train}", validate and f"validate {validate}", made and made.simulated and "simulated")
     return " · ".join(part for part in parts if part)
 
 

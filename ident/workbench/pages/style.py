@@ -26,7 +26,7 @@ h1 { font-size: 1.125rem; font-weight: 500; line-height: 1.5; white-space: nowra
 .figures td, .figures th { padding: 2px 10px; text-align: right; font-variant-numeric: tabular-nums; }
 .figures td:first-child, .figures th:first-child { text-align: left; }
 .figures th { font-weight: 600; }
-.step_list tr:last-child td { font-weight: 600; }
+.steps tr:last-child td { font-weight: 600; }
 .figures td.words, .figures th.words { text-align: left; }
 .body--dark .q-btn--outline, .body--dark .q-btn--flat, .body--dark .q-tab { --q-primary: #8cc8f2; }
 .q-tab { padding: 0 10px; }
@@ -142,6 +142,13 @@ REPAIRS = (
             each.render = (...of) => { if ($el.isConnected) draw.apply(each, of); };
         }
     };
+
+    // Back, in the browser, leads to the tab before.
+    window.noteTab = tab => {
+        const before = history.state?.tab;
+        if (tab !== before) history[before ? "pushState" : "replaceState"]({tab}, "");
+    };
+    addEventListener("popstate", event => { if (event.state?.tab) emitEvent("went_back", event.state.tab); });
 
     // Quasar's input for files has no name and cannot be reached with the keyboard.
     new MutationObserver(() => {

@@ -1,18 +1,15 @@
 """The model at work: torque by its causes, export for controllers, and the robot that follows better with it."""
 
-from collections.abc import Awaitable
 from pathlib import Path
 
 from nicegui import ui
 
 from ident.basics.model_name import model_stem
 from ident.identification.model_file import ModelFile
-from ident.output.tables import per_joint
-from ident.workbench.pages.command import Command, draw_command, draw_written
+from ident.workbench.pages.command import Command, draw_command
 from ident.workbench.pages.forms import machine_fields, name_fields
 from ident.workbench.pages.page import (
     Page,
-    draw_code,
     draw_result,
     draw_table,
     heading,
@@ -21,18 +18,18 @@ from ident.workbench.pages.page import (
     say_what_comes,
     set_test_id,
 )
-from ident.workbench.programs.feedforward_comparison import MOTION, WITH, WITHOUT, ComparisonResult
+from ident.workbench.programs.feedforward_comparison import MOTION, WITH, WITHOUT, ComparisonResult, compare
 from ident.workbench.state.cli_equivalent import torque_command
-from ident.workbench.state.model_export import ControllerFiles, targets_of
 from trajectories.library import names
 
-_LABELS = {
-    "c": "C99 for a controller (folder)",
-    "csv": "table of torques (CSV)",
-    "fmu": "FMU for co-simulation",
-    "mjcf": "MJCF for MuJoCo",
-    "urdf": "URDF with identified values",
+_TARGETS = {
+    "c": ("C99 for a controller (folder)", "_c"),
+    "csv": ("table of torques (CSV)", ".feedforward.csv"),
+    "fmu": ("FMU for co-simulation", ".fmu"),
+    "mjcf": ("MJCF for MuJoCo", ".xml"),
+    "urdf": ("URDF with identified values", ".urdf"),
 }
+"""Label, and end of the name, of each export."""
 _OF_THE_FIT = "of the fit"
 
 
@@ -40,7 +37,8 @@ def draw(page: Page) -> None:
     """Draw the three uses of the current model."""
     page.draw_on_change(_draw_causes, "residuals")
     page.draw_on_change(_draw_torque, "residuals")
-    page.draw_on_change(_draw_uses, "residuals", "saved", "use")
+    page.draw_on_change(_draw_export, "residuals")
+    page.draw_on_change(_draw_comparison, "residuals", "use")
 
 
 def _draw_causes(page: Page) -> None:
@@ -56,7 +54,7 @@ def _draw_causes(page: Page) -> None:
 
 
 def _draw_torque(page: Page) -> None:
-    view, folder, export = page.session.selection.analysis.residuals, page.session.folder, page.session.export
+    view, folder, saved = page.session.selection.analysis.residuals, page.session.folder, page.session.saved
     if view is None:
         return
     model = view.model
@@ -67,7 +65,7 @@ def _draw_torque(page: Page) -> None:
         name_fields("torque", path=path.classes("min-w-56"))
 
     def torque() -> tuple[Command, tuple[str, ...]]:
-        name, motion = export.ensure_saved(model), str(path.value)
+        name, motion = saved.ensure_saved(model), str(path.value)
         stem = f"{model_stem(name)}.{Path(motion).stem}.torque"
         written = folder.free_name(stem, ".csv"), folder.free_name(stem, ".png")
         return torque_command(name, motion, motion in recordings, *written), written
@@ -79,63 +77,41 @@ def _trajectories(model: ModelFile) -> tuple[str, ...]:
     return names() if model.mechanism == "delta" else ()
 
 
-def _draw_uses(page: Page) -> None:
-    view = page.session.selection.analysis.residuals
-    if view is not None:
-        _draw_export(page, view.model)
-        _draw_comparison(page, view.model)
+def _draw_export(page: Page) -> None:
+    view, folder, saved = page.session.selection.analysis.residuals, page.session.folder, page.session.saved
+    if view is None:
+        return
+    model = view.model
 
+    def free_name() -> str:
+        return folder.free_name(model_stem(saved.proposed_name(model)), _TARGETS[str(target.value)][1])
 
-def _draw_export(page: Page, model: ModelFile) -> None:
-    export = page.session.export
-    model_name = export.proposed_name(model)
     heading("For a controller or a simulator", "q-mt-md")
-    with ui.row().classes("items-end gap-3"):
-        options = {target: _LABELS[target] for target in targets_of(model.mechanism)}
-        target = ui.select(options, value="c", label="export").classes("min-w-56")
+    with ui.row().classes("items-end gap-3") as row:
+        labels = {name: label for name, (label, _) in _TARGETS.items()}
+        target = ui.select(labels, value="c", label="export").classes("min-w-56")
         motions = [_OF_THE_FIT, *_trajectories(model)]
         motion = ui.select(motions, value=_OF_THE_FIT, label="motion").classes("min-w-32")
         motion.tooltip("Motion of a table, of test vectors, and of the torque that is lost")
-        out = ui.input("folder or file", value=export.free_name(model_name, "c")).classes("min-w-56")
-        target.on_value_change(lambda: out.set_value(export.free_name(model_name, str(target.value))))
+        out = ui.input("folder or file", value=free_name()).classes("min-w-56")
+        target.on_value_change(lambda: out.set_value(free_name()))
         name_fields("use", target=target, motion=motion, out=out)
 
-        def write() -> Awaitable[None]:
-            chosen = None if motion.value == _OF_THE_FIT else str(motion.value)
-            return in_background(export.export, model, str(target.value), str(out.value), chosen)
+    def export() -> tuple[Command, tuple[str, ...]]:
+        path = folder.new_file(str(out.value), _TARGETS[str(target.value)][1])
+        along = () if motion.value == _OF_THE_FIT else ("--traj", str(motion.value))
+        return ("ident", "export", saved.ensure_saved(model), "--to", str(target.value), "-o", path.name, *along), (
+            path.name,
+        )
 
-        page.button("Export", "use-export", write, icon="output").enabled = not export.exporting
-    if export.exporting:
-        quiet("Exporting …")
-    if files := export.export_of(model):
-        _draw_losses(page, files)
-
-
-def _draw_losses(page: Page, files: ControllerFiles) -> None:
-    """Draw what the exported model lacks."""
-    document = files.document
-    whole, lost = document["torque_rms"], document["not_carried"]
-
-    def shares(rms: list[float]) -> list[str]:
-        pairs = zip(rms, whole, strict=True)
-        return [f"{x:.3g} ({x / torque:.1%})" if torque else f"{x:.3g}" for x, torque in pairs]
-
-    ui.label(f"Written next to the recordings: {files.out}, from {files.model_name}.")
-    draw_written(page, (files.out,))
-    carried = ", ".join(document["carried"]) or "no effect beside the mechanism"
-    set_test_id(ui.label(f"Carried: {carried}.{' Not carried:' if lost else ''}"), "use-carried")
-    if document["voltage_only"]:
-        quiet(f"Without any torque of their own: {', '.join(document['voltage_only'])}.")
-    if lost:
-        rows = [(entry["effect"], *shares(entry["torque_lost_rms"]), entry["why"]) for entry in lost]
-        rows.append(("all of them", *shares(document["torque_lost_rms"]), ""))
-        head = per_joint("torque lost on " + document["motion"], len(whole), "why")
-        draw_table(head, rows, words=(0, len(head) - 1))
-    draw_code(" ".join(files.command) + "\n", "use-export-command")
+    draw_command(page, row, "Export", "use-export", export)
 
 
-def _draw_comparison(page: Page, model: ModelFile) -> None:
-    comparison, session = page.session.comparison, page.session
+def _draw_comparison(page: Page) -> None:
+    session, view = page.session, page.session.selection.analysis.residuals
+    if view is None:
+        return
+    model = view.model
     heading("Does the robot follow better with it?", "q-mt-md")
     if model.mechanism != "delta":
         quiet(f"Only the simulated delta robot can be tried here; it runs {MOTION}.")
@@ -144,19 +120,17 @@ def _draw_comparison(page: Page, model: ModelFile) -> None:
         f"Records {MOTION} twice on the simulated rig: without, and with the model's torque fed forward. The machine "
         "should be the one of the training recording."
     )
+
+    async def start() -> None:
+        name = session.saved.ensure_saved(model)
+        session.compared = await in_background(compare, session.folder, model, name, machine()) or session.compared
+        session.changes.mark("use", "folder")
+
     with ui.row().classes("items-end gap-3"):
         machine = machine_fields("use", session.folder.names(".toml"))
-
-        def start() -> None:
-            comparison.start(model, session.export.ensure_saved(model), machine())
-
-        button = page.button("Record both", "use-compare", start, icon="compare_arrows")
-        button.enabled = comparison.state is None
-    if comparison.state or comparison.problem:
-        set_test_id(ui.label(comparison.state or f"✗ {comparison.problem}"), "use-state").props("role=status")
-    result = comparison.of(model)
-    if result:
-        _draw_result(page, result)
+        page.button("Record both", "use-compare", start, icon="compare_arrows")
+    if session.compared and session.compared.model is model:
+        _draw_result(page, session.compared)
 
 
 def _draw_result(page: Page, result: ComparisonResult) -> None:

@@ -93,18 +93,14 @@ class RecordingProcess:
         """Note that a browser shows the page with its stop button now."""
         self._last_seen = time.monotonic()
 
-    def start(
-        self, options: Mapping[str, str], file: Path, then: Callable[[RunStatus], None] = lambda run: None
-    ) -> None:
+    def start(self, options: Mapping[str, str], file: Path) -> None:
         """Start `daq record` with these `options` into the new file `file`.
-
-        then: called from a separate thread when it has ended.
 
         Raises:
             BadInput: a run is in progress, the rig file is invalid, or the program `daq` is missing.
         """
         arguments = ("record", *as_words(options), "--status", "--out", file.name)
-        self._launch(arguments, self._rig(options), file, then=then)
+        self._launch(arguments, self._rig(options), file)
 
     def commission(self, name: str, options: Mapping[str, str]) -> None:
         """Start `daq jog`, `home` or `axis-check` for one joint; no recording is kept.
@@ -155,7 +151,6 @@ class RecordingProcess:
         joint: int = 1,
         *,
         keep_alives: bool = False,
-        then: Callable[[RunStatus], None] = lambda run: None,
     ) -> None:
         if self._closed:
             raise BadInput("a page that is open expected, it is being closed; start it again")
@@ -175,7 +170,7 @@ class RecordingProcess:
         assert process.stderr is not None
         message_reader = threading.Thread(target=run.messages.extend, args=(messages(process.stderr),), daemon=True)
         message_reader.start()
-        threading.Thread(target=self._read_status, args=(process, run, message_reader, then), daemon=True).start()
+        threading.Thread(target=self._read_status, args=(process, run, message_reader), daemon=True).start()
         threading.Thread(target=self._watch_browser, args=(run,), daemon=True).start()
         self._changes.mark("run", "folder")
 
@@ -201,7 +196,6 @@ class RecordingProcess:
         process: "subprocess.Popen[str]",
         run: RunStatus,
         message_reader: threading.Thread,
-        then: Callable[[RunStatus], None],
     ) -> None:
         with process:
             assert process.stdout is not None
@@ -210,7 +204,6 @@ class RecordingProcess:
             message_reader.join()  # all messages are read before the exit status is set
         run.exit_code = process.wait()
         self._changes.mark("run", "folder")
-        then(run)
 
     def _watch_browser(self, run: RunStatus) -> None:
         while self.run is run and run.exit_code is None and not run.stop_count:

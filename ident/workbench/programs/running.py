@@ -1,6 +1,7 @@
 """Run `daq` and `ident` as processes: the page never waits for their libraries, and imports nothing of `daq`."""
 
 import json
+import re
 import shutil
 import signal
 import subprocess
@@ -16,6 +17,8 @@ _TIMEOUT = 900.0
 """Longest time that a command may take on a busy machine [s]: an import waits for `ident check`."""
 _IDENT = (sys.executable, "-c", "from ident.cli import main; main()")
 """The command `ident` of this program."""
+
+_OPTION = re.compile(r"(?<!\S)--?[a-z]")
 
 Result = TypeVar("Result")
 
@@ -92,16 +95,16 @@ def run(
     return subprocess.CompletedProcess(command, process.returncode, out, err)
 
 
-def run_ident(root: Path, *words: str) -> str:
-    """Run `ident` with `words` in the folder `root`, however long it takes, and return what it prints.
+def printed_by(root: Path, program: str, *words: str) -> str:
+    """Run `program`, which is ident or daq, in the folder `root`, however long it takes; return what it prints.
 
     Raises:
         BadInput: it ends with an error.
     """
-    process = run(root, _IDENT, words, timeout=None)
+    process = run(root, _IDENT if program == "ident" else daq_command(), words, timeout=None)
     if process.returncode:
         reason = " ".join(errors(process.stderr.splitlines()))
-        raise BadInput(reason or f"`ident {words[0]}` ended with exit status {process.returncode}")
+        raise BadInput(reason or f"`{program} {words[0]}` ended with exit status {process.returncode}")
     return process.stdout
 
 
@@ -116,8 +119,14 @@ def answer_of_daq(root: Path, *words: str) -> Mapping[str, Any]:
     except (OSError, subprocess.TimeoutExpired) as error:
         raise BadInput(f"an answer of `daq {words[0]}` expected, {error} found; run it in a terminal") from None
     if process.returncode:
-        raise BadInput(" ".join(messages(process.stderr.splitlines())).removeprefix("error: "))
+        said = " ".join(messages(process.stderr.splitlines())).removeprefix("error: ")
+        raise BadInput(_without_options(said))
     return json.loads(process.stdout)
+
+
+def _without_options(said: str) -> str:
+    """Return an error without the hints that name options: the page has none."""
+    return "; ".join(part for part in said.split("; ") if not _OPTION.search(part)) or said
 
 
 def messages(stderr: Iterable[str]) -> Iterator[str]:

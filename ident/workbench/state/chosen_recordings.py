@@ -30,6 +30,14 @@ class ChosenRecordings:
         validate = self._folder.existing_file(self.validate) if self.validate else None
         return self._folder.existing_file(self.train), validate
 
+    def model(self, name: str) -> Path:
+        """Return the file of a model in the folder.
+
+        Raises:
+            BadInput: there is no such file.
+        """
+        return self._folder.existing_file(name)
+
     def choose(self, train: str | None, validate: str | None) -> None:
         """Set the recordings and stop the job on the previous ones.
 

@@ -11,7 +11,7 @@ from filelock import FileLock, Timeout
 from pydantic import TypeAdapter, ValidationError
 
 from ident.workbench.folder import Folder
-from ident.workbench.state.branches import Branches
+from ident.workbench.state.history import History
 from recordings.files import replacement
 
 FOLDER = ".delta-workbench"
@@ -22,13 +22,15 @@ _SAVED, _NOT_SAVED = f"Kept in {FOLDER} as you work.", "Kept in memory alone: "
 class Kept:
     """A session as it is kept."""
 
-    schema_version: Literal[1] = 1
+    schema_version: Literal[2] = 2
     train: str | None = None
     validate: str | None = None
-    branches: Branches | None = None
+    history: History | None = None
     tab: str = "data"
     dark: bool = False
     notes: str = ""
+    running: str | None = None
+    """File that was being recorded, or the command that moved a joint."""
     durations: dict[str, float] = field(default_factory=dict)
     """Time that each task of the worker took [s]."""
 

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING
 from ident.dynamics.effects.library import library
 from ident.fleet import check_installed
 from ident.workbench.folder import FOREIGN_SUFFIXES, SUFFIX, Folder
-from ident.workbench.programs.feedforward_comparison import FeedforwardComparison
+from ident.workbench.programs.feedforward_comparison import ComparisonResult
 from ident.workbench.programs.recording_process import RecordingProcess
 from ident.workbench.state.chosen_recordings import ChosenRecordings
-from ident.workbench.state.model_export import ModelExport
-from ident.workbench.state.model_selection import ModelSelection
 from ident.workbench.state.project import Kept, Project
-from ident.workbench.state.swarm_fit import SwarmFit
+from ident.workbench.state.saved_models import SavedModels
+from ident.workbench.state.selection import Selection
 from ident.workbench.topics import Changes, Topic
 from ident.workbench.worker.jobs import Jobs
 from recordings.errors import BadInput
@@ -26,7 +25,7 @@ from recordings.next_command import diagnosis
 if TYPE_CHECKING:
     from ident.workbench.state.watched_fleet import WatchedFleet
 
-_KEPT_TOPICS: set[Topic] = {"folder", "step_list", "tab", "project"}
+_KEPT_TOPICS: set[Topic] = {"folder", "steps", "tab", "project"}
 """Topics with a part that is kept in the folder."""
 
 
@@ -60,13 +59,15 @@ class WorkbenchSession:
         self.display = DisplaySettings()
         self.jobs = Jobs(self.changes, effect_files)
         self.recordings = ChosenRecordings(folder, self.jobs, self.changes)
-        self.selection = ModelSelection(self.recordings, self.jobs, self.changes)
-        self.swarm = SwarmFit(self.recordings, self.jobs, self.changes)
-        self.export = ModelExport(folder, self.changes)
+        self.selection = Selection(self.recordings, self.jobs, self.changes)
+        self.saved = SavedModels(folder, self.changes)
         self.recorder = RecordingProcess(folder.root, self.changes)
-        self.comparison = FeedforwardComparison(folder, self.recorder, self.changes)
+        self.compared: ComparisonResult | None = None
+        """The last comparison of the robot without and with a model."""
         self.project = Project(folder.root)
         self.notes = ""
+        self.interrupted = ""
+        """What ran when the last workbench in this folder was killed."""
         self._saving = threading.RLock()
         self.fleet: WatchedFleet | None = None
         """The store of a fleet, if one is open."""
@@ -94,19 +95,24 @@ class WorkbenchSession:
             with self.jobs.worker.lock:  # the analysis of the models follows when the recording has been read
                 self.choose(*pair)
                 if not (why := self._why_not(kept)):
-                    self.selection.clear(kept.branches)
+                    self.selection.take_up(kept.history)
         except BadInput as error:  # such as a recording that was deleted
             if chosen:
                 raise
             why = str(error)
-        if why and kept.branches:
+        if why and kept.history:
             self.project.set_aside(why)
+        if kept.running:
+            self.interrupted = (
+                f"The workbench ended while {kept.running} was running: its drives were stopped and disabled as for "
+                "an operator who leaves, and the recording ends there."
+            )
         self.changes.on_mark = self._keep
 
     def _why_not(self, kept: Kept) -> str:
         """Why the models that were `kept` cannot be taken up with the chosen recordings; empty if they can."""
         chosen = self.recordings
-        views = [view for branch in kept.branches.all for view in branch.history] if kept.branches else []
+        views = [entry.made for entry in kept.history.entries] if kept.history else []
         if any((view.train, view.validate) != (chosen.train, chosen.validate) for view in views):
             return "they are of other recordings"
         if views and {view.digests for view in views} != {tuple(sha256(file) for file in chosen.files if file)}:
@@ -122,10 +128,11 @@ class WorkbenchSession:
             kept = Kept(
                 train=chosen.train,
                 validate=chosen.validate,
-                branches=self.selection.branches,
+                history=self.selection.history,
                 tab=display.tab,
                 dark=display.dark,
                 notes=self.notes,
+                running=self.recorder.run.name if self.recorder.run and self.recorder.running else None,
                 durations=dict(self.jobs.durations),
             )
             self.project.save(kept)
@@ -139,8 +146,7 @@ class WorkbenchSession:
             BadInput: a file is missing, or both are the same.
         """
         self.recordings.choose(train, validate)
-        self.selection.clear()
-        self.swarm.clear()
+        self.selection.take_up()
         self.display.visited.clear()
         self.display.series = None
         self.recordings.read()
@@ -148,7 +154,7 @@ class WorkbenchSession:
     def choose_the_only_pair(self) -> None:
         """Fit the first and validate on the second recording of a folder with two, unless a model was fitted."""
         names = self.folder.recordings()
-        if len(names) == 2 and self.recordings.validate is None and self.selection.step_list is None:
+        if len(names) == 2 and self.recordings.validate is None and self.selection.history is None:
             train = self.recordings.train if self.recordings.train in names else names[0]  # it may be deleted
             try:
                 self.choose(train, next(name for name in names if name != train))
@@ -157,7 +163,7 @@ class WorkbenchSession:
 
     def next_command(self) -> list[str]:
         """Words of the command that goes on in a terminal where the page was left."""
-        names = self.recordings.train, self.recordings.validate, self.export.last_saved
+        names = self.recordings.train, self.recordings.validate, self.saved.last
         train, validate, model = (name and os.path.relpath(self.folder.root / name) for name in names)
         if train is None:
             return ["daq", "record", "--traj", "fig5a", "--cycles", "3"]

@@ -1,4 +1,4 @@
-"""Jobs of the page: tasks of the worker process that can be watched, paused and cancelled."""
+"""Jobs of the page: tasks of the worker process that can be watched and cancelled."""
 
 import time
 from collections import deque
@@ -26,13 +26,11 @@ class Job:
     task: str = ""
     expected: float | None = None
     """Time that the same task took when it was last completed [s]; None: it was not."""
-    paused_at: float | None = None
-    """Monotonic time of the pause [s]; None while it runs."""
 
     @property
     def seconds(self) -> float:
-        """Return the time taken so far without pauses [s]."""
-        return (self.paused_at or time.monotonic()) - self.start_time
+        """Return the time taken so far [s]."""
+        return time.monotonic() - self.start_time
 
     @property
     def progress(self) -> str:
@@ -67,7 +65,7 @@ class Jobs:
         """Send `task` to the worker.
 
         Raises:
-            BadInput: the current job is paused, or both jobs are blocking.
+            BadInput: both jobs are blocking.
         """
         with self.worker.lock:
             self.check_free(blocking)
@@ -80,10 +78,8 @@ class Jobs:
             self.worker.submit(task, *arguments)
 
     def check_free(self, blocking: bool = True) -> None:
-        """Refuse a new job while the current one is paused, and a `blocking` one while it is blocking."""
+        """Refuse a `blocking` job while the current one is blocking."""
         job = self.current
-        if job and job.paused_at is not None:
-            raise BadInput(f"no paused job expected, '{job.text}' is paused; resume or cancel it")
         if job and job.blocking and blocking:
             raise BadInput(f"no other job expected, '{job.text}' is in progress; wait for it, or cancel it")
 
@@ -91,21 +87,6 @@ class Jobs:
         """Let other jobs interrupt the current one, unless the view that has come is of the job before."""
         if self.current and len(self._receivers) == 1:
             self.current = replace(self.current, blocking=False)
-
-    def pause(self) -> None:
-        """Pause the current job."""
-        with self.worker.lock:
-            if self.current and self.current.paused_at is None:
-                self.worker.pause()
-                self.current = replace(self.current, paused_at=time.monotonic())
-
-    def resume(self) -> None:
-        """Resume the paused job."""
-        with self.worker.lock:
-            if self.current and self.current.paused_at is not None:
-                start_time = time.monotonic() - self.current.seconds
-                self.current = replace(self.current, start_time=start_time, paused_at=None)
-                self.worker.resume()
 
     def stop(self) -> None:
         """End the worker; the next task starts another one."""
@@ -146,7 +127,6 @@ class Jobs:
                     if error is None and self.current:
                         self.durations[self.current.task] = self.current.seconds
                     self.current = None
-                    self.worker.resume()  # it may have been paused just after its last message
                     self._end(completed=error is None)
             case WorkerEnd(error):
                 self._abort(error)

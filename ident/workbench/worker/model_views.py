@@ -20,19 +20,19 @@ from ident.output.report.sections import causes
 from ident.output.tables import residuals as tables
 from ident.residuals import analysis
 from ident.residuals.phases import phases
+from ident.residuals.time_span import TorqueSeries
 from ident.workbench.figure import to_dict
-from ident.workbench.worker.selection_state import SelectionState
-from ident.workbench.worker.views import CandidatePreviews, ResidualView, TorqueSeries
+from ident.workbench.worker.views import CandidatePreviews, ResidualView
 from recordings.recording import Floats
 
 _MIN_SINGULAR_VALUE = 1e-12
 """Singular values of the model's derivatives below this share of the largest count as zero."""
 
 
-def torque_series(selection: SelectionState) -> tuple[TorqueSeries, ...]:
-    """Return measured and computed torque of every recording, with the torque of the model before."""
-    split, residuals = selection.inputs.split, selection.model.residuals
-    before = selection.steps[-2].model.residuals if len(selection.steps) > 1 else (None,) * len(residuals)
+def torque_series(model: FittedModel, before: FittedModel | None) -> tuple[TorqueSeries, ...]:
+    """Return measured and computed torque of every recording, with the torque of the model `before`."""
+    split, residuals = model.split, model.residuals
+    earlier = before.residuals if before else (None,) * len(residuals)
     return tuple(
         TorqueSeries(
             name=data.recording.path.name,
@@ -48,14 +48,13 @@ def torque_series(selection: SelectionState) -> tuple[TorqueSeries, ...]:
             previous=None if previous is None else data.torque - previous,
         )
         for data, residual, previous, train, test in zip(
-            split.recordings, residuals, before, split.train, split.test, strict=True
+            split.recordings, residuals, earlier, split.train, split.test, strict=True
         )
     )
 
 
-def candidate_previews(selection: SelectionState, candidates: Mapping[str, Candidate]) -> CandidatePreviews:
-    """Compute the part of the residual that each candidate would explain, and draw it."""
-    model = selection.model
+def candidate_previews(model: FittedModel, candidates: Mapping[str, Candidate]) -> CandidatePreviews:
+    """Compute the part of the residual of `model` that each candidate would explain, and draw it."""
     noise_rms = model.noise_floor.rms.tolist()
     contributions, figures = {}, {}
     removed = removed_torques(model.split, model.solution, candidates.values())

@@ -7,7 +7,6 @@ remaining views are skipped.
 import multiprocessing
 import os
 import signal
-import subprocess
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -38,8 +37,6 @@ class WorkerEnd:
     error: str
 
 
-CAN_PAUSE = hasattr(signal, "SIGSTOP")
-"""Whether the system can suspend a process: Windows cannot."""
 Message = View | StatusText | TaskEnd | WorkerEnd
 """What the worker sends to the page."""
 
@@ -52,9 +49,8 @@ class Worker:
         self._on_message, self._effect_files = on_message, tuple(effect_files)
         self._process: multiprocessing.process.BaseProcess | None = None
         self._connection: Connection | None = None
-        self._guard: subprocess.Popen[bytes] | None = None
         self.lock = threading.RLock()
-        """Held while a message is handled, so that submitting, pausing and cancelling see a consistent state."""
+        """Held while a message is handled, so that submitting and cancelling see a consistent state."""
 
     def submit(self, task: str, *arguments: object) -> None:
         """Send `task` to the engine; results arrive as messages."""
@@ -76,41 +72,13 @@ class Worker:
             self._process, self._connection = process, page_end
             threading.Thread(target=self._listen, args=(process, page_end), name="worker", daemon=True).start()
 
-    def pause(self) -> None:
-        """Suspend the process. It cannot see any more that the server was killed, so a shell waits for that."""
-        with self.lock:
-            self._signal(signal.SIGSTOP)
-            if self._process is not None:
-                kill = f"read end; kill -9 {self._process.pid}"  # the pipe is closed with the server
-                self._guard = subprocess.Popen(("sh", "-c", kill), stdin=subprocess.PIPE, start_new_session=True)
-
-    def resume(self) -> None:
-        """Continue the suspended process."""
-        with self.lock:
-            self._dismiss_guard()
-            self._signal(signal.SIGCONT)
-
     def cancel(self) -> None:
         """Kill the process."""
         with self.lock:
-            self._dismiss_guard()
             process, self._process, self._connection = self._process, None, None
         if process is not None:
-            process.kill()  # a suspended process handles no other signal
+            process.kill()
             process.join()
-
-    def _dismiss_guard(self) -> None:
-        """End the shell before the process can be gone, whose number another one may get."""
-        if self._guard is not None:
-            self._guard.kill()
-            self._guard.communicate()
-            self._guard = None
-
-    def _signal(self, number: signal.Signals) -> None:
-        with self.lock:
-            if self._process is not None and self._process.is_alive():
-                assert self._process.pid is not None
-                os.kill(self._process.pid, number)
 
     def _listen(self, process: multiprocessing.process.BaseProcess, connection: Connection) -> None:
         try:
@@ -133,7 +101,7 @@ def _run_tasks(connection: Connection, effect_files: Sequence[Path]) -> None:
     from recordings.errors import BadInput
 
     try:
-        engine = SelectionEngine(lambda text: connection.send(StatusText(text)), effect_files, connection.send)
+        engine = SelectionEngine(lambda text: connection.send(StatusText(text)), effect_files)
         while True:
             task, arguments = connection.recv()
             try:

@@ -4,20 +4,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ident.diagnosis.document.document import StepEntry
 from ident.diagnosis.judge.improvement import Improvement
 from ident.identification.model_file import ModelFile
 from ident.output.tables import ResultTable
 from ident.residuals.phases import Window
+from ident.residuals.time_span import Float32s, TorqueSeries
 from recordings.data_problems import DataProblem
-from recordings.recording import Bools, Floats, Ints
+from recordings.recording import Floats
 from recordings.rig import Geometry
-
-Float32s = NDArray[np.float32]
-"""Single precision keeps the memory for an hour at 500 Hz small."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,32 +37,6 @@ class RecordingView:
     """Names for `daq import`, such as position_1."""
 
 
-@dataclass(frozen=True, eq=False)
-class TorqueSeries:
-    """Measured and computed torque of one recording at the rate of the analysis: m instants, dof joints."""
-
-    name: str
-    held_out: bool
-    time: Floats
-    measured: Floats
-    computed: Floats
-    velocity: Floats
-    position: Floats
-    phase: NDArray[np.str_]
-    """(m, dof) motion phase of each joint."""
-    cycle: Ints
-    """(m,) cycle of the motion, from 1; 0 outside of the cycles."""
-    scored: Bools
-    """(m, dof) rows that enter the error."""
-    previous: Floats | None = None
-    """(m, dof) torque of the model before the last change; None for the first model."""
-
-    @property
-    def residual(self) -> Floats:
-        """Return measured minus computed torque (m, dof); NaN where a row is not scored."""
-        return np.where(self.scored, self.measured - self.computed, np.nan)
-
-
 @dataclass(frozen=True)
 class CandidateCard:
     """An effect that can be added to the current model."""
@@ -90,52 +59,6 @@ class CandidatePreviews:
 
 
 @dataclass(frozen=True)
-class SwarmRequest:
-    """Model and settings of a swarm fit."""
-
-    effects: tuple[str, ...] = ()
-    """Values of `ident fit --with`."""
-    cutoff: float | None = None
-    """Cutoff frequency [Hz]; None: chosen from the spectra."""
-    seed: int = 0
-    without: tuple[str, ...] = ()
-    """Values of `ident fit --without`."""
-
-
-@dataclass(frozen=True)
-class SwarmProgress:
-    """Convergence of the swarm to the minimum of objective (33)."""
-
-    excess: tuple[float, ...]
-    """Relative excess of the objective over its certified minimum after each step."""
-    max_steps: int
-    """Largest number of steps."""
-    tolerance: float
-    """Excess at which the swarm stops."""
-
-
-@dataclass(frozen=True, eq=False)
-class SwarmResult:
-    """Result of the swarm fit."""
-
-    model: ModelFile
-    progress: SwarmProgress
-
-
-ModelSpec = tuple[str, tuple[tuple[str, tuple[int, ...]], ...], tuple[float, ...]]
-"""Specification of a model: label, effects with their joints from 1, and all parameters."""
-
-
-@dataclass(frozen=True)
-class StepsSpec:
-    """Start of a task: recordings, and a list of steps that any process can rebuild."""
-
-    train: Path
-    validate: Path | None
-    steps: tuple[ModelSpec, ...]
-
-
-@dataclass(frozen=True)
 class StepView:
     """One model of the list of steps."""
 
@@ -151,10 +74,24 @@ class StepView:
     refusal: str
     """Why the judge does not accept the effect that was added last; empty if it does, or none was added."""
 
-    @property
-    def spec(self) -> ModelSpec:
-        """Return the specification from which the model can be rebuilt."""
-        return self.label, self.terms, self.x
+
+@dataclass(frozen=True)
+class StepsSpec:
+    """Start of a task: recordings, and the steps to a model, which any process can fit again from its parameters."""
+
+    train: Path
+    validate: Path | None
+    steps: tuple[StepView, ...]
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What the full diagnosis says."""
+
+    document: dict[str, Any]
+    """Document of `ident diagnose --json`."""
+    law: str | None
+    """Effect file with the formula in the document, if there is one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,8 +120,8 @@ class StepsView:
     """Share of the recordings that is analysed where they are too long; None for all."""
     mandatory: tuple[str, ...]
     """Names of the mandatory effects."""
-    diagnosed: bool
-    """Whether the current model is the final model of the full diagnosis."""
+    findings: Findings | None
+    """What the full diagnosis has said, whose final model is the current one."""
 
     @property
     def added(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
@@ -231,16 +168,12 @@ class ResidualView:
     """Plotly figure."""
 
 
-@dataclass(frozen=True)
-class DiagnosisView:
-    """Result of the full diagnosis."""
+@dataclass(frozen=True, eq=False)
+class FindingFigures:
+    """Figures of the findings of the full diagnosis."""
 
-    document: dict[str, Any]
-    """Document of `ident diagnose --json`."""
     figures: dict[str, dict[str, Any]]
     """By effect: Plotly figure of the residual before and after."""
-    law: str | None
-    """Effect file with the formula in the document, if there is one."""
 
 
 View = (
@@ -251,8 +184,6 @@ View = (
     | CandidateList
     | CandidatePreviews
     | ResidualView
-    | DiagnosisView
-    | SwarmProgress
-    | SwarmResult
+    | FindingFigures
 )
 """What the worker sends to the page."""

@@ -36,7 +36,7 @@ def test_mission_with_the_keyboard(own_workbench: RunningWorkbench, browser: Bro
     report.close()
 
     browser.press("tab-use", "use-export")
-    browser.at("use-carried").wait_for()
+    browser.at("use-export-printed").wait_for()
     browser.check()
     browser.press("tab-data")  # axe-core mistakes the page below a dialog for its background if it is scrolled
     browser.press("fit")

@@ -22,6 +22,7 @@ def test_mission_with_the_mouse(own_workbench: RunningWorkbench, browser: Browse
 
     browser.click("fit")
     browser.at("gaps").wait_for()
+    browser.wait_for_text("best", "stribeck would explain")
     browser.click("tab-residuals")
     assert "explains" in browser.text("residuals-0")
     assert "Above the noise" in browser.text("residuals-2")
@@ -58,7 +59,7 @@ def test_mission_with_the_mouse(own_workbench: RunningWorkbench, browser: Browse
     browser.click("tab-use")
     assert "add up to the torque" in browser.text("causes-0")
     browser.click("use-export")
-    browser.at("use-carried").filter(has_text="stribeck").wait_for()
+    browser.at("use-export-printed").filter(has_text="carried.json").wait_for()
     (exported,) = own_workbench.folder.glob("*_c")
     assert (exported / "delta_model.c").exists()
     browser.click("torque")
@@ -127,7 +128,7 @@ def test_diagnosis_and_the_way_back(own_workbench: RunningWorkbench, browser: Br
     browser.click("answer-no")
     assert "stribeck" in browser.text("step-2")
     browser.click("tab-export", "reveal")
-    browser.page.get_by_text("Hidden: stribeck on joint 2: found.").wait_for()
+    browser.at("reveal-printed").filter(has_text="found").wait_for()
 
 
 def _worker(own_workbench: RunningWorkbench) -> int:

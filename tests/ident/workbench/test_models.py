@@ -89,41 +89,33 @@ def test_two_branches(fitted: Browser) -> None:
     fitted.click("add-stribeck")
     fitted.at("step-2").wait_for()
     error = fitted.rms("held", 2, 2)
-    fitted.click("fork", "undo")
+    fitted.click("undo")
     fitted.at("step-2").wait_for(state="detached")
     # Cards of this model. The preview may be another card's: the page has become shorter below the pointer.
     fitted.at("card-stribeck").wait_for()
     unfold(fitted)
     fitted.click("add-joint_spring")
     fitted.at("step-2").wait_for()
-    assert fitted.text("branch-A") == "A: stribeck"
-    assert fitted.text("branch-B") == "B: joint_spring (current)"
+    assert fitted.text("branch-1") == "1: stribeck"
+    assert fitted.text("branch-2") == "2: joint_spring (current)"
     assert fitted.rms("held", 2, 2) > 2 * error
     fitted.screenshot("branches")
-    fitted.click("switch-A")
-    fitted.at("branch-A").filter(has_text="current").wait_for()
+    fitted.click("switch-1")
+    fitted.at("branch-1").filter(has_text="current").wait_for()
     assert fitted.rms("held", 2, 2) == error
-    fitted.click("drop-B")
-    fitted.at("branch-A").wait_for(state="detached")
+    fitted.click("drop-2")
+    fitted.at("branch-1").wait_for(state="detached")
     fitted.click("undo")
     fitted.at("step-2").wait_for(state="detached")
 
 
 def test_swarm_fit_on_the_page(workbench: RunningWorkbench, browser: Browser) -> None:
     browser.open(workbench.address)
-    browser.click("tab-swarm")
-    browser.at("swarm").wait_for()
-    # Clicks without delay: a button that has just become visible must react.
-    browser.page.evaluate(
-        "() => ['swarm', 'pause'].forEach(name => document.querySelector(`[data-test=${name}]`).click())"
-    )
-    browser.at("job").filter(has_text="paused").wait_for()
-    browser.click("resume")
-    assert "above its certified minimum" in browser.text("swarm-proof")
-    assert int(browser.text("swarm-steps").split()[0]) > 50
+    browser.click("tab-swarm", "swarm-fit")
+    browser.wait_for_text("swarm-fit-command", "fig5a.pso.model.json")
     browser.screenshot("swarm")
-    browser.click("swarm-save")
-    browser.page.get_by_text("Saved fig5a.pso.model.json").wait_for()
     saved = json.loads((workbench.folder / "fig5a.pso.model.json").read_text())
     assert saved["method"]["name"] == "pso"
+    browser.page.get_by_text("Models (1)").click()
+    browser.page.get_by_label("Open fig5a.pso.model.json").wait_for()
     (workbench.folder / "fig5a.pso.model.json").unlink()

@@ -10,15 +10,14 @@ from typing import Any, cast
 
 import pytest
 
-from ident.workbench.folder import SUFFIX, Folder
+from ident.workbench.folder import Folder
 from ident.workbench.pages.commission import _state
 from ident.workbench.pages.live import run_summary
-from ident.workbench.pages.truth import reveal, sentences
-from ident.workbench.programs import feedforward_comparison, file_import, recording_process
-from ident.workbench.programs.feedforward_comparison import FeedforwardComparison
+from ident.workbench.programs import file_import, recording_process
+from ident.workbench.programs.feedforward_comparison import MOTION, compare
 from ident.workbench.programs.file_import import DELTA, EXTRA, PRISMATIC, REVOLUTE
 from ident.workbench.programs.recording_process import RecordingProcess, RunStatus
-from ident.workbench.programs.running import run_ident
+from ident.workbench.programs.running import printed_by
 from ident.workbench.topics import Changes
 from recordings.errors import BadInput
 from tests.patience import patient
@@ -168,7 +167,7 @@ def test_end_of_a_run_says_what_became_of_the_drives(
 
 def test_error_of_ident_is_told(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match=r"^error.*missing\.json"):
-        run_ident(tmp_path, "export", "missing.json", "--to", "c", "-o", "out")
+        printed_by(tmp_path, "ident", "export", "missing.json", "--to", "c", "-o", "out")
 
 
 COLUMNS = [
@@ -237,86 +236,19 @@ def test_what_daq_says_of_an_import_is_passed_on_warnings_first(daq: Daq) -> Non
         file_import.guess(Path(), "a.csv")
 
 
-def test_sealed_truth_is_opened_beside_the_model(tmp_path: Path) -> None:
-    hidden = [
-        {"name": "stribeck", "joints": [2], "verdict": "found"},
-        {"name": "base_tilt", "joints": []},
-    ]
-    assert sentences({"hidden": hidden, "not_hidden": ["backlash"]}) == [
-        "Hidden: stribeck on joint 2: found.",
-        "Hidden: base_tilt.",
-        "Found, but not hidden: backlash.",
-    ]
-    assert sentences({"hidden": []}) == ["Hidden: nothing."]
-    (tmp_path / "a.mcap").touch()
-    with pytest.raises(BadInput, match="seal"):
-        reveal(tmp_path, "a.mcap", None)
-
-
-MODEL, OTHER = cast(Any, object()), cast(Any, object())
-
-
-class Recorder:
-    """Stands for the process that records; `end` ends it."""
-
-    def __init__(self) -> None:
-        self.runs: list[tuple[dict[str, str], Path, Callable[[RunStatus], None]]] = []
-        self.refuses = False
-
-    def start(self, options: dict[str, str], file: Path, then: Callable[[RunStatus], None]) -> None:
-        if self.refuses:
-            raise BadInput("no other recording expected, one is in progress; stop it first")
-        self.runs.append((options, file, then))
-
-    def end(self, exit_code: int = 0, message: str = "") -> None:
-        _, file, then = self.runs[-1]
-        if exit_code == 0:
-            file.write_bytes(SAMPLE.read_bytes())
-        run = RunStatus(("daq",), file, exit_code=exit_code)
-        run.messages.append(message)
-        then(run)
-
-
-@pytest.fixture
-def recorder() -> Recorder:
-    return Recorder()
-
-
-@pytest.fixture
-def comparison(tmp_path: Path, recorder: Recorder) -> FeedforwardComparison:
-    return FeedforwardComparison(Folder.at(tmp_path), cast(Any, recorder), Changes())
-
-
-def test_two_recordings_of_the_same_machine_are_compared(
-    comparison: FeedforwardComparison, recorder: Recorder
-) -> None:
-    comparison.start(MODEL, "a.model.json", {"--hidden": "7"})
-    assert "without" in (comparison.state or "")
-    recorder.end()
-    assert "with the model" in (comparison.state or "")
-    recorder.end()
-    assert comparison.state is comparison.problem is None
-    (plain, _, _), (fed, _, _) = recorder.runs
-    assert fed == {**plain, "--feedforward": "a.model.json"}
-    assert (plain["--hidden"], plain["--traj"]) == ("7", feedforward_comparison.MOTION)
-    result = comparison.of(MODEL)
-    assert result is not None
+def test_two_recordings_of_the_same_machine_are_compared(daq: Daq, tmp_path: Path) -> None:
+    daq(
+        "import pathlib, shutil, sys; words = sys.argv[1:]; out = words[words.index('--out') + 1];"
+        f"shutil.copy({str(SAMPLE)!r}, out); pathlib.Path(out + '.txt').write_text(' '.join(words))"
+    )
+    folder, model = Folder.at(tmp_path), cast(Any, object())
+    result = compare(folder, model, "a.model.json", {"--hidden": "7"})
     assert result.files == ("fig5b-plain.mcap", "fig5b-feedforward.mcap")
     assert result.runs[0].overall == result.runs[1].overall > 0
     assert len(result.figure["data"]) == 6
-    assert comparison.of(OTHER) is None
-    comparison.start(OTHER, "b.model.json", {})
-    assert recorder.runs[-1][1].name == f"fig5b-plain-2{SUFFIX}"
-
-
-@pytest.mark.parametrize("failing", [1, 2])
-def test_failure_ends_a_comparison_with_its_reason(
-    comparison: FeedforwardComparison, recorder: Recorder, failing: int
-) -> None:
-    comparison.start(MODEL, "a.model.json", {})
-    if failing == 2:
-        recorder.end()
-    recorder.end(1, "error: stopped by SIGTERM")
-    assert len(recorder.runs) == failing
-    assert comparison.state is comparison.of(MODEL) is None
-    assert "SIGTERM" in (comparison.problem or "")
+    plain, fed = ((tmp_path / f"{name}.txt").read_text() for name in result.files)
+    assert plain == f"record --traj {MOTION} --cycles 2 --pace lockstep --hidden 7 --out fig5b-plain.mcap"
+    assert fed == plain.replace("--out fig5b-plain", "--feedforward a.model.json --out fig5b-feedforward")
+    daq("import sys; sys.exit('error: stopped by SIGTERM')")
+    with pytest.raises(BadInput, match="SIGTERM"):
+        compare(folder, model, "a.model.json", {})

@@ -16,7 +16,7 @@ import pytest
 from delta_web import local
 from ident.diagnosis.document.document import StepEntry
 from ident.diagnosis.judge.improvement import Improvement
-from ident.workbench.state.branches import Branches
+from ident.workbench.state.history import History
 from ident.workbench.state.project import FOLDER, Access, Project
 from ident.workbench.state.session import WorkbenchSession, open_session
 from ident.workbench.worker import views
@@ -59,30 +59,28 @@ def steps(*effects: str) -> views.StepsView:
     digests = tuple(sha256(SAMPLES / f"{name}.mcap") for name in ("fig5a", "fig5b"))
     return views.StepsView(
         "a.mcap", "b.mcap", digests, tuple(made), (None, 0.1, 0.1), ("N m",) * 3, ("rad",) * 3, False, True, 25.0,
-        "b", None, ("rod_inertia",), False,
+        "b", None, ("rod_inertia",), views.Findings({"sentence": "Nothing is missing."}, None),
     )  # fmt: skip
 
 
-def work(folder: Path) -> list[list[list[Any]]]:
-    """Do something in `folder`: two branches, the second with an undone step; return what `told` tells."""
+def work(folder: Path) -> list[Any]:
+    """Do something in `folder`: two branches, the second with an undone model; return what `told` tells."""
     with closing(open_session([folder])) as session:
         selection = session.selection
-        branches = (
-            Branches.start(steps()).extended(steps("stribeck")).forked().extended(steps("stribeck", "backlash"))
-        )
-        selection.branches = branches
+        history = History.start(steps()).extended(steps("stribeck"))
+        selection.history = history.at(0).extended(steps("stribeck", "backlash")).extended(steps("joint_spring"))
         session.jobs.stop()  # the reading
-        selection.change(Branches.undone)
+        selection.go(lambda history: history.at(history.undo))
         session.notes = "joint 2 was warm"
         session.display.tab, session.display.dark = "missing", True
         session.changes.mark("tab")
         return told(session)
 
 
-def told(session: WorkbenchSession) -> list[list[list[Any]]]:
-    branches = session.selection.branches
-    assert branches
-    return [[[step.spec for step in view.steps] for view in branch.history] for branch in branches.all]
+def told(session: WorkbenchSession) -> list[Any]:
+    history = session.selection.history
+    assert history
+    return [(entry.made.steps, entry.made.findings, entry.before) for entry in history.entries]
 
 
 def test_another_workbench_goes_on_with_everything(folder: Path) -> None:
@@ -90,14 +88,14 @@ def test_another_workbench_goes_on_with_everything(folder: Path) -> None:
     with closing(open_session([folder])) as session:
         assert (session.recordings.train, session.recordings.validate) == ("a.mcap", "b.mcap")
         assert told(session) == before, "all numbers are the same to the last bit"
-        assert session.selection.branches
-        assert (session.selection.branches.index, session.selection.branches.current.undone) == (1, 1)
+        assert session.selection.history
+        assert (session.selection.history.current, session.selection.history.end) == (2, 3)
         assert (session.notes, session.display.tab, session.display.dark) == ("joint 2 was warm", "missing", True)
         session.jobs.stop()
-        session.selection.change(Branches.redone)
-        assert session.selection.step_list
-        assert [name for name, _ in session.selection.step_list.added] == ["stribeck", "backlash"]
-        assert content(folder)["branches"]["all"][1]["undone"] == 0
+        session.selection.go(lambda history: history.at(history.redo))
+        assert session.selection.steps
+        assert [name for name, _ in session.selection.steps.added] == ["joint_spring"]
+        assert content(folder)["history"]["current"] == 3
 
 
 def _change(folder: Path) -> None:
@@ -117,7 +115,7 @@ def _cut(folder: Path) -> None:
 def _no_such_branch(folder: Path) -> None:
     path = folder / FOLDER / "project.json"
     document = content(folder)
-    document["branches"]["index"] = 7
+    document["history"]["end"] = 7
     path.write_text(json.dumps(document))
 
 
@@ -137,7 +135,7 @@ def test_models_that_no_longer_fit_are_set_aside(harm: Callable[[Path], None], w
     kept = (folder / FOLDER / "project.json").read_bytes()
     (folder / FOLDER / "project-before.json").touch()
     with closing(open_session([folder])) as session:
-        assert session.selection.branches is None
+        assert session.selection.history is None
         assert why in session.project.says
         assert (folder / FOLDER / "project-before-2.json").read_bytes() == kept, "those of before stay, too"
 
@@ -148,7 +146,7 @@ def test_recordings_that_are_named_take_the_place_of_others(folder: Path) -> Non
         assert told(session) == before
     with closing(open_session([folder / "b.mcap"])) as session:
         assert (session.recordings.train, session.recordings.validate) == ("b.mcap", None)
-        assert session.selection.branches is None
+        assert session.selection.history is None
         assert "they are of other recordings" in session.project.says
         assert session.notes == "joint 2 was warm"
 
@@ -234,16 +232,16 @@ def test_tab_goes_on_after_a_kill(hidden: NewFolder, serve: Serve, browser: Brow
     browser.open(first.address, width=1400)
     browser.click("fit", "tab-missing", "add-stribeck")
     browser.at("step-2").wait_for()
-    browser.click("fork")
-    browser.at("branch-B").wait_for()
+    browser.click("undo", "add-joint_spring")
+    browser.at("branch-2").wait_for()
     browser.page.evaluate("window.kept = true")
     first.process.kill()
     first.process.wait()
     assert serve(first.folder).address == first.address
     browser.page.wait_for_function("!window.kept")
-    browser.at("branch-B").wait_for()
+    browser.at("branch-2").filter(has_text="(current)").wait_for()
     browser.errors.clear()  # that nobody answered
     browser.click("undo")
     browser.at("step-2").wait_for(state="detached")
-    browser.click("redo")
+    browser.click("switch-1")
     browser.at("banner-save").wait_for()  # the analysis is there again

@@ -1,4 +1,4 @@
-"""Jobs can be paused, resumed and cancelled; cancelling leaves the state unchanged."""
+"""Jobs can be cancelled, which leaves the state unchanged."""
 
 import shutil
 import subprocess
@@ -6,16 +6,13 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
-from functools import partial
 from pathlib import Path
 
 import pytest
 
 from ident.workbench.folder import Folder
-from ident.workbench.state.model_export import ModelExport
+from ident.workbench.state.saved_models import SavedModels
 from ident.workbench.state.session import WorkbenchSession
-from ident.workbench.worker.process import TaskEnd
-from recordings.errors import BadInput
 from tests.ident.commands.test_axes import write
 from tests.patience import patient
 
@@ -45,32 +42,6 @@ def wait(done: Callable[[], bool], timeout: float = 300.0) -> None:
         time.sleep(0.02)
 
 
-def worker_state(session: WorkbenchSession) -> tuple[bool, float]:
-    """Return whether the worker is suspended, and its processor time so far in ticks; see proc(5)."""
-    state = Path(f"/proc/{session.jobs.worker._process.pid}/stat").read_text().rpartition(")")[2].split()
-    return state[0] == "T", sum(map(float, state[11:13]))
-
-
-@pytest.mark.slow
-def test_paused_job_uses_no_processor_time_and_resumes(fitted: WorkbenchSession) -> None:
-    jobs, selection = fitted.jobs, fitted.selection
-    selection.extend("diagnose")
-    jobs.pause()
-    wait(lambda: worker_state(fitted)[0])
-    before = worker_state(fitted)
-    assert jobs.current
-    waited = jobs.current.seconds
-    time.sleep(1.0)
-    assert worker_state(fitted) == before, "it does not compute"
-    assert jobs.current.seconds == waited, "the clock of the job stops too"
-    for action in (partial(fitted.recordings.show, "fig5a.mcap"), selection.fit):
-        with pytest.raises(BadInput, match="paused"):
-            action()
-    assert selection.diagnosis is None
-    jobs.resume()
-    wait(lambda: selection.diagnosis is not None)
-
-
 ENDLESS = """
 import pathlib, time
 pathlib.Path("busy").touch()
@@ -83,51 +54,32 @@ worker = Worker(print, [pathlib.Path("endless.py")])
 worker.prepare()
 while not pathlib.Path("busy").exists():
     time.sleep(0.02)
-PAUSE
 os.kill(os.getpid(), signal.SIGKILL)
 """
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("pause", ["", "worker.pause()"])
-def test_worker_ends_with_a_server_that_is_killed(tmp_path: Path, pause: str) -> None:
+def test_worker_ends_with_a_server_that_is_killed(tmp_path: Path) -> None:
     (tmp_path / "endless.py").write_text(ENDLESS)
-    # The worker holds the standard output open. In a session of its own, the system does not end what is suspended.
-    command = [sys.executable, "-c", KILLED.replace("PAUSE", pause)]
-    subprocess.run(
-        command, cwd=tmp_path, stdout=subprocess.PIPE, check=False, timeout=patient(300), start_new_session=True
-    )
-
-
-def test_job_that_ends_while_it_is_being_paused_does_not_block_the_next(session: WorkbenchSession) -> None:
-    jobs = session.jobs
-    with jobs.worker.lock:  # no other message arrives meanwhile
-        session.choose("fig5a.mcap", None)
-        jobs.pause()
-        wait(lambda: worker_state(session)[0])
-        jobs.receive(TaskEnd())  # its last message was already sent
-        assert jobs.current is None
-        wait(lambda: not worker_state(session)[0])
+    command = [sys.executable, "-c", KILLED]  # the worker holds the standard output open
+    subprocess.run(command, cwd=tmp_path, stdout=subprocess.PIPE, check=False, timeout=patient(300))
 
 
 @pytest.mark.slow
 def test_cancelled_job_leaves_the_state_unchanged(fitted: WorkbenchSession) -> None:
-    jobs, selection, swarm = fitted.jobs, fitted.selection, fitted.swarm
-    step_list = selection.step_list
+    jobs, selection = fitted.jobs, fitted.selection
+    base = selection.steps
     selection.extend("add", "torque_offset")
-    wait(lambda: selection.step_list is not step_list and jobs.current is None)
-    for start_job in (lambda: selection.extend("diagnose"), lambda: swarm.start(0, selection.step_list)):
-        before = selection.branches
-        start_job()
-        jobs.pause()
-        jobs.cancel()
-        assert jobs.current is None
-        assert swarm.progress is None
-        assert selection.branches is before
+    wait(lambda: selection.steps is not base and jobs.current is None)
+    before = selection.history
+    selection.extend("diagnose")
+    jobs.cancel()
+    assert jobs.current is None
+    assert selection.history is before
     selection.extend("remove", 0)
     wait(lambda: jobs.current is None)
-    assert selection.step_list
-    assert selection.step_list.steps[-1].label == "− rod_inertia", "a new process continues from there"
+    assert selection.steps
+    assert selection.steps.steps[-1].label == "− rod_inertia", "a new process continues from there"
 
 
 @pytest.mark.slow
@@ -139,15 +91,15 @@ def test_new_choice_of_recordings_discards_the_results(tmp_path: Path) -> None:
     session = WorkbenchSession(Folder.at(tmp_path))
     session.choose("fig5a.mcap", None)
     session.selection.fit()
-    wait(lambda: session.selection.step_list is not None)
+    wait(lambda: session.selection.steps is not None)
     session.choose("fig5b.mcap", "slide.mcap")
-    assert session.selection.branches is None
+    assert session.selection.history is None
     wait(lambda: session.recordings.shown is not None and session.jobs.current is None)
     assert session.recordings.shown
     assert session.recordings.shown.name == session.recordings.train == "fig5b.mcap"
     assert session.recordings.validate is None
     assert "axes in slide.mcap" in session.jobs.message
-    assert session.selection.step_list is None, "views of the discarded step_list never arrive"
+    assert session.selection.steps is None, "views of the discarded models never arrive"
     session.close()
 
 
@@ -177,5 +129,5 @@ def test_terminal_goes_on_where_the_page_was_left(tmp_path: Path, monkeypatch: p
         (None, "a.model.json", "ident compare runs/a.model.json runs/a.mcap"),
     ):
         session.recordings.validate = validate
-        monkeypatch.setattr(ModelExport, "last_saved", saved)
+        monkeypatch.setattr(SavedModels, "last", saved)
         assert " ".join(session.next_command()) == command

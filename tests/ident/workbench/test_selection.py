@@ -10,9 +10,9 @@ from unittest.mock import Mock, PropertyMock
 import pytest
 
 from ident.output.tables import ResultTable
-from ident.workbench.state import model_selection
-from ident.workbench.state.branches import MAX_BRANCHES, Branches
-from ident.workbench.state.model_selection import ModelSelection
+from ident.workbench.state import selection
+from ident.workbench.state.history import History
+from ident.workbench.state.selection import Selection
 from ident.workbench.topics import Changes
 from ident.workbench.worker import views
 from ident.workbench.worker.jobs import Jobs
@@ -28,8 +28,8 @@ class Bench:
         self.jobs = Jobs(self.changes, ())
         self.jobs.worker = self._worker = Mock(lock=threading.RLock())
         self.files = PropertyMock(return_value=(Path("a.mcap"), None))
-        recordings = type("Recordings", (), {"files": self.files})()
-        self.selection = ModelSelection(recordings, self.jobs, self.changes)
+        self.recordings = type("Recordings", (), {"files": self.files})()
+        self.selection = Selection(self.recordings, self.jobs, self.changes)
 
     @property
     def tasks(self) -> list[str]:
@@ -42,16 +42,16 @@ class Bench:
 
     def complete(self, label: str) -> views.StepsView:
         """Send all views of a task that makes the model `label`, and its end."""
-        step_list = steps_view(label)
-        self.send(step_list, SERIES, CANDIDATES, PREVIEWS, residual_view(label), TaskEnd())
-        return step_list
+        made = steps_view(label)
+        self.send(made, SERIES, CANDIDATES, PREVIEWS, residual_view(label), TaskEnd())
+        return made
 
 
 def steps_view(label: str, *added: str) -> views.StepsView:
     """A list of steps with what branches and the selection use of it."""
     view = object.__new__(views.StepsView)
     terms = [(name, (1, 2, 3)) for name in ("rod_inertia", *added)]
-    object.__setattr__(view, "steps", (SimpleNamespace(label=label, spec=label, terms=terms),))
+    object.__setattr__(view, "steps", (SimpleNamespace(label=label, terms=terms),))
     object.__setattr__(view, "mandatory", ("rod_inertia",))
     return view
 
@@ -79,47 +79,57 @@ def bench() -> Bench:
     return bench
 
 
-def analysed(selection: ModelSelection) -> str | None:
+def analysed(selection: Selection) -> str | None:
     """Return the label of the model whose residual is shown."""
     return selection.analysis.residuals.sentences[0] if selection.analysis.residuals else None
 
 
-def test_undo_redo_and_branches_compute_nothing_that_is_known(bench: Bench) -> None:
+def undo(history: History) -> History:
+    return history.at(history.undo)
+
+
+def redo(history: History) -> History:
+    return history.at(history.redo)
+
+
+def test_the_way_through_the_history_computes_nothing_that_is_known(bench: Bench) -> None:
     selection = bench.selection
+    selection.go(undo)
+    selection.extend("add", "backlash")
+    bench.complete("other")
     shown = []
-    undo, redo, fork = Branches.undone, Branches.redone, Branches.forked
-    for change in (undo, redo, fork, undo, lambda branches: branches.switched(0)):
-        selection.change(change)
+    for change in (undo, redo, undo, lambda history: history.at(1), undo, redo):
+        selection.go(change)
         shown.append(analysed(selection))
         assert bench.jobs.current is None
         assert selection.analysis.candidates is CANDIDATES
-    assert shown == ["base", "added", "added", "base", "added"]
-    assert bench.tasks == ["fit", "add"]
+    assert shown == ["base", "other", "base", "added", "base", "added"], "redo stays in the branch"
+    assert bench.tasks == ["fit", "add", "add"]
 
 
 def test_oldest_analysis_is_computed_again(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(model_selection, "_MAX_ANALYSES", 1)
-    bench.selection.change(Branches.undone)
+    monkeypatch.setattr(selection, "_MAX_ANALYSES", 1)
+    bench.selection.go(undo)
     assert analysed(bench.selection) == "base"
-    bench.selection.change(Branches.redone)
+    bench.selection.go(redo)
     assert analysed(bench.selection) is None
     assert bench.tasks == ["fit", "add", "show"]
     bench.complete("added")
     assert analysed(bench.selection) == "added"
-    bench.selection.change(Branches.undone)
-    with pytest.raises(BadInput, match="a change to undo"):  # showing a model again has added none
-        bench.selection.change(Branches.undone)
+    bench.selection.go(undo)
+    with pytest.raises(BadInput, match="another model of the history"):  # showing a model again has added none
+        bench.selection.go(undo)
 
 
 def test_late_views_belong_to_the_model_they_were_computed_for(bench: Bench) -> None:
     bench.selection.extend("add", "cogging")
     bench.send(steps_view("late"), SERIES)
-    bench.selection.change(Branches.undone)
+    bench.selection.go(undo)
     before = bench.changes.count(("candidates", "previews", "residuals"))
     bench.send(CANDIDATES, PREVIEWS, residual_view("late"))
     assert analysed(bench.selection) == "added"
     assert bench.changes.count(("candidates", "previews", "residuals")) == before, "nothing is drawn again"
-    bench.selection.change(Branches.redone)
+    bench.selection.go(redo)
     assert analysed(bench.selection) == "late"
 
 
@@ -138,7 +148,7 @@ def test_interrupted_analysis_is_resumed_afterwards(bench: Bench) -> None:
 def test_last_view_of_an_interrupted_task_does_not_unblock_the_next(bench: Bench) -> None:
     bench.selection.extend("add", "cogging")
     bench.send(steps_view("first"), SERIES)
-    bench.selection.change()
+    bench.selection.go()
     bench.selection.extend("remove", 0)
     assert bench.jobs.blocked
     bench.send(SERIES)
@@ -147,10 +157,10 @@ def test_last_view_of_an_interrupted_task_does_not_unblock_the_next(bench: Bench
 
 
 def test_reading_a_recording_does_not_unblock_a_fit(bench: Bench) -> None:
-    """Else an effect could be added to the old step_list, and the new one would be lost."""
+    """Else an effect could be added to the old made, and the new one would be lost."""
     bench.selection.extend("add", "cogging")
     bench.jobs.submit("reading", lambda view: None, "view_recording", blocking=False)
-    for action in (bench.selection.change, partial(bench.selection.extend, "add", "joint_spring")):
+    for action in (bench.selection.go, partial(bench.selection.extend, "add", "joint_spring")):
         with pytest.raises(BadInput, match="no other job"):
             action()
 
@@ -184,7 +194,7 @@ def test_lost_worker_is_reported_and_the_analysis_can_be_resumed(bench: Bench) -
     bench.send(steps_view("new"), SERIES, WorkerEnd("The worker process has ended."))
     assert bench.jobs.message == "The worker process has ended."
     assert bench.jobs.current is None
-    bench.selection.change()
+    bench.selection.go()
     assert bench.tasks[-1] == "show", "there is a way on"
 
 
@@ -193,36 +203,19 @@ def test_only_changes_by_the_user_are_worth_a_question() -> None:
     bench.selection.fit()
     bench.complete("base")
     assert not bench.selection.has_changes
-    for change in (Branches.forked, lambda branches: branches.dropped(0)):
-        bench.selection.change(change)
-    assert not bench.selection.has_changes
     bench.selection.extend("add", "stribeck")
     bench.complete("added")
-    bench.selection.change(Branches.undone)
+    bench.selection.go(undo)
     assert bench.selection.has_changes, "redo would be lost"
 
 
-def test_fork_switch_and_drop() -> None:
-    first, second = steps_view("", "stribeck"), steps_view("", "stribeck", "cogging")
-    single = Branches.start(steps_view("base model"))
-    assert single.current.title == "A: base model"
-    both = single.extended(first).extended(second).forked().undone().undone().extended(steps_view("", "joint_spring"))
-    assert [branch.title for branch in both.all] == ["A: stribeck + cogging", "B: joint_spring"]
-    assert both.index == 1
-    back = both.switched(0)
-    assert back.current.title == "A: stribeck + cogging"
-    assert back.undone().all[1].title == "B: joint_spring", "undo in one branch leaves the other unchanged"
-    assert [branch.name for branch in back.dropped(1).all] == ["A"]
-    assert both.dropped(0).current.title == "B: joint_spring"
-    assert both.dropped(0).forked().current.name == "A", "a name that is no longer used"
-    assert not back.undone().forked().current.undone, "a copy begins without what was undone"
-    for refused, match in ((lambda: both.switched(2), "number 3"), (lambda: both.dropped(1), "current one")):
-        with pytest.raises(BadInput, match=match):
-            refused()
-    while len(both.all) < MAX_BRANCHES:
-        both = both.forked()
-    with pytest.raises(BadInput, match="drop one"):
-        both.forked()
+def test_a_model_of_the_folder_is_a_branch(bench: Bench) -> None:
+    bench.recordings.model = lambda name: Path(name)
+    bench.selection.fit("fig5a.model.json")
+    opened = bench.complete("opened")
+    history = bench.selection.history
+    assert history
+    assert (history.made, history.undo) == (opened, 1), "the way back leads to what was shown before"
 
 
 def test_progress_is_that_of_the_last_time(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -243,7 +236,7 @@ def test_page_asks_for_no_fit_while_one_goes_on() -> None:
     bench = Bench()
     seen = []
     for action in (lambda: None, bench.selection.fit, bench.jobs.cancel):
-        before = bench.changes.count(("series", "step_list"))
+        before = bench.changes.count(("series", "made"))
         action()
-        seen.append((bench.selection.is_fitting, bench.changes.count(("series", "step_list")) > before))
+        seen.append((bench.selection.is_fitting, bench.changes.count(("series", "made")) > before))
     assert seen == [(False, False), (True, True), (False, True)]

@@ -1,4 +1,4 @@
-"""Figures that only the page has: zoomable time plots, errors of steps and branches, and live plots."""
+"""Time plots that load their points again at every zoom, and plots of a run in progress."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -8,10 +8,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 
 from ident.output.figures import theme
-from ident.output.figures.steps import rms_bars
-from ident.workbench.figure import Figure, to_dict
-from ident.workbench.state.branches import Branch
-from ident.workbench.worker.views import RecordingView, StepsView, SwarmProgress, TorqueSeries
+from ident.residuals.time_span import TorqueSeries
 from recordings.recording import Floats
 
 Span = tuple[float, float]
@@ -38,19 +35,18 @@ def line(time: Floats, y: NDArray[np.floating], span: Span, **style: Any) -> go.
     return go.Scatter(x=np.round(xs, 5), y=ys.astype(np.float32), **{"mode": "lines", **style})
 
 
-def signal(view: RecordingView, name: str, span: Span) -> Figure:
-    """Plot one signal of a recording for all joints."""
-    unit, values = view.signals[name]
+def signal(name: str, unit: str, time: Floats, values: NDArray[np.floating], span: Span) -> go.Figure:
+    """Plot the `values` (n, dof) of a signal over `time` (n,) for all joints."""
     figure = theme.subplots(1, 1, 340)
     for j in range(values.shape[1]):
         several = values.shape[1] > 1
         style = {"color": theme.joint_colour(j) if several else theme.MEASURED, "width": 1.2}
         label = f"joint {j + 1}" if several else name
-        figure.add_trace(line(view.time, values[:, j], span, name=label, line=style, showlegend=several))
+        figure.add_trace(line(time, values[:, j], span, name=label, line=style, showlegend=several))
     figure.update_xaxes(title_text="time since the first SYNC [s]", range=list(span))
     figure.update_yaxes(title_text=f"{name} [{unit}]")
     figure.update_layout(hovermode="x unified")
-    return to_dict(figure)
+    return figure
 
 
 def torque_comparison(
@@ -61,7 +57,7 @@ def torque_comparison(
     span: Span,
     selecting: bool,
     below: Sequence[Signal] = (),
-) -> Figure:
+) -> go.Figure:
     """Plot measured and computed torque of a joint, the residual below, and other signals of it below that."""
     heights = [220, 180, *(_SIGNAL_HEIGHT for _ in below)]
     rows, height = len(heights), sum(heights) + 80
@@ -92,7 +88,7 @@ def torque_comparison(
         selectdirection="h",
         hovermode=False if selecting else "x unified",
     )
-    return to_dict(figure)
+    return figure
 
 
 def _add_previous(figure: go.Figure, series: TorqueSeries, torque: Floats, joint: int, span: Span) -> None:
@@ -104,42 +100,7 @@ def _add_previous(figure: go.Figure, series: TorqueSeries, torque: Floats, joint
     figure.add_trace(below, row=2, col=1)
 
 
-def step_list(view: StepsView) -> Figure:
-    """Plot the training and held-out error of each model."""
-    names = [f"{number}  {theme.escaped(step.label)}" for number, step in enumerate(view.steps)]
-    figure = rms_bars(names, [step.entry for step in view.steps], view.noise_rms, view.units)
-    figure.update_layout(transition_duration=400)
-    return to_dict(figure)
-
-
-def branches(all_: Sequence[Branch]) -> Figure:
-    """Plot the errors of the base model and of the current model of each branch."""
-    base = all_[0].step_list
-    names = [theme.escaped(base.steps[0].label), *(theme.escaped(branch.title) for branch in all_)]
-    entries = [base.steps[0].entry, *(branch.step_list.steps[-1].entry for branch in all_)]
-    floors = zip(*(branch.step_list.noise_rms for branch in all_), strict=True)
-    noise = [min((value for value in joint if value is not None), default=None) for joint in floors]
-    return to_dict(rms_bars(names, entries, noise, base.units))
-
-
-def swarm_convergence(view: SwarmProgress) -> Figure:
-    """Plot the excess of the best objective over its certified minimum at each step of the swarm."""
-    figure = theme.subplots(1, 1, 360)
-    steps = np.arange(1, len(view.excess) + 1)
-    excess = np.where(np.array(view.excess) > 0, view.excess, np.nan)
-    line = {"color": theme.CATEGORIES[0], "width": 2}
-    figure.add_trace(go.Scatter(x=steps, y=excess, mode="lines", name="best so far", line=line))
-    tolerance_line = {"color": theme.MEASURED, "width": 2, "dash": "dash"}
-    figure.add_hline(y=view.tolerance, line=tolerance_line)
-    theme.legend_entry(figure, "stopping tolerance", line=tolerance_line)
-    figure.update_xaxes(title_text=f"step of at most {view.max_steps}", rangemode="tozero")
-    figure.update_yaxes(
-        title_text="objective (33) above its<br>certified minimum [relative]", type="log", exponentformat="power"
-    )
-    return to_dict(figure)
-
-
-def live(time: Sequence[float], curves: Sequence[Sequence[float | None]], kind: str, unit: str) -> Figure:
+def live(time: Sequence[float], curves: Sequence[Sequence[float | None]], kind: str, unit: str) -> go.Figure:
     """Plot one quantity of the run in progress: a curve for each joint, or that of the lateness."""
     figure = theme.subplots(1, 1, 200)
     for j, y in enumerate(curves):
@@ -149,4 +110,4 @@ def live(time: Sequence[float], curves: Sequence[Sequence[float | None]], kind: 
     figure.update_xaxes(title_text="time [s]")
     figure.update_yaxes(title_text=f"{kind}<br>[{unit}]")
     figure.update_layout(showlegend=kind == "position", margin={"t": 30, "b": 40})
-    return to_dict(figure)
+    return figure
