@@ -16,6 +16,7 @@ Topic = Literal[
     "diagnosis",
     "saved",
     "use",
+    "printed",
     "tab",
     "run",
     "fleet",

@@ -36,6 +36,18 @@ def test_the_file_belongs_to_its_owner_alone_and_is_removed(listening: socket.so
     assert not list(tmp_path.iterdir())
 
 
+def test_what_servers_left_that_were_killed_is_removed(listening: socket.socket, tmp_path: Path) -> None:
+    with local.listen() as other, local.listen() as ended:
+        addresses = [local.address(each, TOKEN) for each in (listening, other, ended)]
+        ended.close()
+        for name, address in zip("abc", addresses, strict=True):
+            (tmp_path / f"{local.LINK_PREFIX}{name}.html").write_text(address)
+        (tmp_path / "report.html").write_text(addresses[2])
+        with local.link(addresses[0], tmp_path):
+            pass
+    assert [path.name for path in sorted(tmp_path.iterdir())] == [f"{local.LINK_PREFIX}b.html", "report.html"]
+
+
 @pytest.mark.slow
 def test_a_browser_reaches_the_page(listening: socket.socket, tmp_path: Path) -> None:
     address = local.address(listening, TOKEN)

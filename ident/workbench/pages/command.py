@@ -21,23 +21,25 @@ def draw_command(
 
     words: returns the command, and the names of the files and folders that it writes.
     """
-    root = page.session.folder.root
+    session = page.session
 
     async def start() -> None:
         command, written = words()
-        printed = await in_background(printed_by, root, *command)
-        if printed is None or result.is_deleted:
-            return
-        page.session.changes.mark("folder")
-        result.clear()
-        with result:
+        printed = await in_background(printed_by, session.folder.root, *command)
+        if printed is not None:
+            session.display.printed[test_id] = printed, written, f"{shlex.join(command)}\n"
+            session.changes.mark("folder", "printed")
+
+    def draw(page: Page) -> None:
+        if test_id in session.display.printed:
+            printed, written, command = session.display.printed[test_id]
             draw_code(printed, f"{test_id}-printed", language=None)
             draw_written(page, written)
-            draw_code(shlex.join(command) + "\n", f"{test_id}-command")
+            draw_code(command, f"{test_id}-command")
 
     with row:
         page.button(text, test_id, start, icon="play_arrow")
-    result = ui.column().classes("w-full gap-2")
+    page.draw_on_change(draw, "printed")
 
 
 def draw_written(page: Page, names: tuple[str, ...]) -> None:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 
 from nicegui import ui
 
-from ident.workbench.pages.forms import name_fields
+from ident.workbench.pages.forms import keep_fields
 from ident.workbench.pages.live import run_summary
 from ident.workbench.pages.page import Page, set_test_id
 from ident.workbench.programs.recording_process import RunStatus
@@ -55,12 +55,11 @@ HOLD_SCRIPT = """<script>
 
 def draw(page: Page, options: Callable[[], Mapping[str, str]]) -> None:
     """Draw the controls; `options` returns those of a recording."""
-    ui.add_body_html(HOLD_SCRIPT)
     with set_test_id(ui.expansion("Commission one joint", icon="build"), "commission").classes("w-full"):
         with ui.row().classes("items-end gap-3"):
             joint = ui.number("joint", value=1, min=1, step=1, format="%d").classes("w-20")
             by = ui.number("by [rad, or m]", value=0.05, min=-0.5, max=0.5, step=0.01).classes("w-28")
-            name_fields("jog", joint=joint, by=by)
+            keep_fields(page, "jog", joint=joint, by=by)
 
             def chosen() -> dict[str, str]:
                 return {**{k: v for k, v in options().items() if k in _OPTIONS}, "--joint": f"{joint.value or 0:.0f}"}

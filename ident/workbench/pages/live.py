@@ -42,7 +42,7 @@ def draw(page: Page) -> None:
             for line in list(run.messages)[-6:]:
                 ui.label(line)
 
-    page.watch(update, "run", min_interval=0.5)
+    page.watch(update, "run")
 
 
 def has_plots(run: RunStatus) -> bool:

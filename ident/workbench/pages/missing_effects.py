@@ -219,9 +219,7 @@ def _draw_finding(finding: dict[str, Any], number: int) -> None:
 def steps_figure(made: StepsView) -> Figure:
     """Plot the training and held-out error of each model."""
     names = [f"{number}  {theme.escaped(step.label)}" for number, step in enumerate(made.steps)]
-    figure = rms_bars(names, [step.entry for step in made.steps], made.noise_rms, made.units)
-    figure.update_layout(transition_duration=400)
-    return to_dict(figure)
+    return to_dict(rms_bars(names, [step.entry for step in made.steps], made.noise_rms, made.units))
 
 
 def branches_figure(history: History) -> Figure:

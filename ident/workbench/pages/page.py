@@ -33,13 +33,10 @@ _PATIENCE = 2.0
 class _Watch:
     callback: Callable[["Page"], None]
     topics: tuple[Topic, ...]
-    min_interval: float
-    tab: str | None
-    """Tab in which it draws; None: it is always visible."""
-    clear: Callable[[], None]
-    count: int | None = None
-    """Number of changes that it has shown; None before the first call."""
-    last_call: float = 0.0
+    inside: ui.element
+    """Element that it changes; it ends with it."""
+    count: int
+    """Number of changes that it has shown."""
 
 
 class Page:
@@ -52,10 +49,6 @@ class Page:
         """Show a tab of the page."""
         self.after_action: Callable[[], None] = lambda: None
         """Update the header at once, because the server ignores clicks on buttons that it believes to be hidden."""
-        self.visible_tab = session.display.tab
-        """Tab that is shown; what changes in the others is drawn when they are shown."""
-        self.drawn_tab: str | None = None
-        """Tab whose parts are being made."""
         self._watches: list[_Watch] = []
         self.zoomable: list[ZoomablePlot] = []
         """Its time plots: those of one recording are zoomed together."""
@@ -64,52 +57,28 @@ class Page:
         """Call `draw` here, and again whenever one of `topics` changes; return the container of its elements."""
         container = ui.element("div").classes("w-full")
 
-        def clear() -> None:
-            if container.default_slot.children:
-                container.clear()
-
         def redraw(page: Page) -> None:
-            clear()
+            container.clear()
             with container:
                 draw(page)
 
-        self.watch(redraw, *topics, clear=clear)
+        self.watch(redraw, *topics)
         return container
 
-    def watch(
-        self,
-        callback: Callable[["Page"], None],
-        *topics: Topic,
-        now: bool = True,
-        min_interval: float = 0.0,
-        clear: Callable[[], None] = lambda: None,
-    ) -> None:
-        """Call `callback` whenever one of `topics` changes, and `now`: as soon as its tab is visible.
-
-        clear: takes away what it has drawn in a hidden tab: until it draws anew, that would be shown and lose clicks.
-        """
-        count = None if now else self.session.changes.count(topics)
-        self._watches.append(_Watch(callback, topics, min_interval, self.drawn_tab, clear, count))
-        self._call_if_changed(self._watches[-1])
+    def watch(self, callback: Callable[["Page"], None], *topics: Topic, now: bool = True) -> None:
+        """Call `callback` whenever one of `topics` changes, and `now`, as long as what is drawn here is there."""
+        self._watches.append(_Watch(callback, topics, ui.context.slot.parent, self.session.changes.count(topics)))
+        if now:
+            callback(self)
 
     def poll(self) -> None:
-        """Redraw what has changed since the last call."""
-        for watch in self._watches:
-            self._call_if_changed(watch)
-
-    def _call_if_changed(self, watch: _Watch) -> None:
-        now, count = time.monotonic(), self.session.changes.count(watch.topics)
-        due = count != watch.count and (watch.count is None or now - watch.last_call >= watch.min_interval)
-        if due and watch.tab in (None, self.visible_tab):
-            watch.count, watch.last_call = count, now  # before the call: what changes meanwhile is drawn again
-            watch.callback(self)
-        elif due:
-            watch.clear()
-
-    def show(self, tab: str) -> None:
-        """Draw what has changed in `tab`, which becomes visible."""
-        self.visible_tab = tab
-        self.poll()
+        """Show what has changed since the last call: changes come from other threads, many at a time."""
+        self._watches = [watch for watch in self._watches if not watch.inside.is_deleted]
+        for watch in tuple(self._watches):
+            count = self.session.changes.count(watch.topics)
+            if count != watch.count and not watch.inside.is_deleted:
+                watch.count = count  # before the call: what changes meanwhile is shown again
+                watch.callback(self)
 
     def handler(
         self, action: Callable[..., Any], *arguments: Any, show_busy: Callable[[bool], object] = lambda busy: None

@@ -8,7 +8,7 @@ from nicegui import ui
 
 from ident.workbench.folder import SUFFIX
 from ident.workbench.pages import commission, live, truth
-from ident.workbench.pages.forms import machine_fields, name_fields
+from ident.workbench.pages.forms import keep_fields, machine_fields, name_fields
 from ident.workbench.pages.page import Page, in_background, quiet, set_test_id
 from ident.workbench.programs.running import as_words, daq_command, errors, run
 from trajectories.library import names
@@ -32,10 +32,11 @@ def draw(page: Page) -> None:
         rig = ui.select([_SIMULATED, *files], value=_SIMULATED, label="rig").classes("min-w-36")
         pace = ui.select(_PACES, value="", label="pace").classes("min-w-28")
         cycles = ui.number("cycles", min=1, step=1, placeholder="20 s").classes("w-20")
-        machine = machine_fields("record", files)
+        machine = machine_fields(page, "record", files)
         out = ui.input("file", value=session.folder.free_name("fig5a", SUFFIX))
         motion.on_value_change(lambda: out.set_value(session.folder.free_name(Path(str(motion.value)).stem, SUFFIX)))
-        name_fields("record", motion=motion, rig=rig, pace=pace, cycles=cycles, out=out)
+        keep_fields(page, "record", motion=motion, rig=rig, pace=pace, cycles=cycles)
+        name_fields("record", out=out)
 
     def arguments() -> dict[str, str]:
         values = {

@@ -34,7 +34,6 @@ def _draw_button(page: Page, window: Window) -> None:
         display = page.session.display
         display.joint = window.joint - 1
         display.requested_span = (window.recording, window.start - 0.5, window.end + 0.5)
-        page.session.changes.mark("series")
         page.show_tab("model")
 
     ui.button("show", on_click=show).props("flat dense")

@@ -49,8 +49,7 @@ def draw(page: Page) -> None:
     slider.on_value_change(update)
 
     def advance() -> None:
-        if page.visible_tab == "robot":
-            slider.value = (slider.value + 1) % len(poses.time)
+        slider.value = (slider.value + 1) % len(poses.time)
 
     timer = ui.timer(STEP, advance, active=False)
     play.on_click(lambda: setattr(timer, "active", not timer.active))

@@ -6,6 +6,7 @@ from typing import Any
 from nicegui import events, ui
 
 from ident.workbench.pages import (
+    commission,
     data,
     export,
     fleet,
@@ -53,18 +54,21 @@ def build(session: WorkbenchSession) -> None:
     with drawer.props(props).classes("q-pa-sm gap-2"):
         recordings.draw(page)
     _header(page, ui.dark_mode(display.dark), drawer)
+    ui.add_body_html(commission.HOLD_SCRIPT)
     shown = (*TABS, FLEET) if session.fleet else TABS
     tabs = _tabs(page, shown)
     export.draw_verdict(page)
-    with ui.tab_panels(tabs, value=display.tab, animated=False, keep_alive=False).classes("w-full"):
-        for key, _, _, draw, topics in shown:
-            with ui.tab_panel(key):
-                page.drawn_tab = key
-                if topics:
-                    page.draw_on_change(draw, *topics)
-                else:
-                    draw(page)
-    page.drawn_tab = None
+    content = ui.column().classes("w-full gap-2 q-py-sm")
+    drawing = {key: (draw, topics) for key, _, _, draw, topics in shown}
+
+    def show_content() -> None:
+        content.clear()  # what is not shown is not there, and nothing is drawn for it
+        draw, topics = drawing[str(tabs.value)]
+        with content:
+            page.draw_on_change(draw, *topics)
+
+    tabs.on_value_change(show_content)
+    show_content()
     page.watch(_show_message, "message", now=False)
     client = ui.context.client
 
@@ -85,7 +89,6 @@ def _tabs(page: Page, shown: Sequence[Tab]) -> ui.tabs:
         display.visited.add(display.tab)
         ui.run_javascript(f"noteTab('{display.tab}')")
         page.session.changes.mark("tab")
-        page.show(display.tab)
 
     tabs = ui.tabs(on_change=show)
     with tabs.props("dense inline-label align=left outside-arrows mobile-arrows no-caps").classes("w-full"):
@@ -175,7 +178,7 @@ def _fit(page: Page) -> None:
     def fit() -> None:
         page.session.selection.fit()
         page.session.display.visited.clear()
-        if page.visible_tab == "data":
+        if page.session.display.tab == "data":
             page.show_tab("model")
 
     page.discard("Another fit of the base model discards the models so far", fit)

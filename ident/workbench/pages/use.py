@@ -127,7 +127,7 @@ def _draw_comparison(page: Page) -> None:
         session.changes.mark("use", "folder")
 
     with ui.row().classes("items-end gap-3"):
-        machine = machine_fields("use", session.folder.names(".toml"))
+        machine = machine_fields(page, "use", session.folder.names(".toml"))
         page.button("Record both", "use-compare", start, icon="compare_arrows")
     if session.compared and session.compared.model is model:
         _draw_result(page, session.compared)

@@ -24,6 +24,8 @@ _UNATTENDED_TIMEOUT = 20.0
 """Time without a browser after which moving drives are stopped; long enough to reload the page [s]."""
 _BROWSER_INTERVAL = 0.2
 """Time between two looks whether a browser shows the page [s]."""
+_TOLD_INTERVAL = 0.5
+"""Time between two updates of the live plots [s]."""
 _STOP_TIMEOUT = 10.0
 """Time for the drives to come to rest when the page closes [s]."""
 
@@ -81,7 +83,7 @@ class RecordingProcess:
         self._root, self._changes = root, changes
         self._process: subprocess.Popen[str] | None = None
         self.run: RunStatus | None = None
-        self._last_seen = 0.0
+        self._last_seen = self._last_told = 0.0
         self._closed = False
 
     @property
@@ -225,4 +227,6 @@ class RecordingProcess:
         if rows and "lateness" in status:
             run.lateness.append((rows[-1]["time"], status["lateness"]))
         run.status = {**run.status, **status}
-        self._changes.mark("run")
+        if (now := time.monotonic()) - self._last_told > _TOLD_INTERVAL:
+            self._last_told = now
+            self._changes.mark("run")

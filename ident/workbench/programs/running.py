@@ -96,7 +96,7 @@ def run(
 
 
 def printed_by(root: Path, program: str, *words: str) -> str:
-    """Run `program`, which is ident or daq, in the folder `root`, however long it takes; return what it prints.
+    """Run `program`, which is ident or daq, in the folder `root`, however long it takes; return all that it prints.
 
     Raises:
         BadInput: it ends with an error.
@@ -105,7 +105,7 @@ def printed_by(root: Path, program: str, *words: str) -> str:
     if process.returncode:
         reason = " ".join(errors(process.stderr.splitlines()))
         raise BadInput(reason or f"`{program} {words[0]}` ended with exit status {process.returncode}")
-    return process.stdout
+    return process.stdout + process.stderr
 
 
 def answer_of_daq(root: Path, *words: str) -> Mapping[str, Any]:

@@ -83,7 +83,13 @@ class History:
         return replace(self, current=number, end=end)
 
     def extended(self, made: StepsView) -> "History":
-        """Append what was `made` from the current entry, and look at it."""
+        """Append what was `made` from the current entry, in place of the same at an end, and look at it."""
+        same = (made.steps[-1].terms, made.findings is None)
+        for number in self.ends:
+            entry = self.entries[number]
+            if (entry.made.steps[-1].terms, entry.made.findings is None) == same and entry.before == self.current:
+                entries = (*self.entries[:number], Entry(made, self.current), *self.entries[number + 1 :])
+                return History(entries, number, number)
         last = len(self.entries)
         return History((*self.entries, Entry(made, self.current)), last, last)
 
@@ -106,4 +112,5 @@ class History:
         """Return the effects that were added to the mandatory ones at the `end` of a branch, after its number."""
         made = self.entries[end].made
         added = " + ".join(name for name, _ in made.added)
-        return f"{self.ends.index(end) + 1}: {added or made.steps[-1].label}"
+        found = " (full diagnosis)" if made.findings else ""
+        return f"{self.ends.index(end) + 1}: {added or made.steps[-1].label}{found}"

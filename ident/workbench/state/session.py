@@ -5,7 +5,7 @@ import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ident.dynamics.effects.library import library
 from ident.fleet import check_installed
@@ -45,6 +45,10 @@ class DisplaySettings:
     """Zoom by recording [s]; None: all of it."""
     requested_span: tuple[str, float, float] | None = None
     """Span to be shown next: name of the recording, start and end [s]."""
+    fields: dict[str, Any] = field(default_factory=dict)
+    """Values of the forms."""
+    printed: dict[str, tuple[str, tuple[str, ...], str]] = field(default_factory=dict)
+    """By button: what the last command printed, the names of what it has written, and the command."""
     visited: set[str] = field(default_factory=set)
     """Tabs that were shown since the model was fitted."""
 

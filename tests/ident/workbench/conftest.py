@@ -135,8 +135,8 @@ class Browser:
         page.on("pageerror", lambda error: self.errors.append(str(error)))
         page.on("console", lambda message: self.errors.append(message.text) if message.type == "error" else None)
 
-    def open(self, address: str, width: int = 1280) -> None:
-        self.page.set_viewport_size({"width": width, "height": 800})
+    def open(self, address: str, width: int = 1280, height: int = 800) -> None:
+        self.page.set_viewport_size({"width": width, "height": height})
         self.page.goto(address)
         self.page.locator('[data-test="tab-data"]').wait_for()
 

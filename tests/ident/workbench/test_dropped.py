@@ -31,6 +31,16 @@ def test_dropped_files_become_recordings(tmp_path: Path, serve: Serve, browser: 
     assert (tmp_path / "fig5a.mcap").read_bytes() == b"mine"
     (tmp_path / "fig5a.mcap").unlink()
 
+    for name, text in (("garbage.mcap", "no recording"), ("prose.csv", "It was a dark and stormy night.\n")):
+        (samples_of := tmp_path.parent / "elsewhere").mkdir(exist_ok=True)
+        (samples_of / name).write_text(text)
+        chooser.set_input_files(samples_of / name)
+        refusal = browser.page.locator(".q-notification").filter(has_text="expected").last
+        refusal.wait_for()
+        assert " --" not in refusal.inner_text(), "a page has no options"
+        assert not (tmp_path / name).exists(), "it is not taken"
+        browser.page.locator(".q-notification .q-btn").last.click()
+        browser.page.locator(".q-notification").wait_for(state="detached")
     chooser.set_input_files(samples / "foreign" / "joint_states_0.mcap")
     browser.at("import-title").wait_for()
     browser.page.keyboard.press("Escape")

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from delta_web.local import LINK_PREFIX
 from ident.workbench.folder import SUFFIX, Folder
 from ident.workbench.state.session import WorkbenchSession, open_session
 from recordings.errors import BadInput
@@ -35,6 +36,18 @@ def test_files_of_other_programs_are_to_be_imported(folder: Folder) -> None:
     for path in (folder.root / "bare.mcap", folder.root / "scope.csv"):
         session = open_session([path])
         assert session.recordings.train is session.recordings.validate is None, "they are not chosen"
+
+
+def test_models_and_reports_are_listed_and_nothing_else_is_served(folder: Folder) -> None:
+    for name in ("a.model.json", "a.model-2.json", "a.sealed.json", "a.diagnose-2.html", f"{LINK_PREFIX}x.html"):
+        (folder.root / name).touch()
+    (folder.root / "inner" / "b.report.html").touch()
+    assert folder.models() == ["a.model-2.json", "a.model.json"]
+    assert folder.reports() == ["a.diagnose-2.html"]
+    assert folder.report("a.diagnose-2.html") == folder.root / "a.diagnose-2.html"
+    for name in ("a.model.json", "inner/b.report.html", "../a.report.html", f"{LINK_PREFIX}x.html", "b.report.html"):
+        with pytest.raises(BadInput, match="expected"):
+            folder.report(name)
 
 
 @pytest.mark.parametrize(

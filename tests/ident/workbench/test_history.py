@@ -11,10 +11,10 @@ from ident.workbench.state.history import Entry, History
 from recordings.errors import BadInput
 
 
-def made(*effects: str) -> Any:
-    return cast(
-        Any, SimpleNamespace(steps=(SimpleNamespace(label="base model"),), added=[(e, (1,)) for e in effects])
-    )
+def made(*effects: str, findings: object = None) -> Any:
+    added = tuple((effect, (1,)) for effect in effects)
+    step = SimpleNamespace(label="base model", terms=added)
+    return cast(Any, SimpleNamespace(steps=(step,), added=added, findings=findings))
 
 
 def test_what_is_added_after_an_undo_is_a_branch() -> None:
@@ -30,6 +30,14 @@ def test_what_is_added_after_an_undo_is_a_branch() -> None:
     left = both.without(2)
     assert [left.title(end) for end in left.ends] == ["1: joint_spring"]
     assert (left.current, left.undo) == (1, 0)
+
+
+def test_the_same_once_more_is_no_branch() -> None:
+    history = History.start(made()).extended(made("stribeck"))
+    again = history.at(0).extended(other := made("stribeck"))
+    assert (again.made, [again.title(end) for end in again.ends]) == (other, ["1: stribeck"])
+    diagnosed = again.at(0).extended(made("stribeck", findings="found"))
+    assert [diagnosed.title(end) for end in diagnosed.ends] == ["1: stribeck", "2: stribeck (full diagnosis)"]
 
 
 def test_what_is_not_there_is_refused() -> None:
@@ -58,9 +66,7 @@ def test_no_way_through_the_history_loses_a_model(choices: list[int]) -> None:
         there = history.at(number)
         assert there.made is history.entries[number].made
         assert there.redo is None or there.at(there.redo).at(there.at(there.redo).undo).current == number
-    for end in history.ends:
-        if end != history.end:
-            history_without = history.without(end)
-            assert history_without.made is history.made
-            assert len(history_without.ends) in (len(history.ends) - 1, len(history.ends))
-            break
+    for end in set(history.ends) - {history.end}:
+        fewer = history.without(end)
+        assert fewer.made is history.made
+        assert {entry.made.added for entry in fewer.entries} < {entry.made.added for entry in history.entries}

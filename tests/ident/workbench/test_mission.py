@@ -15,7 +15,7 @@ pytestmark = pytest.mark.slow
 
 
 def test_mission_with_the_mouse(own_workbench: RunningWorkbench, browser: Browser, ident: Runner) -> None:
-    browser.open(own_workbench.address, width=1400)
+    browser.open(own_workbench.address, width=1400, height=900)
     assert "simulated" in browser.text("quality-drives")
     browser.wait_for_text("job", "train fig5a.mcap · validate fig5b.mcap")  # two recordings are chosen at once
     browser.check()
@@ -28,11 +28,16 @@ def test_mission_with_the_mouse(own_workbench: RunningWorkbench, browser: Browse
     assert "Above the noise" in browser.text("residuals-2")
     browser.check("where-it-fails")
 
+    browser.page.go_back()
+    browser.at("gaps").wait_for()  # Back leads to the tab before
     browser.click("tab-missing")
     suggested = browser.page.locator('[data-test^="card-"]').first
     suggested.wait_for()
     browser.at("preview").filter(has_text="stribeck").wait_for()
     assert suggested.get_attribute("data-test") == "card-stribeck"
+    add = browser.at("add-stribeck").bounding_box()
+    assert add
+    assert add["y"] + add["height"] < 900, "it is seen without scrolling"
     assert float(browser.text("improvement-stribeck").split()[0]) > 30
     browser.check("what-is-missing")
     browser.click("add-stribeck")

@@ -4,6 +4,7 @@ import asyncio
 import io
 import sys
 import zipfile
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -19,16 +20,18 @@ from ident.output.figures.time_plots import Span
 from ident.workbench.figure import Figure
 from ident.workbench.pages import command
 from ident.workbench.pages.missing_effects import improvement_text
-from ident.workbench.pages.page import Page, ZoomablePlot, in_background, quiet
+from ident.workbench.pages.page import Page, ZoomablePlot, in_background
 from ident.workbench.programs.running import run
 from ident.workbench.state.cli_equivalent import table2_command
 from ident.workbench.topics import Changes
+from recordings.errors import BadInput
 
 
 @pytest.fixture
-def page() -> Page:
-    session = SimpleNamespace(changes=Changes(), display=SimpleNamespace(tab="data"))
-    return Page(cast(Any, session), cast(Any, None))
+def page() -> Iterator[Page]:
+    session = SimpleNamespace(changes=Changes(), display=SimpleNamespace(tab="data", printed={}))
+    with Client(ui.page("/")):
+        yield Page(cast(Any, session), cast(Any, None))
 
 
 def test_change_during_the_first_drawing_is_not_lost(page: Page) -> None:
@@ -40,31 +43,42 @@ def test_change_during_the_first_drawing_is_not_lost(page: Page) -> None:
     assert draw.call_count == 2
 
 
-def test_changes_are_drawn_at_intervals_and_messages_once(page: Page) -> None:
+def test_what_is_gone_is_not_drawn_and_messages_are_shown_once(page: Page) -> None:
     page.session.changes.mark("message")
     draw, show = Mock(), Mock()
-    page.watch(draw, "run", min_interval=60.0)
+    with ui.row() as row:
+        page.watch(draw, "run")
     page.watch(show, "message", now=False)
     page.session.changes.mark("run")
     page.poll()
-    assert (draw.call_count, show.call_count) == (1, 0), "the message was shown before"
-    page.session.changes.mark("message")
+    assert (draw.call_count, show.call_count) == (2, 0), "the message was shown before"
+    row.delete()
+    page.session.changes.mark("run", "message")
     page.poll()
-    assert (draw.call_count, show.call_count) == (1, 1)
+    assert (draw.call_count, show.call_count) == (2, 1)
 
 
-def test_hidden_tab_shows_nothing_of_before_until_it_is_drawn_anew(page: Page) -> None:
-    with Client(ui.page("/")):
-        page.drawn_tab = page.visible_tab = "model"
-        shown = page.draw_on_change(lambda page: quiet(page.visible_tab), "series")
-        page.visible_tab = "data"
-        page.poll()
-        assert shown.default_slot.children, "nothing has changed"
-        page.session.changes.mark("series")
-        page.poll()
-        assert not shown.default_slot.children
-        page.show("model")
-        assert len(shown.default_slot.children) == 1
+def test_second_press_does_nothing_while_the_first_goes_on(page: Page, monkeypatch: pytest.MonkeyPatch) -> None:
+    said = Mock()
+    monkeypatch.setattr("ident.workbench.pages.page.notify", said)
+    calls, busy = [], []
+
+    async def action() -> None:
+        calls.append(len(calls))
+        await asyncio.sleep(0)
+        raise BadInput("no such file")
+
+    press = page.handler(action, show_busy=busy.append)
+
+    async def twice() -> None:
+        first = press()
+        assert press() is None
+        await first
+        assert said.call_args.args == ("no such file", "warning"), "no traceback in the terminal"
+        await press()
+
+    asyncio.run(twice())
+    assert (calls, busy) == ([0, 1], [True, False, True, False])
 
 
 @pytest.mark.parametrize("gone", ["nothing", "button", "page"])
@@ -133,17 +147,20 @@ def test_command_runs_and_what_it_writes_can_be_downloaded(
 
     monkeypatch.setattr(command, "printed_by", printed_by)
     page.session.folder = cast(Any, SimpleNamespace(root=tmp_path))
-    button, client = Mock(), Client(ui.page("/"))
+    button = Mock()
     monkeypatch.setattr(page, "button", button)
     words = table2_command("a.mcap", "b.mcap", "out")
 
+    row = ui.row()
+
     async def press() -> None:
-        with client:
-            command.draw_command(page, ui.row(), "Compare", "table2", lambda: (words, ("out",)))
+        with row:
             await button.call_args.args[2]()
 
+    command.draw_command(page, row, "Compare", "table2", lambda: (words, ("out",)))
     asyncio.run(press())
-    shown = [item.content for item in client.elements.values() if isinstance(item, ui.markdown)]
+    page.poll()
+    shown = [item.content for item in ui.context.client.elements.values() if isinstance(item, ui.markdown)]
     assert ["Table 2" in shown[0], "ident table2 a.mcap b.mcap --plots out" in shown[1]] == [True, True]
     assert button.call_args.args[0] == "Download out.zip"
     with zipfile.ZipFile(io.BytesIO(command.packed(tmp_path / "out"))) as archive:

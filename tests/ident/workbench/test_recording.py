@@ -59,9 +59,12 @@ def test_stop_in_mid_motion_disables_the_drives_and_completes_the_file(
 ) -> None:
     workbench = serve(tmp_path)
     browser.open(workbench.address)
-    browser.click("tab-record", "preflight")
+    browser.click("tab-record")
+    browser.at("record-hidden").fill("9")
+    browser.click("preflight")
     assert "✓" in browser.at("preflight-check").first.inner_text()
     assert "✓" in browser.at("preflight-dry-run").first.inner_text()
+    browser.at("record-hidden").fill("")
     start_recording(browser, workbench.address)
     browser.screenshot("recording-from-here")
     browser.click("stop")
@@ -82,6 +85,12 @@ def test_motion_ends_where_no_page_has_a_stop_button(
         workbench.process.send_signal(signal.SIGKILL if lost == "server killed" else signal.SIGINT)
         assert workbench.process.wait(timeout=patient(120)) == (-signal.SIGKILL if lost == "server killed" else 0)
     assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap"))
+    if lost == "server killed":
+        again = serve(tmp_path)
+        assert again.address == workbench.address
+        assert again.process.stdout
+        said = [again.process.stdout.readline() for _ in range(3)]
+        assert "ended while fig5a.mcap was running" in said[-1]
 
 
 def test_a_held_button_moves_the_joint(tmp_path: Path, serve: Serve, browser: Browser) -> None:

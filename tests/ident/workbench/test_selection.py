@@ -50,9 +50,10 @@ class Bench:
 def steps_view(label: str, *added: str) -> views.StepsView:
     """A list of steps with what branches and the selection use of it."""
     view = object.__new__(views.StepsView)
-    terms = [(name, (1, 2, 3)) for name in ("rod_inertia", *added)]
+    terms = tuple((name, (1, 2, 3)) for name in ("rod_inertia", *(added or (label,))))
     object.__setattr__(view, "steps", (SimpleNamespace(label=label, terms=terms),))
     object.__setattr__(view, "mandatory", ("rod_inertia",))
+    object.__setattr__(view, "findings", None)
     return view
 
 
