@@ -87,11 +87,12 @@ class Guard:
         return HTMLResponse(_TO_THE_PAGE, headers={"set-cookie": value, "cache-control": "no-store"})
 
     async def _forward(self, scope: MutableMapping[str, Any], receive: Receive, send: Send) -> None:
-        received = 0
+        received, gone = 0, False
 
         async def receive_limited() -> Message:
-            nonlocal received
+            nonlocal received, gone
             message = await receive()
+            gone = gone or message["type"] == "http.disconnect"
             received += len(message.get("body", b""))
             if received > self._max_body_bytes:
                 raise HTTPException(413, self._too_long)  # it was sent without its length
@@ -103,7 +104,11 @@ class Guard:
                 message = {**message, "headers": [*message.get("headers", []), *security_headers]}
             await send(message)
 
-        await self._app(scope, receive_limited, send_with_headers)
+        try:
+            await self._app(scope, receive_limited, send_with_headers)
+        except RuntimeError:  # Starlette has no answer for a browser that was closed, which waits for none
+            if not gone:
+                raise
 
 
 def _refusal(status: int, reason: str) -> Response:

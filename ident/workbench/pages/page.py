@@ -100,7 +100,7 @@ class Page:
 
         async def finish(result: Awaitable[Any]) -> None:
             nonlocal goes_on
-            with shown():
+            with self._dialogs, shown():  # the button may be gone before it ends
                 try:
                     await result
                 finally:

@@ -83,8 +83,6 @@ def draw(page: Page) -> None:
 async def _check(page: Page, options: dict[str, str], column: ui.column) -> None:
     """Run `daq check` and a dry run without power, and show the results."""
     column.clear()
-    with column:
-        pending = quiet("checking …")
     rig = {option: value for option, value in options.items() if option == "--rig"}
     shown = {option: value for option, value in options.items() if option != "--hidden"}  # nothing is recorded
     dry_run = ("record", *as_words(shown), "--dry-run", "--json", "--out", "preflight.mcap")
@@ -98,7 +96,6 @@ async def _check(page: Page, options: dict[str, str], column: ui.column) -> None
         with column:
             for line in _check_lines(process, title):
                 set_test_id(ui.label(line), test_id)
-    pending.delete()
 
 
 def _check_lines(process: "CompletedProcess[str]", title: str) -> list[str]:
