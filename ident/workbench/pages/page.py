@@ -2,11 +2,11 @@
 
 import asyncio
 import time
-from collections.abc import Awaitable, Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Coroutine, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
-from inspect import isawaitable
+from inspect import iscoroutine
 from subprocess import TimeoutExpired
 from typing import Any, Literal, TypeVar
 
@@ -62,11 +62,12 @@ class Page:
             with container:
                 draw(page)
 
-        self.watch(redraw, *topics)
+        with container:
+            self.watch(redraw, *topics)
         return container
 
     def watch(self, callback: Callable[["Page"], None], *topics: Topic, now: bool = True) -> None:
-        """Call `callback` whenever one of `topics` changes, and `now`, as long as what is drawn here is there."""
+        """Call `callback` whenever one of `topics` changes, and `now`, as long as its element is there."""
         self._watches.append(_Watch(callback, topics, ui.context.slot.parent, self.session.changes.count(topics)))
         if now:
             callback(self)
@@ -98,7 +99,7 @@ class Page:
             finally:
                 self.after_action()
 
-        async def finish(result: Awaitable[Any]) -> None:
+        async def finish(result: Coroutine[Any, Any, Any]) -> None:
             nonlocal goes_on
             with self._dialogs, shown():  # the button may be gone before it ends
                 try:
@@ -107,10 +108,10 @@ class Page:
                     goes_on = False
                     show_busy(goes_on)
 
-        def handle() -> Awaitable[None] | None:
+        def handle() -> Coroutine[Any, Any, None] | None:
             nonlocal goes_on
             with shown():
-                if not goes_on and isawaitable(result := action(*arguments)):
+                if not goes_on and iscoroutine(result := action(*arguments)):
                     goes_on = True
                     show_busy(goes_on)
                     return finish(result)
