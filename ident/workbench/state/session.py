@@ -112,6 +112,8 @@ class WorkbenchSession:
                 "an operator who leaves, and the recording ends there."
             )
         self.changes.on_mark = self._keep
+        if kept.running:
+            self.changes.mark("project")  # it is said once
 
     def _why_not(self, kept: Kept) -> str:
         """Why the models that were `kept` cannot be taken up with the chosen recordings; empty if they can."""
