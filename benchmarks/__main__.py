@@ -17,7 +17,6 @@ NAMES = (
     "cycle",
     "intervals",
     "torque",
-    "workbench",
 )
 _STEP = 0.05
 """Interval at which timekeeping is measured meanwhile [s]; this costs about 1 % of a processor."""
