@@ -16,7 +16,7 @@ from nicegui import run as background
 from ident.output.figures.time_plots import Span
 from ident.output.tables import ResultTable
 from ident.workbench.figure import Figure, with_theme
-from ident.workbench.programs.running import Cancellable
+from ident.workbench.programs.running import Cancellable, without_options
 from ident.workbench.state.session import WorkbenchSession
 from ident.workbench.topics import Topic
 from recordings.errors import BadInput
@@ -323,7 +323,7 @@ def heading(text: str, classes: str = "") -> ui.label:
 
 def notify(text: str, kind: Literal["positive", "warning", "info"]) -> None:
     """Show `text` for a while."""
-    ui.notify(text, type=kind, position="bottom", timeout=8000, close_button=True)
+    ui.notify(without_options(text), type=kind, position="bottom", timeout=8000, close_button=True)
 
 
 def set_test_id(element: Element, test_id: str) -> Element:

@@ -1,5 +1,6 @@
 """List of the recordings in the folder, with the choice of training and validation, uploads, and imports."""
 
+import os
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from ident.workbench.pages.page import Page, heading, in_background, notify, qui
 from ident.workbench.worker.recording_view import PREVIEW_BYTES
 from recordings.errors import BadInput
 from recordings.reader import read
+from recordings.recording import Recording
 
 
 def draw(page: Page) -> None:
@@ -127,9 +129,21 @@ async def _take_upload(page: Page, upload: events.UploadEventArguments) -> None:
     if session.folder.is_foreign(path.name):
         taken = await open_dialog(page, path.name)
     else:
-        taken = await in_background(read, path, PREVIEW_BYTES) is not None
+        taken = await in_background(_check, path) is not None
     if not taken:
         path.unlink(missing_ok=True)
         return
     session.changes.mark("folder")
     session.choose_the_only_pair()
+
+
+def _check(path: Path) -> Recording:
+    """Read the begin of a recording.
+
+    Raises:
+        BadInput: it is none; the folder is not named.
+    """
+    try:
+        return read(path, PREVIEW_BYTES)
+    except BadInput as error:
+        raise BadInput(str(error).replace(f"{path.parent}{os.sep}", "")) from None

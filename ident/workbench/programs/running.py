@@ -119,12 +119,11 @@ def answer_of_daq(root: Path, *words: str) -> Mapping[str, Any]:
     except (OSError, subprocess.TimeoutExpired) as error:
         raise BadInput(f"an answer of `daq {words[0]}` expected, {error} found; run it in a terminal") from None
     if process.returncode:
-        said = " ".join(messages(process.stderr.splitlines())).removeprefix("error: ")
-        raise BadInput(_without_options(said))
+        raise BadInput(" ".join(messages(process.stderr.splitlines())).removeprefix("error: "))
     return json.loads(process.stdout)
 
 
-def _without_options(said: str) -> str:
+def without_options(said: str) -> str:
     """Return an error without the hints that name options: the page has none."""
     return "; ".join(part for part in said.split("; ") if not _OPTION.search(part)) or said
 

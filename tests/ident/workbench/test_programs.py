@@ -17,7 +17,7 @@ from ident.workbench.programs import file_import, recording_process
 from ident.workbench.programs.feedforward_comparison import MOTION, compare
 from ident.workbench.programs.file_import import DELTA, EXTRA, PRISMATIC, REVOLUTE
 from ident.workbench.programs.recording_process import RecordingProcess, RunStatus
-from ident.workbench.programs.running import printed_by
+from ident.workbench.programs.running import printed_by, without_options
 from ident.workbench.topics import Changes
 from recordings.errors import BadInput
 from tests.patience import patient
@@ -168,6 +168,12 @@ def test_end_of_a_run_says_what_became_of_the_drives(
 def test_error_of_ident_is_told(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match=r"^error.*missing\.json"):
         printed_by(tmp_path, "ident", "export", "missing.json", "--to", "c", "-o", "out")
+
+
+def test_page_has_no_options() -> None:
+    said = "a rate expected, none found; give it with --rate, or choose another file"
+    assert without_options(said) == "a rate expected, none found"
+    assert without_options("To use it: ident effects --adopt law.py") == "To use it: ident effects --adopt law.py"
 
 
 COLUMNS = [

@@ -232,7 +232,7 @@ def test_tab_goes_on_after_a_kill(hidden: NewFolder, serve: Serve, browser: Brow
     browser.open(first.address, width=1400)
     browser.click("fit", "tab-missing", "add-stribeck")
     browser.at("step-2").wait_for()
-    browser.click("undo", "add-joint_spring")
+    browser.click("undo", "add-quadratic_friction")
     browser.at("branch-2").wait_for()
     browser.page.evaluate("window.kept = true")
     first.process.kill()
