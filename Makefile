@@ -27,6 +27,8 @@ demo: $(READY)
 	$(BIN)/daq record --traj fig5b --hidden 9 --out $(DEMO)/fig5b.mcap
 	$(BIN)/ident fit $(DEMO)/fig5a.mcap --validate $(DEMO)/fig5b.mcap
 	$(BIN)/ident report $(DEMO)/fig5a.model.json $(DEMO)/fig5a.mcap --validate $(DEMO)/fig5b.mcap -o $(DEMO)/report.html
+	@echo "open the report:  $(BIN)/python -m webbrowser $(DEMO)/report.html"
+	@echo "the program is $(BIN)/ident; to type ident alone:  export PATH=\"\$$PWD/$(BIN):\$$PATH\""
 
 # Records, fits and diagnoses five robots with hidden effects, then feeds the torque of four models forward: a table and
 # a picture of the following error. Some minutes.

@@ -1,5 +1,6 @@
 """`daq`: stream a motion to the amplifiers and record what happened."""
 
+import signal
 import sys
 from types import ModuleType
 
@@ -13,7 +14,7 @@ def main() -> None:
         from recordings.command_line import run
     except KeyboardInterrupt:
         print("interrupted before anything moved", file=sys.stderr)
-        sys.exit(1)
+        sys.exit(128 + signal.SIGINT)
     run(program)
 
 

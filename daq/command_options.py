@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from daq.hidden_seed import HiddenSeed, hidden_seed
-from recordings.command_line import say_next
+from recordings.command_line import FiniteRange, IntegerRange, NameChoice, say_next
 
 if TYPE_CHECKING:
     from daq.bench import Bench
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 FILE = click.Path(path_type=Path)
 
 RIG = click.option("--rig", "rig_file", type=FILE, help="Rig file (TOML). Without it: the simulated rig.")
-RATE = click.option("--rate", type=float, help="Cycles per second [Hz].  [default: the rig's]")
+RATE = click.option(
+    "--rate", type=FiniteRange(0, min_open=True), help="Cycles per second [Hz].  [default: the rig's]"
+)
 PACE = click.option(
-    "--pace", type=click.Choice(["lockstep", "realtime"]), help="Simulated rig only.  [default: lockstep]"
+    "--pace", type=NameChoice(["lockstep", "realtime"]), help="Simulated rig only.  [default: lockstep]"
 )
-SEED = click.option(
-    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Noise of the simulated rig."
-)
+SEED = click.option("--seed", type=IntegerRange(0), default=0, show_default=True, help="Noise of the simulated rig.")
 SIM = click.option(
     "--sim",
     "sim_file",
@@ -40,7 +40,7 @@ HIDDEN = click.option(
 ACCEPT = click.option(
     "--accept",
     multiple=True,
-    type=click.Choice(["pose"]),
+    type=NameChoice(["pose"]),
     help="Accept by name what is refused: a pose that is whole motor turns from the last one.",
 )
 JSON = click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")

@@ -50,7 +50,7 @@ def configured(
     if not config.all_effects:
         return config
     if truth is not None and truth.exists():
-        raise BadInput(f"{truth} exists and sealed truths are never overwritten; move it or choose another name")
+        raise BadInput(f"a new name expected, {truth} exists and no truth is replaced; give another one")
     config = resolve(rig, config)
     if truth is not None:
         seal(truth, truth_about(rig, config, None if hidden is None else hidden.seed))

@@ -37,7 +37,11 @@ _CLASSES = {"Model": "ident.identification.model", "Recording": "recordings.reco
 
 
 def __getattr__(name: str) -> Any:
-    """Load `Model` and `Recording` when they are asked for."""
+    """Load `Model`, `Recording` and `__version__` when they are asked for."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("delta-workbench")
     if name not in _CLASSES:
         raise AttributeError(f"module 'ident' has no attribute '{name}'")
     return getattr(import_module(_CLASSES[name]), name)

@@ -1,7 +1,7 @@
 """Options that several commands of `ident` have in common, rules about options, and how results are printed."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -11,7 +11,7 @@ from ident.basics import plugins
 from ident.basics.model_name import model_stem
 from recordings.command_line import FiniteRange, NameChoice, refuse_existing, repeated, say_next
 from recordings.errors import BadInput
-from recordings.next_command import free_name
+from recordings.files import free_name
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -48,7 +48,7 @@ def _leave_out_adopted() -> None:
 
 _ADOPTED = click.option(
     "--adopted",
-    type=click.Choice(["yes", "no"]),
+    type=NameChoice(["yes", "no"]),
     default="yes",
     show_default=True,
     expose_value=False,
@@ -153,7 +153,8 @@ def again(*options: str) -> list[str]:
 
 def c_export(model: Path) -> list[object]:
     """Words that write the `model` in C: the end of a road, for nothing comes after it."""
-    return ["ident", "export", model, "--to", "c", "-o", free_name(model.with_name(f"{model_stem(model.name)}_c"))]
+    folder = model.with_name(f"{model_stem(model.name)}_c")
+    return ["ident", "export", model, "--to", "c", "-o", free_name(folder, "_c")]
 
 
 def excludes(option: str, *others: str, note: str = "") -> Rule:
@@ -220,6 +221,21 @@ def ends(option: str, suffix: str, what: str, otherwise: str) -> Rule:
         return f"{name}: {what} that ends in {suffix} expected; {otherwise}" if wrong else None
 
     return rule
+
+
+def check_choices(effects: Iterable[str], effect_files: Sequence[Path], accepted: Sequence[str] = ()) -> None:
+    """Check names of `effects`, as NAME or NAME:1,3, and kinds of data problems, before outputs are looked at.
+
+    Effects of the user are known by the names of their files, which are executed later, and once.
+    """
+    from ident.data_problems import check_kinds
+    from ident.dynamics.effects import adopted, library
+    from ident.identification.chosen_effects import check_effect_name
+
+    check_kinds(accepted)
+    known = {*library.names(), *(path.stem for path in (*adopted.files(), *effect_files))}
+    for choice in effects:
+        check_effect_name(choice.partition(":")[0], known)
 
 
 def check_outputs(*paths: Path | None, force: bool, read: Sequence[Path] = ()) -> None:

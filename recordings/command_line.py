@@ -10,8 +10,10 @@ import math
 import os
 import pkgutil
 import shlex
+import signal
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from datetime import datetime
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
@@ -19,6 +21,15 @@ from typing import Any, NoReturn
 import click
 
 from recordings.errors import BadInput, RunFailed, did_you_mean
+from recordings.files import check_new, free_name
+
+INTERRUPTED = 128 + signal.SIGINT
+"""Exit code after Ctrl-C, as shells have it."""
+
+
+def output_name(given: Path | None, default: Path, force: bool = False) -> Path:
+    """The name of an output: the one `given`, or the `default`, numbered where `force` does not replace a file."""
+    return given or (default if force else free_name(default))
 
 
 def refuse_existing(
@@ -43,8 +54,7 @@ def refuse_existing(
             raise BadInput(f"{path}: an output expected, a recording's name (.mcap) found; give it another ending")
         if path.exists() and not (path.is_file() or path.is_dir()):
             raise BadInput(f"{path}: a file or a folder expected, something else found; choose another name")
-        if path.exists() and not force:
-            raise BadInput(f"{path} should not exist yet, but does; give another name, or --force to replace it")
+        check_new(path, force, "--force")
         folder = path if path.is_dir() else path.parent
         if not folder.is_dir() and folder.resolve() not in [input_path.parent for input_path in inputs]:
             raise BadInput(f"folder {folder} does not exist; create it, or choose another place")
@@ -84,10 +94,9 @@ def check_readable(*inputs: Path) -> None:
             raise BadInput(f"a file expected, the folder '{path}' found; name a file in it")
 
 
-def say_next(*words: object, note: str = "") -> None:
-    """Print the command that comes next on stderr, ready to be copied; the `note` is a comment behind it."""
-    comment = f"  # {note}" if note else ""
-    click.echo(f"next: {shlex.join(map(str, words))}{comment}", err=True)
+def say_next(*words: object) -> None:
+    """Print the command that comes next on stderr, in one line that can be pasted into a shell."""
+    click.echo(f"next: {shlex.join(map(str, words))}", err=True)
 
 
 def repeated(option: str, values: Iterable[object]) -> list[str]:
@@ -122,10 +131,50 @@ class FiniteRange(click.FloatRange):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """See click."""
-        number: float = super().convert(value, param, ctx)
-        if not math.isfinite(number):
-            self.fail(f"a finite number expected, {number} found", param, ctx)
-        return number
+        number = _converted(super().convert, value, param, ctx)
+        if number is None or not math.isfinite(number):
+            self.fail(f"a number{_range(self)} expected, '{value}' found; change it", param, ctx)
+        return float(number)
+
+
+class IntegerRange(click.IntRange):
+    """An integer in a range."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """See click."""
+        number = _converted(super().convert, value, param, ctx)
+        if number is None:
+            self.fail(f"an integer{_range(self)} expected, '{value}' found; change it", param, ctx)
+        return int(number)
+
+
+class Date(click.DateTime):
+    """A day, as 2026-01-05."""
+
+    def __init__(self) -> None:
+        super().__init__(["%Y-%m-%d"])
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> datetime:
+        """See click."""
+        day: datetime | None = _converted(super().convert, value, param, ctx)
+        if day is None:
+            self.fail(f"a date such as 2026-01-05 expected, '{value}' found; write it so", param, ctx)
+        return day
+
+
+def _converted(convert: Callable[..., Any], *given: Any) -> Any:
+    """The value of an option as click converts it; None where it refuses it, in the words of a programmer."""
+    try:
+        return convert(*given)
+    except click.BadParameter:
+        return None
+
+
+def _range(kind: click.FloatRange | click.IntRange) -> str:
+    """The range of a number in words, after a blank."""
+    low = "" if kind.min is None else f" {'above' if kind.min_open else 'from'} {kind.min:g}"
+    high = "" if kind.max is None else f" {'below' if kind.max_open else 'up to'} {kind.max:g}"
+    return low + high + (" on" if low and not high and not kind.min_open else "")
 
 
 class CommandFolder(click.Group):
@@ -168,7 +217,7 @@ class CommandFolder(click.Group):
 
 
 def run(program: Callable[..., Any]) -> NoReturn:
-    """Run a click program and exit: 0 done, 1 the run failed, 2 bad usage or bad input, 3 an alarm."""
+    """Run a click program and exit: 0 done, 1 the run failed, 2 bad usage or input, 3 an alarm, 130 Ctrl-C."""
     sys.exit(_exit_code(program))
 
 
@@ -194,7 +243,7 @@ def _exit_code(program: Callable[..., Any]) -> int:
         if not _interrupted(error):
             raise
         click.echo("interrupted", err=True)
-        return 1
+        return INTERRUPTED
     return 0
 
 

@@ -1,12 +1,12 @@
-"""The commands that are printed as what comes next: none fails, or replaces a file, because an output exists."""
+"""The commands that are printed as what comes next: none fails because an output exists."""
 
 import re
 import shlex
 from collections.abc import Iterable, Sequence
-from itertools import count
 from pathlib import Path
 
 from recordings.command_line import repeated
+from recordings.files import free_name
 
 OWN_RIG = "RIG.toml stands for the rig file of your robot"
 """Note behind a command that records with a robot whose rig file is not known."""
@@ -15,24 +15,9 @@ NEXT_MOTION = Path("next.toml")
 """Trajectory file of a motion that is designed to be recorded next."""
 
 
-def free_name(path: Path) -> Path:
-    """`path`, or, if it exists, a numbered name beside it that does not: "a.better2.model.json"."""
-    if not path.exists():
-        return path
-    ending = ".model.json" if path.name.endswith(".model.json") else path.suffix
-    stem = path.name.removesuffix(ending)
-    names = (path.with_name(f"{stem}{number}{ending}") for number in count(2))
-    return next(name for name in names if not name.exists())
-
-
-def free_output(option: str, default: Path) -> list[object]:
-    """Words that give an output another name, if the file that a command writes by `default` exists."""
-    return [option, free_name(default)] if default.exists() else []
-
-
 def better_name(model: Path) -> Path:
     """A name beside the file `model` for the model that a diagnosis makes of it; no such file exists."""
-    stem = re.sub(r"(\.better\d*)?(\.model)?(\.json)?$", "", model.name)
+    stem = re.sub(r"(\.better(-\d+)?)?(\.model)?(\.json)?$", "", model.name)
     return free_name(model.with_name(f"{stem}.better.model.json"))
 
 
@@ -44,8 +29,7 @@ def diagnosis(files: Sequence[Path], *options: object, model: Path | None = None
     apply: list[object] = ["--apply"] if model else []
     if model and model.exists():
         apply += ["-o", better_name(model)]
-    page = free_output("--report", files[0].with_suffix(".diagnose.html"))
-    return ["ident", "diagnose", *files, *options, *apply, *page]
+    return ["ident", "diagnose", *files, *options, *apply]
 
 
 def design(recordings: Iterable[Path], *options: object) -> str:

@@ -5,13 +5,17 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import ident
+from daq.program import program as daq_program
+from ident.cli import program as ident_program
 from tests.documents import ROOT
+from tests.running import printed
 
 SAMPLES = ROOT / "recordings" / "samples"
 
@@ -39,8 +43,14 @@ def test_session_in_the_documentation_runs(tmp_path: Path, monkeypatch: pytest.M
         ident.fit(["nothing.mcap"])
 
 
+def test_the_version_is_that_of_the_programs() -> None:
+    assert ident.__version__ == version("delta-workbench")
+    for program in (ident_program, daq_program):
+        assert ident.__version__ in printed(program, "--version")
+
+
 def test_import_is_light() -> None:
-    heavy = ("scipy", "numba", "matplotlib", "pydantic", "plotly")
+    heavy = ("importlib.metadata", "scipy", "numba", "matplotlib", "pydantic", "plotly")
     code = f"import sys, ident; print([name for name in {heavy} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -114,7 +114,7 @@ def test_compared_checked_drawn_and_exported(model: Model, other: Recording, tmp
     document = ident.check(other)
     assert {entry.effect: entry.status for entry in document.effects}["quadratic_friction"] == "visible"
     for on in (None, other):
-        assert model.export("c", tmp_path / "controller", on=on).carried == ("quadratic_friction",)
+        assert model.export("c", tmp_path / "controller", on=on, force=True).carried == ("quadratic_friction",)
     assert (tmp_path / "controller" / "delta_model.c").is_file()
     model.save(tmp_path / "m.json")
     with pytest.raises(ident.BadInput, match="the recording of the fit, is not at hand"):

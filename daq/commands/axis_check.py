@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from daq.command_options import ACCEPT, JSON, PACE, RATE, RIG, SIM, DriveOptions, drive_options, say_next_recording
-from recordings.command_line import FiniteRange, say
+from recordings.command_line import FiniteRange, IntegerRange, say
 from recordings.errors import BadInput, RunFailed
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     short_help="Swing each joint a little: are sign, scale and torque as in the rig file?",
     epilog="Example: daq axis-check --rig bench.toml",
 )
-@click.option("--joint", type=click.IntRange(1), help="Only this joint.  [default: one after the other]")
+@click.option("--joint", type=IntegerRange(1), help="Only this joint.  [default: one after the other]")
 @click.option(
     "--amplitude",
     type=FiniteRange(0.01, 0.2),

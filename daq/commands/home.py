@@ -5,7 +5,7 @@ import json
 import click
 
 from daq.command_options import JSON, PACE, RIG, SIM, DriveOptions, drive_options
-from recordings.command_line import say_next, say_report
+from recordings.command_line import IntegerRange, say_next, say_report
 
 
 @click.command(
@@ -13,7 +13,7 @@ from recordings.command_line import say_next, say_report
     short_help="Let the drives search their zero, one after the other.",
     epilog="Example: daq home --joint 2 --rig bench.toml",
 )
-@click.option("--joint", type=click.IntRange(1), help="Only this joint.  [default: one after the other]")
+@click.option("--joint", type=IntegerRange(1), help="Only this joint.  [default: one after the other]")
 @click.option("--again", is_flag=True, help="Home drives that have their zero reference, too.")
 @drive_options(RIG, PACE, SIM)
 @JSON

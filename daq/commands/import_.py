@@ -1,7 +1,6 @@
 """`daq import`: conversion of measurements of another program to a recording."""
 
 import json
-import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +8,7 @@ import click
 
 from daq import import_options
 from daq.command_options import FILE, JSON
-from recordings.command_line import is_given, refuse_together
+from recordings.command_line import IntegerRange, NameChoice, is_given, refuse_together, say_next
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
@@ -64,7 +63,7 @@ Examples:
 )
 @click.option("--rig", "rig_file", type=FILE, help="Rig file (TOML) that says what was measured.")
 @click.option(
-    "--mechanism", type=click.Choice(["delta", "axes"]), help="Without a rig file.  [default: delta for 3 joints]"
+    "--mechanism", type=NameChoice(["delta", "axes"]), help="Without a rig file.  [default: delta for 3 joints]"
 )
 @click.option(
     "--joints",
@@ -72,7 +71,7 @@ Examples:
     callback=import_options.kinds,
     help="revolute or prismatic, for all axes or one each.  [default: revolute]",
 )
-@click.option("--torque-map", type=click.Choice(["square", "linear"]), help="Torque = gain v|v|, or gain v.")
+@click.option("--torque-map", type=NameChoice(["square", "linear"]), help="Torque = gain v|v|, or gain v.")
 @click.option(
     "--gain",
     metavar="NUMBER,...",
@@ -94,7 +93,7 @@ Examples:
     callback=import_options.joint_numbers,
     help="Joints whose angles jump by whole turns.",
 )
-@click.option("--thin", type=click.IntRange(1), default=1, help="Keep one of so many samples: where new values come.")
+@click.option("--thin", type=IntegerRange(1), default=1, help="Keep one of so many samples: where new values come.")
 @click.option("--drop-outliers", is_flag=True, help="Make gaps of single samples far outside of all others.")
 @click.option("--start", metavar="DATE", help="Time of the first sample, such as 2026-01-05T08:00:00Z.")
 @click.option(
@@ -294,8 +293,8 @@ def _show(
         )
     for problem in problems:
         click.echo(f"data problem ({problem.kind}): {problem.why}\n  {problem.remedy}", err=True)
-    following = healing(problems) or ["ident", "check", figures["recording"]]
-    click.echo(f"imported {figures['recording']}; next: {shlex.join(following)}")
+    click.echo(f"imported {figures['recording']}")
+    say_next(*healing(problems) or ("ident", "check", figures["recording"]))
 
 
 def _by_kind(seen: "list[Observation]") -> "list[list[Observation]]":

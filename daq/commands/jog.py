@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from daq.command_options import ACCEPT, FILE, PACE, RATE, RIG, SIM, DriveOptions, drive_options
-from recordings.command_line import FiniteRange, refuse_together, say, say_next, say_report
+from recordings.command_line import FiniteRange, IntegerRange, refuse_together, say, say_next, say_report
 from recordings.errors import BadInput, RunFailed
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     short_help="Move one joint a little, slowly.",
     epilog="Example: daq jog --joint 2 --by 0.05 --rig bench.toml",
 )
-@click.option("--joint", type=click.IntRange(1), required=True, help="Joint that moves; the others hold.")
+@click.option("--joint", type=IntegerRange(1), required=True, help="Joint that moves; the others hold.")
 @click.option("--by", type=FiniteRange(-0.5, 0.5), required=True, help="How far [rad, or m].")
 @click.option(
     "--speed", type=FiniteRange(0.05, 0.5), default=0.1, show_default=True, help="Joint speed [rad/s, or m/s]."

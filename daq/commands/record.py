@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from daq.command_options import FILE, HIDDEN, JSON, PACE, RATE, RIG, SEED, SIM, DriveOptions, drive_options
-from recordings.command_line import FiniteRange, refuse_together, say_next
+from recordings.command_line import FiniteRange, IntegerRange, NameChoice, refuse_together, say_next
 from recordings.errors import BadInput
 
 
@@ -26,12 +26,12 @@ from recordings.errors import BadInput
     click.option(
         "--accept",
         multiple=True,
-        type=click.Choice(["assumed-gain", "pose"]),
+        type=NameChoice(["assumed-gain", "pose"]),
         help="Accept by name what is refused: an assumed gain with --feedforward on real drives, a pose "
         "that is whole motor turns from the last one.",
     ),
 )
-@click.option("--cycles", type=click.IntRange(1), help="Repetitions of the motion.  [default: about 20 s]")
+@click.option("--cycles", type=IntegerRange(1), help="Repetitions of the motion.  [default: about 20 s]")
 @click.option("--out", type=FILE, help="Recording to write.  [default: TRAJ.mcap]")
 @click.option(
     "--dry-run", is_flag=True, help="All but power and file: set up the drives, exchange cycles, move nothing."
@@ -58,7 +58,7 @@ from recordings.errors import BadInput
 @click.option("--live", is_flag=True, help="Show the run in the browser of this machine while it goes on.")
 @click.option(
     "--foxglove",
-    type=click.IntRange(1, 65535),
+    type=IntegerRange(1, 65535),
     is_flag=False,
     flag_value=8765,
     metavar="[PORT]",

@@ -6,8 +6,8 @@ from pathlib import Path
 import click
 
 from daq.command_options import FILE, JSON
-from recordings.command_line import check_readable, refuse_together, say_next
-from recordings.next_command import free_name
+from recordings.command_line import check_readable, output_name, refuse_together, say_next
+from recordings.files import free_name
 
 
 @click.command(short_help="Make an interrupted or damaged recording whole.", epilog="Example: daq recover run.mcap")
@@ -28,7 +28,7 @@ def command(file: Path, out: Path | None, in_place: bool, rig_file: Path | None,
 
     refuse_together("--out", "--in-place", because="choose one")
     check_readable(file)
-    target = file if in_place else out or file.with_suffix(".recovered.mcap")
+    target = file if in_place else output_name(out, file.with_suffix(".recovered.mcap"))
     rig = load_rig(rig_file, driven=False) if rig_file else None
     recovered = recover_in_place(file, rig) if in_place else recover(file, target, rig)
     kept = recovered.kept

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from recordings.command_line import FiniteRange, say, say_next
+from recordings.command_line import FiniteRange, IntegerRange, NameChoice, say, say_next
 from recordings.errors import BadInput, RunFailed
 
 if TYPE_CHECKING:
@@ -26,11 +26,11 @@ Examples:
     "--bus", required=True, metavar="INTERFACE:CHANNEL", help="As in python-can; udp_multicast:ADDRESS:PORT."
 )
 @click.option("--speed", type=FiniteRange(0, min_open=True), default=1.0, show_default=True, help="Times as fast.")
-@click.option("--loop", "loops", type=click.IntRange(1), default=1, show_default=True, help="Repetitions.")
+@click.option("--loop", "loops", type=IntegerRange(1), default=1, show_default=True, help="Repetitions.")
 @click.option("--id", "ids", multiple=True, metavar="ID", help="0x181, 0x181-0x183 or value/mask; may be repeated.")
 @click.option(
     "--direction",
-    type=click.Choice(["rx", "tx", "both"]),
+    type=NameChoice(["rx", "tx", "both"]),
     default="rx",
     show_default=True,
     help="What was received (the drives' answers), what was sent (the commands), or both.",

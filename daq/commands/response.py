@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from daq.command_options import ACCEPT, FILE, JSON, PACE, RATE, RIG, SEED, SIM, DriveOptions, drive_options
-from recordings.command_line import FiniteRange
+from recordings.command_line import FiniteRange, IntegerRange
 
 
 @click.command(
@@ -13,7 +13,7 @@ from recordings.command_line import FiniteRange
     short_help="Record a small multisine on one joint.",
     epilog="Example: daq response --joint 1 --rig bench.toml --out joint1.mcap, then: ident response joint1.mcap",
 )
-@click.option("--joint", type=click.IntRange(1), required=True, help="Joint that moves; the others hold.")
+@click.option("--joint", type=IntegerRange(1), required=True, help="Joint that moves; the others hold.")
 @click.option(
     "--amplitude",
     type=FiniteRange(0, 0.1, min_open=True),
@@ -21,7 +21,7 @@ from recordings.command_line import FiniteRange
     show_default=True,
     help="Largest deviation from the middle of the workspace [rad].",
 )
-@click.option("--cycles", type=click.IntRange(2), default=3, show_default=True, help="Repetitions of 20 s.")
+@click.option("--cycles", type=IntegerRange(2), default=3, show_default=True, help="Repetitions of 20 s.")
 @click.option("--out", type=FILE, help="Recording to write.  [default: response-JOINT.mcap]")
 @drive_options(RIG, RATE, PACE, SEED, SIM, ACCEPT)
 @JSON

@@ -13,9 +13,9 @@ import click
 from daq.command_options import FILE, JSON
 from recordings.command_line import say_next
 from recordings.errors import BadInput
+from recordings.files import free_name
 from recordings.limits import json_object
 from recordings.next_command import diagnosis as diagnosis_command
-from recordings.next_command import free_name
 
 _SEALED = ".sealed.json"
 _GRAVITY = 9.81

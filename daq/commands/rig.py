@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from daq.command_options import FILE
-from recordings.command_line import refuse_existing, say, say_next
+from recordings.command_line import IntegerRange, NameChoice, output_name, refuse_existing, say, say_next
 from recordings.errors import BadInput, RunFailed
 
 if TYPE_CHECKING:
@@ -43,14 +43,16 @@ def command() -> None:
 )
 @click.option(
     "--torque",
-    type=click.Choice(["best", "none"]),
+    type=NameChoice(["best", "none"]),
     default="best",
     show_default=True,
     help="What the torque is found from; none: positions only, for commissioning.",
 )
-@click.option("--out", type=FILE, default=Path("rig.toml"), show_default=True, help="Rig file to write.")
+@click.option("--out", type=FILE, help="Rig file to write.  [default: rig.toml]")
 @click.option("--force", is_flag=True, help="Replace the file.")
-def propose(eds: tuple[Path, ...], scan: bool, bus: str, nodes: str, torque: str, out: Path, force: bool) -> None:
+def propose(
+    eds: tuple[Path, ...], scan: bool, bus: str, nodes: str, torque: str, out: Path | None, force: bool
+) -> None:
     """Write a commented rig file: units, modes, PDO map, what the torque is found from, limits, what is missing.
 
     An EDS describes a type of drives; --scan reads the settings of yours. Every value says where it comes from; what
@@ -63,9 +65,10 @@ def propose(eds: tuple[Path, ...], scan: bool, bus: str, nodes: str, torque: str
 
     if scan == bool(eds):
         raise BadInput("either --eds FILE or --scan expected; an EDS describes the type, --scan reads your drives")
-    refuse_existing(out, force=force, read=eds)
     can_bus = bus_from(bus)
     check_interface(can_bus)
+    out = output_name(out, Path("rig.toml"), force)
+    refuse_existing(out, force=force, read=eds)
     proposal = proposal_of(_drives(eds, can_bus, nodes), can_bus, "none" if torque == "none" else None)
     out.write_text(proposal.text, encoding="utf-8")
     for note in proposal.notes:
@@ -82,9 +85,11 @@ def propose(eds: tuple[Path, ...], scan: bool, bus: str, nodes: str, torque: str
     epilog="Example: daq rig lss --bus socketcan:can0 --node 3",
 )
 @click.option("--bus", required=True, metavar="INTERFACE:CHANNEL", help="CAN bus, as in python-can.")
-@click.option("--node", type=click.IntRange(1, 127), required=True, help="Node id that the device gets.")
+@click.option("--node", type=IntegerRange(1, 127), required=True, help="Node id that the device gets.")
 @click.option(
-    "--bitrate", type=int, help="Bit rate that it gets, from the table of CiA 305 [bit/s].  [default: as it is]"
+    "--bitrate",
+    type=IntegerRange(1),
+    help="Bit rate that it gets, from the table of CiA 305 [bit/s].  [default: as it is]",
 )
 @click.option(
     "--device",

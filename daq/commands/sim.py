@@ -12,6 +12,7 @@ import click
 from daq.command_options import FILE, HIDDEN, SEED, SIM, DriveOptions, say_next_recording
 from daq.cycle.stopping import SIGNALS
 from daq.hidden_seed import HiddenSeed
+from recordings.command_line import NameChoice
 
 
 @click.command(
@@ -20,7 +21,7 @@ from daq.hidden_seed import HiddenSeed
     epilog="Example: daq sim --rig bench.toml --seed 1",
 )
 @click.option("--rig", "rig_file", type=FILE, required=True, help="Rig file with the bus to serve.")
-@click.option("--pace", type=click.Choice(["lockstep", "realtime"]), default="realtime", show_default=True)
+@click.option("--pace", type=NameChoice(["lockstep", "realtime"]), default="realtime", show_default=True)
 @SEED
 @SIM
 @click.option(

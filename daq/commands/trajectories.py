@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from recordings.command_line import say_next
+from recordings.command_line import IntegerRange, refuse_existing, say_next
 
 if TYPE_CHECKING:
     from recordings.rig import Rig
@@ -23,9 +23,9 @@ Examples:
 @click.command(epilog=EPILOG)
 @click.argument("name_or_file", required=False)
 @click.option("--out", type=click.Path(path_type=Path), help="Draw the trajectory into this PNG file.")
-@click.option("--force", is_flag=True, help="Overwrite the PNG file if it exists.")
+@click.option("--force", is_flag=True, help="Replace an existing PNG file.")
 @click.option("--rig", "rig_file", type=click.Path(path_type=Path), help="Rig file; without it, the simulated rig.")
-@click.option("--cycles", type=click.IntRange(min=1), help="Repetitions; without it, about 20 seconds.")
+@click.option("--cycles", type=IntegerRange(min=1), help="Repetitions; without it, about 20 seconds.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def command(
     name_or_file: str | None, out: Path | None, force: bool, rig_file: Path | None, cycles: int | None, as_json: bool
@@ -39,11 +39,12 @@ def command(
     from trajectories import load, names
 
     if out:
-        _refuse_output(name_or_file, out, force)
+        _check_output(name_or_file, out)
     rig = load_rig(rig_file, driven=False) if rig_file else simulated_rig()
     loaded = [load(name, rig, cycles) for name in ([name_or_file] if name_or_file else names())]
     figures = [_figures(trajectory, rig) for trajectory in loaded]
     if out:
+        refuse_existing(out, force=force)
         from trajectories.drawing import draw
 
         draw(loaded[0], rig).savefig(out, format="png")
@@ -54,15 +55,13 @@ def command(
         say_next("daq", "record", "--traj", name, *(("--rig", rig_file) if rig_file else ()))
 
 
-def _refuse_output(name_or_file: str | None, out: Path, force: bool) -> None:
+def _check_output(name_or_file: str | None, out: Path) -> None:
     from recordings.errors import BadInput
 
     if name_or_file is None:
         raise click.UsageError("--out draws one trajectory: name it, as in 'daq trajectories fig5a --out fig5a.png'")
     if out.suffix.lower() != ".png":
         raise BadInput(f"a file name ending in .png expected, {out} found")
-    if out.exists() and not force:
-        raise BadInput(f"{out} exists; choose another name or add --force")
 
 
 def _figures(trajectory: Trajectory, rig: Rig) -> dict[str, Any]:

@@ -85,7 +85,7 @@ def check_request(request: RunRequest) -> None:
     """
     folder = request.out.resolve().parent
     if request.out.exists():
-        raise BadInput(f"{request.out} exists and recordings are never overwritten; choose another name with --out")
+        raise BadInput(f"a new name expected, {request.out} exists and no recording is replaced; give another --out")
     if not folder.is_dir():
         raise BadInput(f"folder {folder} does not exist; create it or choose another --out")
     try:

@@ -21,7 +21,7 @@ from daq.live.viewers import viewers
 from daq.passive import listen
 from daq.watch import RunWatch
 from drivers import transports
-from recordings.command_line import say, say_report
+from recordings.command_line import output_name, say, say_next, say_report
 from recordings.errors import BadInput
 from recordings.limits import json_object
 from recordings.progress import progress_bar
@@ -68,7 +68,7 @@ def record(
     if ASSUMED_GAIN in bench.accepted and feedforward is None:
         raise BadInput(f"--accept {ASSUMED_GAIN} belongs to --feedforward; drop it")
     check(trajectory, bench.rig)
-    out = out or Path(f"{trajectory.name}.mcap")
+    out = output_name(out, Path(f"{trajectory.name}.mcap"))
     request = RunRequest(bench.rig, trajectory, out, bench.pace, bench.seed, accepted=bench.accepted)
     if feedforward is not None:
         rig = bench.rig.with_torque_offset()
@@ -112,8 +112,9 @@ def _run(session: Session, request: RunRequest, status: bool, sink: LineSink, an
     console.print(summary(result))
     mark = " (simulated)" if simulated else ""
     no_torque = any(drive.torque_source == "none" for drive in request.rig.drives)
-    following = "daq info" if no_torque else f"ident {analysis}"
-    console.print(f"recorded {request.out}{mark}; next: {following} {request.out}", style="bold")
+    following = ("daq", "info") if no_torque else ("ident", analysis)
+    console.print(f"recorded {request.out}{mark}", style="bold", soft_wrap=True)
+    say_next(*following, request.out)
 
 
 def _display(rate: float, bar: bool, sink: LineSink) -> Display:
@@ -150,7 +151,7 @@ def record_heard(
         RunFailed: the bus is lost, or no SYNC was heard.
     """
     listen.check(rig)
-    out = out or Path(f"{listen.TRAJECTORY_NAME}.mcap")
+    out = output_name(out, Path(f"{listen.TRAJECTORY_NAME}.mcap"))
     announced = False
     with progress_bar("listening") as show:
 
@@ -173,4 +174,5 @@ def record_heard(
         return
     for label, value in found.items():
         click.echo(f"{label.replace('_', ' ')}: {value}")
-    click.echo(f"recorded {out} (listened); next: ident fit {out}")
+    click.echo(f"recorded {out} (listened)")
+    say_next("ident", "fit", out)

@@ -70,7 +70,7 @@ def seal(path: Path, content: dict[str, Any]) -> None:
         with path.open("x", encoding="utf-8") as file:
             file.write(json.dumps(wrapper, indent=1) + "\n")
     except FileExistsError:
-        raise BadInput(f"{path} exists already; choose another name or remove it") from None
+        raise BadInput(f"a new name expected, {path} exists; give another one, or remove it") from None
 
 
 def unseal(path: Path) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ident.command_options import FILE, JSON, PREPROCESS, print_result
-from recordings.command_line import check_readable, refuse_existing, say_next
+from recordings.command_line import FiniteRange, check_readable, refuse_existing, say, say_next
 from recordings.next_command import OWN_RIG
 
 if TYPE_CHECKING:
@@ -24,7 +24,11 @@ if TYPE_CHECKING:
 @click.argument("empty", metavar="FILE", type=FILE)
 @click.argument("loaded", metavar="FILE", type=FILE)
 @click.option(
-    "--payload", type=float, required=True, metavar="KG", help="Mass that only the second recording carries."
+    "--payload",
+    type=FiniteRange(0, min_open=True),
+    required=True,
+    metavar="KG",
+    help="Mass that only the second recording carries.",
 )
 @PREPROCESS
 @click.option("-o", "--out", type=FILE, metavar="FILE", help="Also write the [torque] section to this file.")
@@ -52,7 +56,8 @@ def command(
     else:
         click.echo("\n".join(_lines(calibration, recordings)), err=True)
         click.echo(torque_section(calibration), nl=False)
-    say_next("daq", "record", "--traj", recordings[0].run.trajectory, "--rig", "RIG.toml", note=OWN_RIG)
+    say(OWN_RIG)
+    say_next("daq", "record", "--traj", recordings[0].run.trajectory, "--rig", "RIG.toml")
 
 
 def torque_section(calibration: Calibration) -> str:

@@ -9,9 +9,19 @@ from typing import TYPE_CHECKING
 import click
 
 from ident.basics.model_name import model_stem
-from ident.command_options import ACCEPT, EFFECT_FILES, FILE, JSON, DataCommand, again, say_written, show_result
-from recordings.command_line import check_readable, refuse_existing, repeated, say_next
-from recordings.next_command import diagnosis, free_output
+from ident.command_options import (
+    ACCEPT,
+    EFFECT_FILES,
+    FILE,
+    JSON,
+    DataCommand,
+    again,
+    check_choices,
+    say_written,
+    show_result,
+)
+from recordings.command_line import check_readable, output_name, refuse_existing, repeated, say_next
+from recordings.next_command import diagnosis
 
 if TYPE_CHECKING:
     from ident.identification.model_file import ModelFile
@@ -50,10 +60,11 @@ def command(
     from ident.output.console.residuals import show
 
     check_readable(model_path, *files)
-    model_name = model_stem(model_path.name)
-    report = report or (None if as_json else files[0].with_suffix(f".{model_name}.compare.html"))
-    refuse_existing(report, force=force, read=(model_path, *files, *effect_files))
     model = ident.load_model(model_path, effect_files=effect_files)
+    check_choices((), (), accept)
+    default = files[0].with_suffix(f".{model_stem(model_path.name)}.compare.html")
+    report = report if as_json else output_name(report, default, force)
+    refuse_existing(report, force=force, read=(model_path, *files, *effect_files))
     result = ident.compare(model, files, accept=accept)
     if report:
         from ident.output.report import contents, page
@@ -67,8 +78,7 @@ def command(
     recorded = [*train, *repeated("--validate", held_out)]
     if result.within_noise:
         # The report looks for what is missing, and says if nothing is.
-        out = free_output("-o", train[0].with_suffix(".report.html"))
-        say_next("ident", "report", model_path, *recorded, *options, *out)
+        say_next("ident", "report", model_path, *recorded, *options)
     else:
         start = [] if model.file.form else ["--model", model_path]
         say_next(*diagnosis(train, *recorded[len(train) :], *start, *options, model=model_path))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import chain
 from pathlib import Path
 from typing import Literal
 
@@ -13,13 +14,14 @@ from ident.command_options import (
     FILE,
     JSON,
     RuledCommand,
+    check_choices,
     ends,
     excludes,
     needs,
     say_written,
     show_result,
 )
-from recordings.command_line import FiniteRange, refuse_existing, say_next
+from recordings.command_line import FiniteRange, IntegerRange, NameChoice, output_name, refuse_existing, say, say_next
 from recordings.errors import BadInput
 from recordings.next_command import OWN_RIG
 
@@ -64,13 +66,13 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, pairs: Pairs) -> Pair
 @click.option("--rig", "rig_file", type=FILE, metavar="FILE", help="Rig file (TOML).  [default: the simulated rig]")
 @click.option(
     "--criterion",
-    type=click.Choice(["d", "e"]),
+    type=NameChoice(["d", "e"]),
     help="d: minimise the uncertainty of all parameters together; e: the largest uncertainty of any.  [default: d]",
 )
 @click.option(
     "--with",
     "effects",
-    type=click.Choice(plugins.names("ident.dynamics.effects.library")),
+    type=NameChoice(plugins.names("ident.dynamics.effects.library")),
     multiple=True,
     help="Include the parameters of this effect. May be repeated.",
 )
@@ -86,7 +88,7 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, pairs: Pairs) -> Pair
 @click.option(
     "--joint",
     "joints",
-    type=click.IntRange(min=1),
+    type=IntegerRange(min=1),
     multiple=True,
     help="Joint on which the effect is, whether A or B. May be repeated.  [default: any]",
 )
@@ -102,7 +104,7 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, pairs: Pairs) -> Pair
 @click.option("--period", type=FiniteRange(min=0.5, max=60), default=5.0, show_default=True, metavar="S")
 @click.option(
     "--harmonics",
-    type=click.IntRange(min=1, max=20),
+    type=IntegerRange(min=1, max=20),
     default=6,
     show_default=True,
     metavar="N",
@@ -119,11 +121,9 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, pairs: Pairs) -> Pair
     help="RMS noise of the torque for which standard errors are computed [N m or N].",
 )
 @click.option(
-    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the random starting points."
+    "--seed", type=IntegerRange(min=0), default=0, show_default=True, help="Seed of the random starting points."
 )
-@click.option(
-    "-o", "--out", type=FILE, default=Path("design.toml"), show_default=True, help="Trajectory file to write."
-)
+@click.option("-o", "--out", type=FILE, metavar="FILE", help="Trajectory file to write.  [default: design.toml]")
 @click.option("--force", is_flag=True, help="Replace an existing trajectory file.")
 @JSON
 def command(
@@ -139,7 +139,7 @@ def command(
     against: str | None,
     noise: float,
     seed: int,
-    out: Path,
+    out: Path | None,
     force: bool,
     as_json: bool,
 ) -> None:
@@ -150,7 +150,6 @@ def command(
     """
     if against and pairs and recordings:
         raise BadInput("--against or --recording (with which it is compared) expected, both found; leave one out")
-    refuse_existing(out, force=force)
 
     from functools import partial
 
@@ -162,8 +161,11 @@ def command(
     from recordings.progress import progress_bar
     from recordings.rig import is_default, load_rig, simulated_rig
 
+    check_choices((*effects, *chain.from_iterable(pairs)), effect_files)
     recorded = read_recorded_motions(recordings)
     rig = recorded[0].rig if recorded else load_rig(rig_file, driven=False) if rig_file else simulated_rig()
+    out = output_name(out, Path("design.toml"), force)
+    refuse_existing(out, force=force)
     order = DesignRequest(out.name, rig, period, harmonics, against, noise, seed)
     with progress_bar("searching") as show:
         progress = partial(show, "searching")
@@ -179,4 +181,5 @@ def command(
     if rig_file or is_default(rig):
         say_next("daq", "record", "--traj", out, *(["--rig", rig_file] if rig_file else []))
     else:
-        say_next("daq", "record", "--traj", out, "--rig", "RIG.toml", note=OWN_RIG)
+        say(OWN_RIG)
+        say_next("daq", "record", "--traj", out, "--rig", "RIG.toml")

@@ -18,14 +18,16 @@ from ident.command_options import (
     PREPROCESS,
     DataCommand,
     again,
+    check_choices,
     check_outputs,
     ends,
     needs,
     say_written,
     show_result,
 )
-from recordings.command_line import check_readable, say_next
-from recordings.next_command import diagnosis, free_name, free_output
+from recordings.command_line import check_readable, output_name, say_next
+from recordings.files import free_name
+from recordings.next_command import diagnosis
 
 if TYPE_CHECKING:
     from ident.diagnosis.document.document import Document
@@ -116,8 +118,9 @@ def command(
     """
     inputs = [*files, *validate, *([model_path] if model_path else [])]
     check_readable(*inputs)
-    out = (out or files[0].with_suffix(".model.json")) if apply else None
-    report = report or (None if as_json else files[0].with_suffix(".diagnose.html"))
+    check_choices((*only, *without), effect_files, accept)
+    out = output_name(out, files[0].with_suffix(".model.json"), force) if apply else None
+    report = report if as_json else output_name(report, files[0].with_suffix(".diagnose.html"), force)
     check_outputs(out, report, learned_curve, proposed, force=force, read=[*inputs, *effect_files])
 
     import ident
@@ -137,7 +140,7 @@ def command(
             progress("searching a formula")
             result = result.with_formula(proposed)
         if out:
-            result.model.save(out)
+            result.model.save(out, force=True)
         if report:
             progress("drawing")
             _write_report(result, report, files, validate, effect_files, model_path)
@@ -209,6 +212,5 @@ def _next(
     if not applied and document.verdict == "undetermined":
         return ["daq", "record", "--traj", "TRAJECTORY", "--cycles", 3]
     if model:
-        page = free_output("-o", files[0].with_suffix(".report.html"))
-        return ["ident", "report", model, *files, *recorded, *page]
-    return ["ident", "fit", *files, *recorded, *free_output("-o", default)]
+        return ["ident", "report", model, *files, *recorded]
+    return ["ident", "fit", *files, *recorded]

@@ -28,7 +28,7 @@ from recordings.command_line import FiniteRange, NameChoice, check_readable, ref
 @click.option("--csv", "table", type=FILE, metavar="CSV", help="or a table, as for `ident torque`,")
 @click.option("--on", "recording", type=FILE, metavar="FILE", help="or a recording.  [default: of the fit, or fig5a]")
 @click.option("--temperature", type=FiniteRange(min=-273.15), metavar="CELSIUS", help="Of the drives in that motion.")
-@click.option("--precision", type=click.Choice(["double", "float"]), default="double", show_default=True)
+@click.option("--precision", type=NameChoice(["double", "float"]), default="double", show_default=True)
 @click.option(
     "--set",
     "settings",
@@ -70,14 +70,14 @@ def command(
     inputs = [path for path in (model_path, table, recording, *effect_files) if path]
     carried_file = targets.load(target).carried_file(out)
     check_readable(*inputs)
-    refuse_existing(out, force=force, read=inputs, recording=target == "mcap")
-    if out != carried_file.parent:
-        refuse_existing(carried_file, force=force, read=inputs)
     model = ident.load_model(model_path, effect_files=effect_files)
     # Else the first training recording, if it lies beside the model, or fig5a.
     path = chosen_path(model, rig_of(model.file), recording, table, traj, temperature) or exporting.motion(
         model, find_recording(model.file.train.recordings[0], model_path), temperature
     )
+    refuse_existing(out, force=force, read=inputs, recording=target == "mcap")
+    if out != carried_file.parent:
+        refuse_existing(carried_file, force=force, read=inputs)
     precise = cast(Literal["double", "float"], precision)
     carried = exporting.export(model, target, out, path, precise, given, sha256(model_path))
     if as_json:

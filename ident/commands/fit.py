@@ -15,11 +15,12 @@ from ident.command_options import (
     FILE,
     RuledCommand,
     again,
+    check_choices,
     say_written,
     sets,
     show_result,
 )
-from recordings.command_line import NameChoice, check_readable, refuse_existing, say_next
+from recordings.command_line import IntegerRange, NameChoice, check_readable, output_name, refuse_existing, say_next
 from recordings.errors import BadInput
 from recordings.next_command import diagnosis
 
@@ -83,12 +84,12 @@ if TYPE_CHECKING:
 @click.option("--physical", is_flag=True, help="Allow only friction that opposes motion.")
 @click.option(
     "--intervals",
-    type=click.Choice(["stationary", "hac", "cycles"]),
+    type=NameChoice(["stationary", "hac", "cycles"]),
     default="stationary",
     show_default=True,
     help="Estimate of the noise autocovariance: from its spectrum; Newey-West; differences between repetitions.",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers.")
+@click.option("--seed", type=IntegerRange(min=0), default=0, show_default=True, help="Seed of all random numbers.")
 @click.option("-o", "--out", type=FILE, metavar="FILE", help="Model file.  [default: first FILE's name, .model.json]")
 @click.option(
     "--pictures",
@@ -127,14 +128,15 @@ def command(
     """
     inputs = [*files, *([validate] if validate else [])]
     check_readable(*inputs)
-    out = out or files[0].with_suffix(".model.json")
+    method = "pso" if paper and method is None else method
+    given = _settings(method, settings, paper)
+    check_choices((*effects, *without), effect_files, accept)
+    out = output_name(out, files[0].with_suffix(".model.json"), force)
     refuse_existing(out, pictures, force=force, read=inputs)
 
     import ident
     from recordings.progress import progress_bar
 
-    method = "pso" if paper and method is None else method
-    given = _settings(method, settings, paper)
     with progress_bar("reading") as show:
         model = ident.fit(
             files,
@@ -160,13 +162,14 @@ def command(
 
 
 def _settings(method: str | None, texts: tuple[str, ...], paper: bool) -> dict[str, object]:
-    """Settings of the `method` by name: those of the `paper`, unless --set says otherwise."""
+    """Settings of the `method` by name: those of the `paper`, unless --set says otherwise; BadInput: one is not."""
     from ident.estimation import estimators
     from ident.estimation.settings import parse
 
     given: dict[str, object] = dict(parse(texts))
     if paper and method and estimators.has_setting(method, "tolerance"):
         given.setdefault("tolerance", 0.0)
+    estimators.settings(method or "pso", given)
     return given
 
 
@@ -186,13 +189,13 @@ def _write(model: Model, out: Path, pictures: Path | None) -> None:
     """Write the model, and `pictures` if they are asked for; or nothing."""
     try:
         if pictures is None:
-            model.save(out)
+            model.save(out, force=True)
         else:
             from ident.output.pictures import draw, staged_folder
 
             assert model.identification is not None
             with staged_folder(pictures) as folder:
                 draw(model.identification, folder)
-                model.save(out)
+                model.save(out, force=True)
     except OSError as error:
         raise BadInput(f"{error.filename or out} cannot be written: {error.strerror}; choose another place") from None

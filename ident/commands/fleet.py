@@ -19,9 +19,9 @@ import click
 from ident.basics import plugins
 from ident.command_options import ALARM, CUTOFF, FILE, JSON, PLACE, PREPROCESS, print_result, say_written
 from ident.fleet import check_installed
-from recordings.command_line import NameChoice, refuse_existing, say, say_next
+from recordings.command_line import Date, IntegerRange, NameChoice, refuse_existing, say, say_next
 from recordings.errors import BadInput
-from recordings.next_command import free_name
+from recordings.files import free_name
 
 if TYPE_CHECKING:
     from ident.fleet.alarms import Alarm, FleetFile
@@ -93,7 +93,7 @@ def command() -> None:
     help="Where to compute.  [default: dask where it is installed or a scheduler is given, else processes; serial "
     "for a single recording or worker]",
 )
-@click.option("--workers", type=click.IntRange(1), metavar="N", help="Local workers.  [default: one per processor]")
+@click.option("--workers", type=IntegerRange(1), metavar="N", help="Local workers.  [default: one per processor]")
 @click.option("--scheduler", metavar="ADDRESS", help="Compute on a running Dask cluster, say tcp://host:8786.")
 @click.option("--scheduler-file", type=FILE, metavar="FILE", help="The same, by the file that its scheduler wrote.")
 @click.option(
@@ -173,8 +173,8 @@ def update_command(
 @click.option("--force", is_flag=True, help="Replace an existing page.")
 def report_command(folder: Path, out: Path, force: bool) -> None:
     """Write a self-contained page: the fleet at a glance, alarms with their evidence, and every robot over time."""
-    refuse_existing(out, force=force)
     store = _opened(folder)
+    refuse_existing(out, force=force)
 
     from ident.fleet import alarms, page
     from recordings.progress import progress_bar
@@ -198,7 +198,7 @@ def report_command(folder: Path, out: Path, force: bool) -> None:
 @click.option("--note", default="", metavar="TEXT", help="What is known of it.")
 @click.option(
     "--repaired",
-    type=click.DateTime(["%Y-%m-%d"]),
+    type=Date(),
     metavar="DATE",
     help="The robot was repaired: its nights since that date (UTC) are a new baseline.",
 )

@@ -4,8 +4,18 @@ from pathlib import Path
 
 import click
 
-from ident.command_options import ACCEPT, EFFECT_FILES, FILE, DataCommand, again, c_export, check_outputs, say_written
-from recordings.command_line import check_readable, say_next
+from ident.command_options import (
+    ACCEPT,
+    EFFECT_FILES,
+    FILE,
+    DataCommand,
+    again,
+    c_export,
+    check_choices,
+    check_outputs,
+    say_written,
+)
+from recordings.command_line import check_readable, output_name, say_next
 from recordings.errors import BadInput, ForeignFile
 from recordings.next_command import diagnosis
 
@@ -58,12 +68,13 @@ def command(
     """
     check_readable(*files)
     models, recordings = _split_by_suffix(files)
-    out = out or recordings[0].with_suffix(".report.html")
+    out = output_name(out, recordings[0].with_suffix(".report.html"), force)
     inputs = (*models, *recordings, *held_out, *responses)
     places = [path.resolve() for path in inputs]
     if twice := [path for path, place in zip(inputs, places, strict=True) if places.count(place) > 1]:
         raise BadInput(f"each file once expected, {twice[0]} found twice; leave one out")
     check_readable(*held_out, *responses)
+    check_choices((), effect_files, accept)
     check_outputs(out, force=force, read=inputs)
 
     from rich.console import Console

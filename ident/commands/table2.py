@@ -11,7 +11,7 @@ import click
 
 from ident.basics import plugins
 from ident.command_options import FILE, JSON, show_result
-from recordings.command_line import NameChoice, refuse_existing, say_next
+from recordings.command_line import IntegerRange, NameChoice, output_name, refuse_existing, say_next
 from recordings.errors import BadInput, did_you_mean
 from recordings.next_command import diagnosis
 
@@ -47,10 +47,10 @@ MOST_SIZES = 8
     multiple=True,
     help="Change a setting of a method (see ident methods), such as svd.threshold=0.3. May be repeated.",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the swarms.")
+@click.option("--seed", type=IntegerRange(min=0), default=0, show_default=True, help="Seed of the swarms.")
 @click.option(
     "--seeds",
-    type=click.IntRange(1, 1000),
+    type=IntegerRange(1, 1000),
     metavar="N",
     help=f"Study Remarks 1 and 2: cyclic and classical swarms from N seeds.  [default with --sizes: {SEEDS}]",
 )
@@ -63,9 +63,7 @@ MOST_SIZES = 8
     "--plots",
     type=FILE,
     metavar="DIR",
-    default=Path("table2.plots"),
-    show_default=True,
-    help="Folder of pictures and their data (CSV).",
+    help="Folder of pictures and their data (CSV).  [default: table2.plots]",
 )
 @click.option("--force", is_flag=True, help="Replace existing pictures.")
 @JSON
@@ -76,7 +74,7 @@ def command(
     seed: int,
     seeds: int | None,
     sizes: str | None,
-    plots: Path,
+    plots: Path | None,
     force: bool,
     as_json: bool,
 ) -> None:
@@ -89,6 +87,8 @@ def command(
     if len(files) not in (0, 2):
         raise BadInput(f"two recordings expected, to identify and to validate, {len(files)} found; give both or none")
     numbers = _sizes(sizes or SIZES)
+    of_method = _settings(settings)
+    plots = output_name(plots, Path("table2.plots"), force)
     refuse_existing(plots, force=force)
 
     from functools import partial
@@ -99,7 +99,6 @@ def command(
     from ident.paper.study import study_swarms
     from recordings.progress import progress_bar
 
-    of_method = _settings(settings)
     study = None
     with progress_bar("comparing methods") as show:
         comparison = compare_methods(

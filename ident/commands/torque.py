@@ -21,7 +21,15 @@ from ident.command_options import (
     say_written,
     show_result,
 )
-from recordings.command_line import FiniteRange, NameChoice, check_readable, refuse_existing, say, say_next
+from recordings.command_line import (
+    FiniteRange,
+    IntegerRange,
+    NameChoice,
+    check_readable,
+    refuse_existing,
+    say,
+    say_next,
+)
 
 if TYPE_CHECKING:
     from ident.identification.model import Model
@@ -45,7 +53,7 @@ _SOURCES = {"--traj": "--traj", "--csv": "--csv", "recording": "a recording"}
 @click.argument("recording", metavar="[FILE]", required=False, type=FILE)
 @click.option("--traj", metavar="NAME", help="Trajectory, or a file of points, as for `daq record`.")
 @click.option("--csv", "table", type=FILE, metavar="CSV", help="Even samples: time, and position_i or x, y, z.")
-@click.option("--cycles", type=click.IntRange(min=1), metavar="N", help="Repetitions of the trajectory.")
+@click.option("--cycles", type=IntegerRange(min=1), metavar="N", help="Repetitions of the trajectory.")
 @click.option(
     "--rate", type=FiniteRange(min=0, min_open=True), metavar="HZ", help="Rows of the trajectory per second."
 )
@@ -92,11 +100,11 @@ def command(
 
     inputs = [path for path in (model_path, recording, table, rig_file, *effect_files) if path]
     check_readable(*inputs)
-    refuse_existing(out, picture, force=force, read=inputs)
     write = tables.load(form or tables.format_of(out)) if out else None
     model = ident.load_model(model_path, effect_files=effect_files)
     path = chosen_path(model, _rig(model, rig_file), recording, table, traj, temperature, cycles, rate)
     assert path is not None, "one is given"
+    refuse_existing(out, picture, force=force, read=inputs)
     summary = torque_table.TorqueSummary()
     widths = relative_half_widths(model, path.excerpt())
     with replacement(out) if out else nullcontext() as partial:

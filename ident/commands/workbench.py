@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from ident.command_options import EFFECT_FILES, FILE, PLACE
-from recordings.command_line import say_next
+from recordings.command_line import IntegerRange, say_next
 from recordings.errors import BadInput
 
 
@@ -14,7 +14,7 @@ from recordings.errors import BadInput
     epilog="Example: ident workbench runs/",
 )
 @click.argument("places", metavar="[FOLDER | FILE...]", nargs=-1, type=FILE)
-@click.option("--port", type=click.IntRange(1, 65535), help="[default: that of the last page of this folder]")
+@click.option("--port", type=IntegerRange(1, 65535), help="[default: that of the last page of this folder]")
 @click.option("--no-browser", is_flag=True, help="Only print the address.")
 @EFFECT_FILES
 @click.option("--store", type=PLACE, metavar="DIR", help="Show the fleet whose results are in this folder, too.")

@@ -4,7 +4,7 @@ Each module of `kinds` has a function `find(facts)` that returns the problem, or
 those that need no model.
 """
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from ident.basics import plugins
@@ -51,10 +51,7 @@ def examined(
         ImplausibleData: they cannot be what they are said to be.
         BadInput: they cannot be prepared, or a kind does not exist.
     """
-    if unknown := [kind for kind in accept if kind not in kind_names()]:
-        raise BadInput(
-            f"a kind of data problem expected ({', '.join(kind_names())}), '{unknown[0]}' found; choose one"
-        )
+    check_kinds(accept)
     of_recordings = [list(_of_recording(recording)) for recording in recordings]
     _check(recordings, of_recordings, accept)
     prepared = preparation([without_outliers(recording) for recording in recordings])
@@ -77,6 +74,14 @@ def check_data(recordings: Sequence[Recording]) -> ProblemsDocument:
     except ImplausibleData as error:
         found = error.problems
     return ProblemsDocument(schema=2, data_problems=found, recordings=tuple(each.path.name for each in recordings))
+
+
+def check_kinds(names: Iterable[str]) -> None:
+    """Raise BadInput if there is no kind of data problem of one of these `names`."""
+    if unknown := [name for name in names if name not in kind_names()]:
+        raise BadInput(
+            f"a kind of data problem expected ({', '.join(kind_names())}), '{unknown[0]}' found; choose one"
+        )
 
 
 def kind_names() -> tuple[str, ...]:

@@ -1,6 +1,6 @@
 """Effects that the user chooses by name."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from recordings.errors import BadInput, did_you_mean
 from recordings.recording import Recording
 
 
-def check_effect_name(name: str, library: Mapping[str, Effect]) -> None:
+def check_effect_name(name: str, library: Collection[str]) -> None:
     """Check that the `library` has the effect `name`.
 
     Raises:

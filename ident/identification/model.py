@@ -20,6 +20,7 @@ from ident.identification.identify import Identification
 from ident.identification.model_file import FittedParameter, ModelFile
 from ident.identification.prediction import structure_of
 from recordings.errors import BadInput, expect
+from recordings.files import check_new
 from recordings.frames import data_frame
 from recordings.importing.in_memory import real_array
 from recordings.notebook import html_table
@@ -98,14 +99,15 @@ class Model:
         rows = [(name, *("" if x is None else f"{x:.3g}" for x in rms)) for name, rms in errors.items()]
         return html_table(test.sentence if test else repr(self), ("RMS error", *self.file.joints), rows)
 
-    def save(self, path: str | Path) -> None:
-        """Write the model file `path`, replacing an existing file.
+    def save(self, path: str | Path, *, force: bool = False) -> None:
+        """Write the model file `path`; force: replace an existing one.
 
         Raises:
-            BadInput: the file cannot be written, or is named like a recording.
+            BadInput: the file exists and `force` is False, cannot be written, or is named like a recording.
         """
         if Path(path).suffix == ".mcap":
             raise BadInput(f"{path}: a model's name expected, a recording's (.mcap) found; give it another ending")
+        check_new(Path(path), force)
         try:
             model_file.save(self.file, Path(path))
         except (OSError, ValueError) as error:
@@ -120,10 +122,11 @@ class Model:
         on: Source | str | None = None,
         precision: Literal["double", "float"] = "double",
         settings: Mapping[str, Any] | None = None,
+        force: bool = False,
     ) -> Carried:
         """Write the model for a controller or a simulator, as `ident export`, which lists the targets, does.
 
-        out: the file, or the folder of C; files that exist are replaced.
+        out: the file, or the folder of C; force: replace an existing one.
         on: recording along which tests and losses are computed; None: `recording`, or fig5a.
         settings: of the target, as `--set`: {"prefix": "left", "smooth_velocity": 0.01}.
 
@@ -131,12 +134,14 @@ class Model:
             The effects that are carried, and those that are not, each with the reason.
 
         Raises:
-            BadInput: there is no such target, the model does not suit it, or the motion cannot be used.
+            BadInput: there is no such target, the model does not suit it, the motion cannot be used, or `out` exists
+                and `force` is False.
         """
         from ident.export import exporting
 
         expect(str | Path, "a path", out=out)
         path = exporting.motion(self, Path(on) if isinstance(on, str) else on or self.recording)
+        check_new(Path(out), force)
         return exporting.export(self, target, Path(out), path, precision, settings)
 
     def torque(

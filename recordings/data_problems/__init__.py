@@ -12,7 +12,7 @@ from pathlib import Path
 
 from recordings.config import ConfigSection
 from recordings.data_problems import kinds
-from recordings.next_command import free_name
+from recordings.files import free_name
 from recordings.recording import Recording
 
 

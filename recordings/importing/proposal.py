@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from recordings.files import free_name
 from recordings.importing import formats
 from recordings.importing.columns import DRIVES, ColumnGuess, guess
 from recordings.importing.mapping import joint_quantity
 from recordings.importing.table import JOINT_QUANTITIES, Table
-from recordings.next_command import free_name
 
 PLACEHOLDER = "NUMBER"
 """Stands in a command for a number that the user has to know; `daq import` refuses it."""

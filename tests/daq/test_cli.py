@@ -22,5 +22,5 @@ def test_ctrl_c_while_the_program_is_loaded_ends_it_with_a_word(
     monkeypatch.setattr(sys, "meta_path", [Interrupt(), *sys.meta_path])
     with pytest.raises(SystemExit) as exit_:
         main()
-    assert exit_.value.code == 1
+    assert exit_.value.code == 130
     assert capsys.readouterr().err == "interrupted before anything moved\n"

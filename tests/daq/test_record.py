@@ -1,6 +1,7 @@
 """`daq record` as a user runs it, on the simulated rig."""
 
 import re
+import shlex
 import signal
 import subprocess
 from pathlib import Path
@@ -62,7 +63,19 @@ def test_a_run_without_torque_leads_to_its_figures(daq_in_process: Runner, tmp_p
     (tmp_path / "way.csv").write_text(f"time,joint_1,joint_2,joint_3\n{points}")
     done = daq_in_process("record", "--traj", "way.csv", "--cycles", 1, "--rate", 100, "--rig", "blind.toml")
     assert done.code == 0, done.err
-    assert "next: daq info way.csv.mcap" in done.out
+    assert "next: daq info way.csv.mcap" in done.err
+
+
+def test_recordings_without_a_name_are_numbered_and_the_next_command_can_be_pasted(
+    daq_in_process: Runner, tmp_path: Path
+) -> None:
+    (tmp_path / "fig5a.mcap").write_text("mine")
+    done = daq_in_process("record", *ONE_CYCLE)
+    assert (done.code, (tmp_path / "fig5a.mcap").read_text()) == (0, "mine"), done.err
+    assert done.err.splitlines()[-1] == "next: ident fit fig5a-2.mcap"
+    name = f"my {'long ' * 20}name.mcap"
+    done = daq_in_process("record", *ONE_CYCLE, "--out", name)
+    assert shlex.split(done.err.splitlines()[-1]) == ["next:", "ident", "fit", name]
 
 
 def test_hidden_effects_are_sealed_and_leave_no_name_in_the_recording(daq_in_process: Runner, tmp_path: Path) -> None:

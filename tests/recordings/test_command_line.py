@@ -2,8 +2,9 @@
 
 import errno
 import re
+import shlex
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -13,14 +14,19 @@ import click
 import pytest
 from click.testing import CliRunner
 
+from daq.program import program as daq_program
+from ident.cli import program as ident_program
 from recordings.command_line import (
     CommandFolder,
+    Date,
     FiniteRange,
+    IntegerRange,
     NameChoice,
     check_readable,
     refuse_existing,
     repeated,
     run,
+    say_next,
 )
 from recordings.errors import BadInput, RunFailed
 
@@ -74,11 +80,11 @@ def caused_by_ctrl_c() -> RuntimeError:
         (RunFailed("drive 2: fault"), 1, "error: drive 2: fault\n"),
         (click.UsageError("try --help"), 2, "try --help"),
         (click.exceptions.Exit(3), 3, ""),
-        (click.Abort(), 1, "interrupted\n"),
-        (KeyboardInterrupt(), 1, "interrupted\n"),
+        (click.Abort(), 130, "interrupted\n"),
+        (KeyboardInterrupt(), 130, "interrupted\n"),
         (PermissionError(errno.EACCES, "Permission denied", "plot.png"), 2, "error: plot.png: Permission denied\n"),
         (OSError("odd"), 2, "error: odd\n"),
-        (caused_by_ctrl_c(), 1, "interrupted\n"),
+        (caused_by_ctrl_c(), 130, "interrupted\n"),
         (None, 0, ""),
     ],
 )
@@ -112,17 +118,55 @@ def test_unknown_name_is_refused_with_advice(name: str, advice: str) -> None:
         NameChoice(["dask", "serial"]).convert(name, None, None)
 
 
-@pytest.mark.parametrize("text", ["nan", "inf"])
-def test_finite_range_refuses_nan_and_infinity(text: str) -> None:
+@pytest.mark.parametrize(
+    ("kind", "right", "wrong", "expected"),
+    [
+        (FiniteRange(0, min_open=True), "0.5", ("nan", "inf", "abc", "", "0"), "a number above 0"),
+        (FiniteRange(0.1), "0.1", ("abc", "0"), "a number from 0.1 on"),
+        (FiniteRange(-1, 1), "-0.5", ("2",), "a number from -1 up to 1"),
+        (IntegerRange(1), "3", ("1.5", "x", "0"), "an integer from 1 on"),
+        (IntegerRange(1, 20), "20", ("21",), "an integer from 1 up to 20"),
+        (IntegerRange(), "-7", ("seven",), "an integer"),
+        (Date(), "2026-01-05", ("5.1.2026", "2026-02-30"), "a date such as 2026-01-05"),
+        (NameChoice(["d", "e"]), "d", ("f",), "one of d, e"),
+    ],
+)
+def test_a_value_that_an_option_does_not_take_is_told_in_words(
+    kind: click.ParamType, right: str, wrong: Sequence[str], expected: str
+) -> None:
     @click.command()
-    @click.option("--length", type=FiniteRange(0, min_open=True))
-    def program(length: float) -> None:
-        click.echo(length)
+    @click.option("--size", type=kind)
+    def program(size: object) -> None:
+        click.echo(size)
 
-    result = CliRunner().invoke(program, ["--length", text])
-    assert result.exit_code == 2
-    assert f"'--length': a finite number expected, {text} found" in result.output
-    assert CliRunner().invoke(program, ["--length", "0.5"]).output == "0.5\n"
+    for text in wrong:
+        result = CliRunner().invoke(program, ["--size", text])
+        assert result.exit_code == 2
+        assert f"'--size': {expected} expected, '{text}' found; " in result.output
+    assert CliRunner().invoke(program, ["--size", right]).output.startswith(right)
+
+
+OF_CLICK = (*map(type, (click.INT, click.FLOAT)), click.IntRange, click.FloatRange, click.Choice, click.DateTime)
+
+
+@pytest.mark.parametrize("program", [ident_program, daq_program])
+def test_no_option_speaks_the_words_of_click(program: click.Command) -> None:
+    pending = [program]
+    while pending:
+        command = pending.pop()
+        if isinstance(command, click.Group):
+            context = click.Context(command)
+            pending += [command.get_command(context, name) or command for name in command.list_commands(context)]
+        for parameter in command.params:
+            assert type(parameter.type) not in OF_CLICK, f"{command.name} {parameter.name}"
+
+
+def test_the_next_command_can_be_pasted_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["ident", "fit", Path("my runs") / f"{'a' * 200}.mcap", "--with", "stribeck:1,2"]
+    say_next(*words)
+    line, *others = capsys.readouterr().err.splitlines()
+    assert not others
+    assert shlex.split(line) == ["next:", *map(str, words)]
 
 
 @pytest.mark.parametrize("text", [".", "./", "/"])
@@ -139,7 +183,7 @@ def test_outputs_replace_nothing_that_is_needed(tmp_path: Path, monkeypatch: pyt
         ((tmp_path / "." / "a.json",), {"force": True, "read": [model]}, "one of the inputs and would be replaced"),
         ((recording,), {"force": True}, r"recording's name \(\.mcap\) found"),
         ((Path("/dev/null"),), {"force": True}, "a file or a folder expected"),
-        ((None, model), {}, "should not exist yet"),
+        ((None, model), {}, "a new name expected"),
         ((tmp_path / "a.html", tmp_path / "." / "a.html"), {}, "found twice"),
         ((missing,), {}, f"folder {missing.parent} does not exist; create it"),
     ]

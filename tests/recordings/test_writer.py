@@ -91,7 +91,7 @@ def test_a_killed_program_loses_at_most_a_quarter_of_a_second(tmp_path: Path, ri
         ("missing/r.mcap", "does not exist; create it"),
         ("file/r.mcap", "Not a directory"),
         ("folder", "exists"),
-        ("r.mcap", "exists; choose another name"),
+        ("r.mcap", "exists; give another one"),
     ],
 )
 def test_paths_where_no_file_can_be_created_are_bad_input(

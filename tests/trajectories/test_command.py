@@ -52,7 +52,7 @@ def test_lists_every_trajectory_and_draws_one_where_no_file_is_lost(tmp_path: Pa
     out = tmp_path / "mine.png"
     out.write_text("mine")
     refused = run("fig5a", "--out", out)
-    assert "exists; choose another name or add --force" in str(refused.exception)
+    assert "a new name expected" in str(refused.exception)
     assert out.read_text() == "mine"
     assert run("fig5a", "--out", out, "--force").exit_code == 0
     assert out.read_bytes().startswith(PNG)

@@ -21,7 +21,7 @@ from ident.diagnosis.ripple.ripple import EFFECT, Ripple
 from ident.diagnosis.search.selection import Finding
 from ident.dynamics.effects.library import names as built_in
 from recordings.command_line import repeated
-from recordings.next_command import design, free_output
+from recordings.next_command import design
 
 
 def merge_repeated(findings: Sequence[Finding]) -> list[Finding]:
@@ -241,7 +241,6 @@ def fit_command(diagnosis: Diagnosis, path: Path, joints: Sequence[int]) -> str:
             *repeated("--validate", held_out[:1] if split.other_motion else ()),
             *repeated("--with", (*dict.fromkeys(specified), _specified(path.stem, joints))),
             *repeated("--effect-file", (*user_effects, path)),
-            *map(str, free_output("-o", Path(next(iter(files))).with_suffix(".model.json"))),
         ]
     )
 

@@ -26,6 +26,7 @@ from ident.identification.model_file import Agreement, FitMethod, FittedParamete
 from ident.identification.prediction import effect_terms, searched_parameters
 from ident.uncertainty.assessment import assess, interval_or_none, number_or_none
 from ident.uncertainty.sensitivity import Sensitivity
+from recordings.files import check_new
 from recordings.notebook import html_table
 from recordings.reader import Source
 from recordings.recording import Bools
@@ -76,11 +77,16 @@ class DiagnosisResult:
         """The document as `ident diagnose --json` prints it."""
         return self.document.as_json()
 
-    def propose(self, path: Path | str | None = None) -> FormulaEntry | None:
+    def propose(self, path: Path | str | None = None, *, force: bool = False) -> FormulaEntry | None:
         """A formula for what is left, or in place of an effect with knots; None if held-out rows confirm none.
 
-        path: the effect file to write; none is written where nothing is confirmed.
+        path: the effect file to write; none is written where nothing is confirmed. force: replace an existing one.
+
+        Raises:
+            BadInput: the file exists and `force` is False.
         """
+        if path:
+            check_new(Path(path), force)
         return self.with_formula(path).document.remaining.formula
 
     def with_formula(self, path: Path | str | None = None) -> "DiagnosisResult":

@@ -35,7 +35,7 @@ def measure(daq: Runner, ident: Runner, folder: Path, *effects: tuple[str, str, 
     (folder / "sim.toml").write_text("".join(EFFECT.format(*effect) for effect in effects))
     recorded = daq("response", "--joint", 1, "--sim", "sim.toml", "--cycles", 2, "--out", "joint1.mcap")
     assert recorded.code == 0, recorded.err
-    assert "next: ident response joint1.mcap" in recorded.out
+    assert "next: ident response joint1.mcap" in recorded.err
     done = ident("response", "joint1.mcap", "--json", "--plot", "bode.html", "-o", "response.csv")
     document: dict[str, float] = done.figures
     return document

@@ -16,7 +16,7 @@ def test_other_missing_and_changed_files_are_refused(tmp_path: Path, text: str) 
         unseal(path)
     seal(path, TRUTH)
     assert unseal(path) == TRUTH
-    with pytest.raises(BadInput, match="exists already"):
+    with pytest.raises(BadInput, match="a new name expected"):
         seal(path, {})
     wrapper = json.loads(path.read_text())
     wrapper["sealed"] = wrapper["sealed"][:-8] + "AAAAAAA="

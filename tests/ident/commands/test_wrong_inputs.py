@@ -17,7 +17,7 @@ from recordings.recording import Recording
 from recordings.rig import Geometry, simulated_rig
 from tests.ident.commands.test_axes import write as write_slide
 from tests.ident.kept_models import MODELS
-from tests.running import invoke, printed
+from tests.running import invoke, printed, ran
 
 RIGS = {
     "length.toml": 'name = "other"\n[geometry]\nL2 = 0.81\n',
@@ -61,7 +61,7 @@ WRONG = [
     ("check no.mcap", "no.mcap does not exist"),
     ("check a.mcap --share 3", "--share"),
     ("design -o best.csv", "ends in .toml"),
-    ("design --period nan -o best.toml", "'--period': a finite number expected, nan found"),
+    ("design --period nan -o best.toml", "'--period': a number from 0.5 up to 60 expected, 'nan' found"),
     ("design --joint 2 -o best.toml", "--discriminate expected"),
     ("design --criterion d --discriminate stribeck backlash -o best.toml", "--criterion"),
     ("design --discriminate stribeck -o next.toml", "names of two effects expected"),
@@ -107,10 +107,10 @@ WRONG = [
 ]
 
 KEPT = [
-    ("fit a.mcap", "a.model.json"),
-    ("compare m.json a.mcap", "a.m.compare.html"),
-    ("diagnose a.mcap", "a.diagnose.html"),
-    ("report m.json a.mcap --no-diagnose", "a.report.html"),
+    ("fit a.mcap -o mine.json", "mine.json"),
+    ("compare m.json a.mcap --report page.html", "page.html"),
+    ("diagnose a.mcap --report page.html", "page.html"),
+    ("report m.json a.mcap --no-diagnose -o page.html", "page.html"),
     ("design -o best.toml", "best.toml"),
     ("calibrate-gain a.mcap b.mcap --payload 1 -o torque.toml", "torque.toml"),
     ("export m.json --to mjcf -o robot.xml", "robot.xml.carried.json"),
@@ -172,10 +172,57 @@ def test_what_exists_is_kept_unless_forced(
     for name in ("a.mcap", "b.mcap", "m.json"):
         (tmp_path / name).symlink_to(folder / name)
     (tmp_path / out).write_text("mine")
-    with pytest.raises(BadInput, match=r"--force|should not exist yet"):
+    with pytest.raises(BadInput, match=rf"a new name expected, {out} exists; .* --force"):
         printed(program, *shlex.split(line))
     assert (tmp_path / out).read_text() == "mine"
     assert len(list(tmp_path.iterdir())) == 4
+
+
+@pytest.mark.parametrize(
+    ("line", "default", "numbered"),
+    [
+        ("fit a.mcap --method ls", "a.model.json", "a-2.model.json"),
+        ("compare m.json a.mcap", "a.m.compare.html", "a.m.compare-2.html"),
+        ("report m.json a.mcap --no-diagnose", "a.report.html", "a.report-2.html"),
+        ("design --harmonics 1", "design.toml", "design-2.toml"),
+    ],
+)
+def test_results_without_a_name_get_one_that_is_free(
+    line: str, default: str, numbered: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.mcap", "m.json"):
+        (tmp_path / name).symlink_to(folder / name)
+    (tmp_path / default).write_text("mine")
+    assert numbered in ran(program, *shlex.split(line)).stderr
+    assert (tmp_path / default).read_text() == "mine"
+    assert (tmp_path / numbered).stat().st_size > len("mine")
+    ran(program, *shlex.split(line), "--force")
+    assert (tmp_path / default).stat().st_size > len("mine")
+
+
+@pytest.mark.parametrize(
+    ("line", "unknown"),
+    [
+        ("diagnose a.mcap --report there --only cogg", "cogg"),
+        ("diagnose a.mcap --report there --accept torque", "torque"),
+        ("fit a.mcap -o there --with cogg:1", "cogg"),
+        ("fit a.mcap -o there --set partcles=9", "partcles"),
+        ("report m.json a.mcap -o there --accept torque", "torque"),
+        ("torque m.json --traj fig5z -o there --to csv", "fig5z"),
+        ("export m.json --to mjcf -o there --traj fig5z", "fig5z"),
+        ("table2 --plots there --set pso.partcles", "pso.partcles"),
+    ],
+)
+def test_other_wrong_arguments_are_told_before_an_output_that_exists(
+    line: str, unknown: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.mcap", "m.json"):
+        (tmp_path / name).symlink_to(folder / name)
+    (tmp_path / "there").write_text("mine")
+    with pytest.raises(BadInput, match=f"'{unknown}'|{unknown} "):
+        printed(program, *shlex.split(line))
 
 
 @pytest.mark.parametrize("name", ["log.csv", "log.npz", "bag"])

@@ -109,6 +109,17 @@ def test_a_recording_is_not_replaced(model: Model, tmp_path: Path) -> None:
         model.save(tmp_path / "nothing" / "m.json")
 
 
+def test_what_exists_is_replaced_only_if_asked(model: Model, tmp_path: Path) -> None:
+    mine = tmp_path / "m.json"
+    mine.write_text("mine")
+    for write in (model.save, lambda path, **options: model.export("c", path, **options)):
+        with pytest.raises(BadInput, match=r"a new name expected, .* exists; give another one, or force=True"):
+            write(mine)
+    assert mine.read_text() == "mine"
+    model.save(mine, force=True)
+    assert ident.load_model(mine).effects == model.effects
+
+
 @pytest.fixture(scope="module")
 def file(
     make: Callable[..., Recording], write: Callable[[Recording], Path], tmp_path_factory: pytest.TempPathFactory

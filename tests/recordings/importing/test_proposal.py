@@ -75,8 +75,8 @@ def test_accepted_guess_is_the_pasted_command(tmp_path: Path, monkeypatch: pytes
     assert (document["recording"], document["joints"], document["samples"]) == ("a.mcap", 1, 60)
     pasted = propose(Path("a.csv")).command
     printed(command, *shlex.split(pasted)[2:])
-    assert Path("a.mcap").read_bytes() == Path("a2.mcap").read_bytes()
-    assert propose(Path("a.csv")).arguments[:3] == ["a.csv", "--out", "a3.mcap"]
+    assert Path("a.mcap").read_bytes() == Path("a-2.mcap").read_bytes()
+    assert propose(Path("a.csv")).arguments[:3] == ["a.csv", "--out", "a-3.mcap"]
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ OUT = ["--out", "new.mcap"]
 WRONG = {
     "no file": ("none.csv", "none.csv does not exist; check the path"),
     "output is no recording": ("table.csv --out new.csv --mechanism axes", "(.mcap) expected"),
-    "output exists": ("table.csv --out there.mcap --mechanism axes", "exists; choose another name"),
+    "output exists": ("table.csv --out there.mcap --mechanism axes", "exists; give another one"),
     "output in a folder that takes none": (
         "table.csv --out /proc/new.mcap --mechanism axes",
         "folder /proc takes no new files; choose another one",
@@ -229,5 +229,5 @@ def test_interrupted_import_leaves_no_recording(
 
     monkeypatch.setattr("recordings.blocks.encode", interrupted)
     done = daq_in_process("import", "table.csv", *OUT, *AXES)
-    assert (done.code, done.err.strip()) == (1, "interrupted")
+    assert (done.code, done.err.strip()) == (130, "interrupted")
     assert not (folder / "new.mcap").exists()

@@ -1,5 +1,7 @@
 """Sections of a diagnosis: the fall of the error, findings, torque before and after, what remains, other effects."""
 
+import shlex
+
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.document import Document, FindingEntry, joint_numbers
 from ident.diagnosis.document.findings import merge_repeated
@@ -146,7 +148,9 @@ def next_recording(result: DiagnosisResult) -> ReportSection:
     if motion:
         known = is_default(result.diagnosis.split.recordings[0].recording.rig)
         rig = "" if known else f" --rig RIG.toml  # {OWN_RIG}"
-        blocks.append(Code((motion.command, f"daq record --traj {motion.command.split()[-1]}{rig}")))
+        blocks.append(
+            Code((motion.command, f"daq record --traj {shlex.quote(shlex.split(motion.command)[-1])}{rig}"))
+        )
     return ReportSection("next", "What to record next", tuple(blocks))
 
 

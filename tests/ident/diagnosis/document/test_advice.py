@@ -75,12 +75,10 @@ def test_printed_commands_write_to_names_that_are_free(
     alone: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    for name in ("next.toml", "my file.model.json"):
-        (tmp_path / name).touch()
+    (tmp_path / "next.toml").touch()
     advice = next_motion(alone, [found(alone)])
     assert advice is not None
-    assert advice.command.endswith(" -o next2.toml")
-    assert fit_command(alone, Path("curve.py"), [1]).endswith(" -o 'my file2.model.json'")
+    assert advice.command.endswith(" -o next-2.toml")
 
 
 def test_two_motions_without_alternatives_need_no_third() -> None:
