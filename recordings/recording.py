@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from recordings.config import ConfigSection
 from recordings.files import sha256
 from recordings.notebook import html_table
+from recordings.pickling import WithoutCaches
 from recordings.rig import Rig
 from recordings.schemas import Level
 from recordings.urdf import Vector
@@ -103,7 +104,7 @@ class LoggedEvent:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Recording:
+class Recording(WithoutCaches):
     """Recording of n SYNC cycles of a mechanism with dof joints. NaN marks a gap: a sample that was not received."""
 
     path: Path
@@ -217,7 +218,7 @@ class Recording:
     def __getstate__(self) -> dict[str, Any]:
         """Pickle the digest as well: the file may not be where the recording is unpickled."""
         known = self.known_digest or self.path.is_file()
-        return {**vars(self), "known_digest": self.digest if known else None}
+        return {**super().__getstate__(), "known_digest": self.digest if known else None}
 
     @property
     def digest(self) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from ident.dynamics.mechanisms import RigidMechanism, torque_of_masses
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import ModelStructure
 from recordings.errors import BadInput
+from recordings.pickling import WithoutCaches
 from recordings.recording import Bools, Floats, Ints, Recording
 from recordings.resolution import resolution
 from recordings.rig import Rig
@@ -32,7 +33,7 @@ MAX_CYCLE = 4.0
 
 
 @dataclass(frozen=True, eq=False)
-class PreparedRecording:
+class PreparedRecording(WithoutCaches):
     """A recording as every model reads it: motion at n instants, and m rows of the torque, filtered and decimated."""
 
     recording: Recording
@@ -52,6 +53,14 @@ class PreparedRecording:
     """End of that longer recording on the same axis [s]; None: this is no excerpt."""
     moved: bool = False
     """Whether the positions are not the recorded ones, of which the `regressor` is."""
+    form: str | None = None
+    """That of the mechanism."""
+
+    def __reduce__(self) -> Any:
+        """Pickle the recording and how it is prepared, which is done again; with other positions, the fields."""
+        if self.moved:
+            return super().__reduce__()
+        return prepare, (self.recording, self.method, self.cutoff, self.start, self.end, self.form)
 
     @cached_property
     def as_recorded(self) -> MechanismMotion:
@@ -207,7 +216,9 @@ def prepare(
             torque = torque - _in_blocks(preprocessed, partial(torque_of_masses, mechanism, recording.beyond))
     except BadInput as error:
         raise BadInput(f"{recording.path.name}: {error}") from None
-    return PreparedRecording(recording, method, mechanism, samples, preprocessed, regressor, torque, start, end)
+    return PreparedRecording(
+        recording, method, mechanism, samples, preprocessed, regressor, torque, start, end, form=form
+    )
 
 
 def prepare_all(

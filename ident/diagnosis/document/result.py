@@ -45,6 +45,10 @@ class DiagnosisResult:
     """Models, residuals and data behind the document."""
     options: DiagnosisOptions
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Pickle the last model as it is; what else is behind the document is computed again."""
+        return {"document": self.document, "diagnosis": self.diagnosis, "options": self.options, "model": self.model}
+
     def __repr__(self) -> str:
         """One line: the verdict, and the effects found."""
         found = ", ".join(f"{each.effect} on joints {', '.join(map(str, each.joints))}" for each in self.findings)

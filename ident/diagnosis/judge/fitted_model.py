@@ -3,13 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ident.diagnosis.judge.improvement import MIN_T, Blocks, Improvement, in_turn
 from ident.diagnosis.split.noise_floor import NoiseFloor, estimate_noise_floor
 from ident.diagnosis.split.split_data import SplitData
-from ident.dynamics.structure import Term
+from ident.dynamics.structure import ModelStructure, Term
 from ident.estimation.nonlinear_fit import Solution
 from ident.identification.prediction import Prediction
 from ident.uncertainty import covariance
@@ -24,6 +25,10 @@ class FittedModel:
 
     split: SplitData
     solution: Solution
+
+    def __reduce__(self) -> Any:
+        """Pickle structure and parameters: the rest is computed again."""
+        return _at, (self.split, self.solution.structure, self.solution.x)
 
     @property
     def terms(self) -> tuple[Term, ...]:
@@ -155,3 +160,8 @@ class FittedModel:
         """
         rows = self.split.test if rows is None else rows
         return Blocks.of(self.split, before.judged_residuals, self.judged_residuals, self.noise_floor.certain, rows)
+
+
+def _at(split: SplitData, structure: ModelStructure, x: Floats) -> FittedModel:
+    """The model `structure` with the fitted parameters `x` (K,)."""
+    return FittedModel(split, split.at(structure, x))

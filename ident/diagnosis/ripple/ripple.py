@@ -29,6 +29,7 @@ from ident.diagnosis.split.split_data import rms
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.periodogram import highest_in_band, periodogram
 from ident.dynamics.structure import ModelStructure, Term
+from recordings.pickling import WithoutCaches
 from recordings.recording import Floats
 
 EFFECT = "cogging"
@@ -36,7 +37,7 @@ EFFECT = "cogging"
 
 
 @dataclass(frozen=True, eq=False)
-class Ripple:
+class Ripple(WithoutCaches):
     """What lies above the low-pass, and what explains it."""
 
     model: FittedModel

@@ -1,7 +1,7 @@
 """Training rows and test rows of recordings, and what is computed from them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,6 +22,7 @@ from ident.estimation.nonlinear_fit import (
 )
 from ident.estimation.predicted_torque import TorquePredictor
 from ident.uncertainty.propagated_errors import perturbed_draws
+from recordings.pickling import WithoutCaches
 from recordings.recording import Bools, Floats, Ints
 
 TINY = 1e-12
@@ -31,7 +32,7 @@ MAX_AMPLIFICATION = 2.0
 
 
 @dataclass(frozen=True, eq=False)
-class SplitData:
+class SplitData(WithoutCaches):
     """Prepared recordings with training rows, test rows and unused rows."""
 
     predictors: tuple[TorquePredictor, ...]
@@ -53,10 +54,6 @@ class SplitData:
     test_all: tuple[Bools, ...] = ()
     row_weights: tuple[Floats, ...] = ()
     """(m, dof) of each recording [1 / (N m)], whatever the subset of a row."""
-    _perturbed_cache: dict[tuple[str, ...], tuple[list[tuple[Floats, Floats]], Floats]] = field(
-        default_factory=dict, repr=False
-    )
-    """Results of `perturbed_regressors`, by the names of effects."""
 
     @property
     def recordings(self) -> tuple[PreparedRecording, ...]:
@@ -78,7 +75,7 @@ class SplitData:
     def turned(self) -> "SplitData":
         """The same recordings, where training rows and test rows change places."""
         weights = tuple(np.where(rows, weight, 0.0) for rows, weight in zip(self.test, self.row_weights, strict=True))
-        return replace(self, train=self.test, test=self.train, weights=weights, _perturbed_cache={})
+        return replace(self, train=self.test, test=self.train, weights=weights)
 
     @cached_property
     def travel(self) -> Floats:
@@ -109,15 +106,20 @@ class SplitData:
         encoder steps, inertias are underestimated.
         """
         names = tuple(term.name for term in bare.terms)
-        if names not in self._perturbed_cache:
+        if names not in self._perturbed_regressors:
             x = np.zeros(len(bare.parameters))
             measured, perturbed = (
                 in_threads(lambda predictor: predictor.linearized(bare, x)[1], predictors)
                 for predictors in (self.predictors, self.perturbed)
             )
             pairs = list(zip(measured, perturbed, strict=True))
-            self._perturbed_cache[names] = pairs, self._attenuation_bias(pairs)
-        return self._perturbed_cache[names]
+            self._perturbed_regressors[names] = pairs, self._attenuation_bias(pairs)
+        return self._perturbed_regressors[names]
+
+    @cached_property
+    def _perturbed_regressors(self) -> dict[tuple[str, ...], tuple[list[tuple[Floats, Floats]], Floats]]:
+        """Results of `perturbed_regressors`, by the names of effects."""
+        return {}
 
     def _attenuation_bias(self, pairs: Sequence[tuple[Floats, Floats]]) -> Floats:
         """(K, K) bias in `perturbed_regressors`, by weighted least squares over the training rows."""

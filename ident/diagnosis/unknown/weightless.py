@@ -25,7 +25,7 @@ def compare_without_weight(selection: Selection) -> tuple[Selection, bool]:
     if first.recording.rig.mechanism != "urdf" or first.nominal is not None:
         return selection, False
     floating = tuple(TorquePredictor(_weightless(each)) for each in split.recordings)
-    weightless = replace(split, predictors=floating, _perturbed_cache={})
+    weightless = replace(split, predictors=floating)
     findings = tuple(
         replace(finding, alternatives=(*finding.alternatives, KIND)) if _explains(weightless, finding) else finding
         for finding in selection.findings
