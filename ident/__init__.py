@@ -30,10 +30,27 @@ if TYPE_CHECKING:
     from recordings.recording import Recording
     from recordings.rig import Rig
 
-__all__ = ["BadInput", "Model", "Recording", "RunFailed", "check", "compare", "diagnose", "fit", "load_model", "read"]
+__all__ = [
+    "BadInput",
+    "Model",
+    "Recording",
+    "RunFailed",
+    "__version__",
+    "check",
+    "compare",
+    "diagnose",
+    "fit",
+    "load_model",
+    "read",
+]
 
 File = str | Path
 _CLASSES = {"Model": "ident.identification.model", "Recording": "recordings.recording"}
+
+
+def __dir__() -> list[str]:
+    """The interface, without modules and what they import."""
+    return __all__
 
 
 def __getattr__(name: str) -> Any:

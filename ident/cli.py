@@ -54,5 +54,5 @@ def _how_to_import(foreign: ForeignFile) -> str:
             return f"{foreign.found}\n{done.stderr.strip().removeprefix('error: ')}"
         guess = json.loads(done.stdout)
     except (BadInput, OSError, ValueError, subprocess.TimeoutExpired):
-        return str(foreign)
-    return str(foreign) if guess["missing"] else f"{foreign}\nnext: {guess['command']}"
+        return foreign.for_command
+    return foreign.for_command if guess["missing"] else f"{foreign}\nnext: {guess['command']}"

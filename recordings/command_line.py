@@ -20,7 +20,7 @@ from typing import Any, NoReturn
 
 import click
 
-from recordings.errors import BadInput, RunFailed, did_you_mean
+from recordings.errors import BadInput, ForeignFile, RunFailed, did_you_mean
 from recordings.files import check_new, free_name
 
 INTERRUPTED = 128 + signal.SIGINT
@@ -230,7 +230,7 @@ def _exit_code(program: Callable[..., Any]) -> int:
         error.show()
         return 2
     except BadInput as error:
-        return _print_error(error, 2)
+        return _print_error(error.for_command if isinstance(error, ForeignFile) else error, 2)
     except RunFailed as error:
         return _print_error(error, error.exit_code)
     except BrokenPipeError:

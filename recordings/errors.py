@@ -1,6 +1,7 @@
 """The two error classes of the commands; all packages raise these or subclasses of them."""
 
 import shlex
+import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,6 +24,12 @@ def expect(kind: type | UnionType, words: str, /, **arguments: object) -> None:
     for name, value in arguments.items():
         if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):  # True is no number
             raise TypeError(f"{name}: {words} expected, {type(value).__name__} found")
+
+
+def told(command: str, python: str) -> str:
+    """`command` where a command of a program runs, else `python`: errors name arguments as their reader does."""
+    click = sys.modules.get("click")
+    return command if click and click.get_current_context(silent=True) else python
 
 
 def printable(text: str) -> str:
@@ -68,5 +75,10 @@ class ForeignFile(BadInput):
     """A file that is no recording of this program, and may be brought in with `daq import`."""
 
     def __init__(self, message: str, path: Path) -> None:
-        super().__init__(f"{message}; if another program wrote it: daq import {shlex.quote(str(path))} --guess")
+        super().__init__(f'{message}; if another program wrote it: ident.read("{path}")')
         self.found, self.path = message, path
+
+    @property
+    def for_command(self) -> str:
+        """The same for the reader of a command."""
+        return f"{self.found}; if another program wrote it: daq import {shlex.quote(str(self.path))} --guess"

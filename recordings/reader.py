@@ -53,6 +53,11 @@ def opened(source: Source) -> Recording:
     return source if isinstance(source, Recording) else read(source)
 
 
+def path_of(source: Source) -> Path:
+    """The file of a recording; of one in memory its name."""
+    return source.path if isinstance(source, Recording) else source
+
+
 def is_foreign(path: Path) -> bool:
     """Return whether another program wrote this MCAP file, of which only the heads of the records are read.
 

@@ -202,6 +202,12 @@ class Recording(WithoutCaches):
 
         return data_frame(columns(self))
 
+    def plot(self) -> Any:
+        """A Plotly figure of position, following error and drive signal of all joints over time."""
+        from ident.output.figures.quality import motion
+
+        return motion(self)
+
     def __repr__(self) -> str:
         """One line: what was recorded."""
         machine = f"{self.rig.name}, {self.rig.dof} joints"

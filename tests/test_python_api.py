@@ -1,5 +1,6 @@
 """Python API: the session of docs/reference/python.md, invalid input, and light imports."""
 
+import pickle
 import re
 import shutil
 import subprocess
@@ -33,6 +34,9 @@ def test_session_in_the_documentation_runs(tmp_path: Path, monkeypatch: pytest.M
         exec(compile(block, "docs/reference/python.md", "exec"), session)
     assert session["diagnosis"].verdict == "adequate"
     assert session["better"].effects == ("rod_inertia",)
+    pickled = pickle.dumps(session["diagnosis"])
+    assert len(pickled) < 2_000_000
+    assert pickle.loads(pickled).model.parameters == session["diagnosis"].model.parameters
     steps = session["diagnosis"].document.steps
     assert max(steps[-1].held_out_rms) < 0.3 * min(steps[0].held_out_rms)
     assert session["torque"].shape == session["voltage"].shape == (1001, 3)
@@ -47,6 +51,14 @@ def test_the_version_is_that_of_the_programs() -> None:
     assert ident.__version__ == version("delta-workbench")
     for program in (ident_program, daq_program):
         assert ident.__version__ in printed(program, "--version")
+
+
+def test_the_interface_is_all_that_is_listed() -> None:
+    ident.check  # noqa: B018
+    assert sorted(dir(ident)) == sorted(ident.__all__)
+    assert all(hasattr(ident, name) for name in dir(ident))
+    documented = {"BadInput", "Model", "Recording", "RunFailed", "check", "compare", "diagnose", "fit", "load_model"}
+    assert {*dir(ident)} == documented | {"read", "__version__"}
 
 
 def test_import_is_light() -> None:

@@ -13,9 +13,11 @@ from operator import methodcaller
 from pathlib import Path
 
 import numpy as np
+import plotly
 import pytest
 
 import ident
+from ident.cli import program
 from ident.identification.model import Model
 from recordings import reader
 from recordings.imported import measured_torque
@@ -23,6 +25,7 @@ from recordings.importing import Description, import_data
 from recordings.recording import Recording
 from tests.documents import ROOT
 from tests.ident.building import DRAG, bench, drag, record
+from tests.running import ran
 
 SIGNALS = ("time", "position", "command", "effort", "repeat", "statusword", "rig")
 
@@ -119,6 +122,36 @@ def test_compared_checked_drawn_and_exported(model: Model, other: Recording, tmp
     model.save(tmp_path / "m.json")
     with pytest.raises(ident.BadInput, match="the recording of the fit, is not at hand"):
         ident.load_model(tmp_path / "m.json").export("c", tmp_path / "other")
+
+
+def test_a_model_and_a_recording_are_drawn_and_reported(
+    model: Model, train: Recording, other: Recording, tmp_path: Path
+) -> None:
+    for figure, names in ((model.plot(), {"measured", "model"}), (train.plot(), {"joint 1"})):
+        assert names <= {trace.name for trace in figure.data}
+        assert isinstance(figure, plotly.graph_objects.Figure)
+    assert model.plot(other).data[0].y.tolist() != model.plot().data[0].y.tolist()
+    page = tmp_path / "page.html"
+    model.report(page, validate=other, diagnose=False)
+    assert all(name in page.read_text(encoding="utf-8") for name in (train.path.name, other.path.name, other.digest))
+    with pytest.raises(ident.BadInput, match=r"a new name expected, .*page\.html exists; .* force=True"):
+        model.report(page, diagnose=False)
+    model.save(tmp_path / "loaded.json")
+    loaded = ident.load_model(tmp_path / "loaded.json")
+    for call in (loaded.plot, lambda: loaded.report(tmp_path / "other.html")):
+        with pytest.raises(ident.BadInput, match="on: a recording expected, none found, as the model was loaded"):
+            call()
+
+
+def test_a_report_is_the_page_of_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for shape, name in enumerate(("a", "b")):
+        measured(shape).to_frame().to_csv(f"{name}.csv", index=False)
+        import_data(Path(f"{name}.csv"), Path(f"{name}.mcap"), Description(rig=bench()))
+    ident.fit("a.mcap", validate="b.mcap", method="ls").save("model.json")
+    ident.load_model("model.json").report("python.html", "a.mcap", validate="b.mcap", diagnose=False)
+    ran(program, "report", "model.json", "a.mcap", "--validate", "b.mcap", "--no-diagnose", "-o", "command.html")
+    assert Path("python.html").read_bytes() == Path("command.html").read_bytes()
 
 
 def test_objects_show_a_line_and_a_table_without_markup_of_others(model: Model, train: Recording) -> None:

@@ -42,6 +42,8 @@ _ROUGH = 0.01
 _EXCERPT = 12.5
 """Seconds of the motion that are looked at."""
 
+_WHERE = "(daq import --map, in Python map)"
+
 
 def find(recording: Recording) -> DataProblem | None:
     """Return the problem if a joint travels further than the mechanism or the URDF allows."""
@@ -54,7 +56,7 @@ def find(recording: Recording) -> DataProblem | None:
     wide = f"Joint {worst + 1} travels {travelled[worst]:.3g} rad, further than it can"
     if excess[worst] > _LARGEST:
         why = f"{wide}, by more than any gear has: they may be counts of an encoder."
-        return _problem("angle-unit", why, 'State their unit, such as --map "position_1=position_1:counts/8192".')
+        return _problem("angle-unit", why, f"State their unit, as position_1=position_1:counts/8192 {_WHERE}.")
     excerpt = _excerpt(recording)
     scale, low, high, error = _scales(excerpt, excess[worst])
     gears, apart = _of_each_joint(excerpt, scale)
@@ -82,8 +84,8 @@ def find(recording: Recording) -> DataProblem | None:
 
 def _stated(gear: int) -> str:
     return (
-        f'State the unit of each joint, such as --map "position_1=position_1:rad/{gear}" for a gear of {gear}, or '
-        '"position_1=position_1:deg" for degrees.'
+        f"State the unit of each joint, as position_1=position_1:rad/{gear} for a gear of {gear}, or "
+        f"position_1=position_1:deg for degrees {_WHERE}."
     )
 
 

@@ -12,7 +12,7 @@ from ident.dynamics.mechanisms import Parameter
 from ident.estimation import estimators
 from ident.estimation.problem import Estimate, Problem, Progress
 from ident.estimation.regression import Regression
-from recordings.errors import BadInput
+from recordings.errors import BadInput, told
 from recordings.recording import Floats, Ints
 
 SEARCH_FACTOR = 10.0
@@ -97,7 +97,8 @@ def _check_physical(parameters: Sequence[Parameter], values: Floats, bounds: Flo
         if parameter.physically_positive and value < lowest:
             raise BadInput(
                 f"method {method} ignores the search region: {parameter.name} of 0 or more expected, "
-                f"{value:.4g} {parameter.unit} found; choose pso or lad, or leave out --physical"
+                f"{value:.4g} {parameter.unit} found; choose pso or lad, or "
+                f"leave out {told('--physical', 'physical')}"
             )
 
 

@@ -19,7 +19,7 @@ from ident.estimation.estimators import lad, pso
 from ident.estimation.linear_fit import Fit, fit
 from ident.estimation.problem import Progress
 from ident.estimation.regression import linearize
-from recordings.errors import BadInput
+from recordings.errors import BadInput, told
 from recordings.recording import Bools, Floats, Ints
 
 _MIN_ROWS = 0.5
@@ -173,8 +173,9 @@ def _search_region(structure: ModelStructure, duration: float) -> _SearchRegion:
     searched = [(index, entry) for index, entry in enumerate(structure.parameters) if entry.free and not entry.linear]
     if not searched:
         raise BadInput(
-            "method pso_nonlinear: an effect with shapes or signal parameters, such as --with stribeck, expected, "
-            "none found; add one, or choose lad"
+            "method pso_nonlinear: an effect with shapes or signal parameters, such as "
+            + told("--with stribeck", 'effects="stribeck"')
+            + ", expected, none found; add one, or choose lad"
         )
     lower, upper = (np.array(limits) for limits in zip(*(_limits(e, duration) for _, e in searched), strict=True))
     logarithmic = (lower > 0) & (upper >= _LOGARITHMIC * np.maximum(lower, np.finfo(float).tiny))

@@ -11,7 +11,7 @@ from ident.export.paths import TorquePath
 from ident.export.torque_table import evaluate
 from ident.identification.model import Model, rig_of
 from ident.identification.model_file import text
-from recordings.errors import BadInput
+from recordings.errors import BadInput, told
 from recordings.reader import Source
 
 
@@ -49,7 +49,7 @@ def motion(model: Model, recording: Source | None, temperature: float | None = N
         return paths.from_recording(recording, model.file)
     if model.file.mechanism != "delta":
         raise BadInput(
-            f"{model.file.train.recordings[0].name}, the recording of the fit, is not at hand; give another one: "
-            "--on or --csv, in Python on=..."
+            f"{model.file.train.recordings[0].name}, the recording of the fit, is not at hand; give another one as "
+            + told("--on or --csv", "on")
         )
     return paths.from_trajectory("fig5a", rig_of(model.file)).at_temperature(temperature)

@@ -7,7 +7,7 @@ import numpy as np
 from ident.data.samples import holds_torque
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import Term
-from recordings.errors import BadInput, did_you_mean
+from recordings.errors import BadInput, did_you_mean, told
 from recordings.recording import Recording
 
 
@@ -40,7 +40,8 @@ def mandatory_terms(
         if name not in base:
             expected = ", ".join(base) or "none, because this mechanism has no such effect,"
             raise BadInput(
-                f"--without: an effect of the base model ({expected}) expected, '{name}' found; leave it out"
+                f"{told('--without', 'without')}: an effect of the base model ({expected}) expected, '{name}' found; "
+                "leave it out"
             )
     return tuple(Term.on_all_joints(name, library[name], recording.rig) for name in base if name not in without)
 

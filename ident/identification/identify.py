@@ -32,7 +32,7 @@ from ident.identification.prediction import Prediction
 from ident.uncertainty.assessment import Assessment, ParameterUncertainty, assess
 from ident.uncertainty.covariance import IntervalMethod
 from ident.uncertainty.sensitivity import Sensitivity, sensitivity
-from recordings.errors import BadInput, expect
+from recordings.errors import BadInput, expect, told
 from recordings.reader import Source, opened
 from recordings.recording import Floats, Recording
 from recordings.rig import Rig
@@ -136,7 +136,10 @@ def identify(
     options = _for_rig(options, recordings[0].rig)
     form = estimators.form(options.method)
     if form and options.effects:
-        raise BadInput(f"--with cannot be combined with a method that fits the form '{form}'; choose another method")
+        raise BadInput(
+            f"{told('--with', 'effects')} cannot be combined with a method that fits the form '{form}'; choose "
+            "another method"
+        )
 
     def prepare(recordings: Sequence[Recording]) -> list[list[PreparedRecording]]:
         return [[each] for each in prepare_all(recordings, options.preprocessing, options.cutoff, form)]

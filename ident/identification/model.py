@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -23,7 +24,7 @@ from recordings.errors import BadInput, expect
 from recordings.files import check_new
 from recordings.frames import data_frame
 from recordings.importing.in_memory import real_array
-from recordings.notebook import html_table
+from recordings.notebook import cell_progress, html_table
 from recordings.reader import Source
 from recordings.recording import Floats, Recording
 from recordings.rig import Axis, Rig
@@ -113,6 +114,55 @@ class Model:
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or error
             raise BadInput(f"model file {path} cannot be written: {reason}; choose another place") from None
+
+    def plot(self, on: Source | str | None = None) -> Any:
+        """A Plotly figure of measured and computed torque and of the residual over time.
+
+        on: recording that is compared with; None: `recording`.
+
+        Raises:
+            BadInput: there is no recording, or it cannot be used.
+        """
+        import ident
+        from ident.output.figures.torque import over_time
+
+        return over_time({"model": ident.compare(self, self._compared(on))}, 0)
+
+    def report(
+        self,
+        path: str | Path,
+        on: Source | str | Sequence[Source | str] | None = None,
+        *,
+        validate: Source | str | Sequence[Source | str] | None = None,
+        diagnose: bool = True,
+        force: bool = False,
+    ) -> None:
+        """Write the page of `ident report`: where this model fails, and which effects are missing.
+
+        path: the HTML file; force: replace an existing one.
+        on: recordings that it is compared with; None: `recording`.
+        validate: recordings that no fit uses.
+        diagnose: whether missing effects are searched, which takes as long as `ident.diagnose`.
+
+        Raises:
+            BadInput: the file exists and `force` is False, or a recording cannot be used.
+        """
+        from ident.basics.arguments import sources
+        from ident.output.report import contents, page
+
+        check_new(Path(path), force)
+        with TemporaryDirectory() as folder, cell_progress() as show:
+            saved = Path(folder) / "model.json"
+            self.save(saved)
+            recordings, held_out = sources(self._compared(on), "on", least=1), sources(validate, "validate")
+            request = contents.ReportRequest((saved,), recordings, held_out, (), diagnose)
+            page.write(contents.gather(request, show, self.library), Path(path))
+
+    def _compared(self, on: Any) -> Any:
+        """The recordings `on` which the model is looked at, or that of the fit."""
+        if on is None and self.recording is None:
+            raise BadInput("on: a recording expected, none found, as the model was loaded; give one")
+        return self.recording if on is None else on
 
     def export(
         self,

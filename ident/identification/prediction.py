@@ -20,7 +20,7 @@ from ident.identification.model_file import EffectTerm, FittedParameter, ModelFi
 from ident.identification.saved_formula import saved_formula
 from ident.uncertainty.assessment import interval_or_none
 from recordings.data_problems import DataProblem
-from recordings.errors import BadInput
+from recordings.errors import BadInput, told
 from recordings.reader import Source, opened
 from recordings.recording import Bools, Floats, Recording
 from recordings.rig import Geometry, Rig, Torque
@@ -116,7 +116,7 @@ def _effect_of(term: EffectTerm, library: Mapping[str, Effect]) -> Effect:
         if term.formula is None:
             raise BadInput(
                 f"effect {term.name} of the model: an effect of the library or of an effect file expected, none "
-                "found, and the model holds no formula of it; give --effect-file"
+                f"found, and the model holds no formula of it; give {told('--effect-file', 'effect_files')}"
             )
         return term.formula.effect(term.name)
     effect = library[term.name]
@@ -124,7 +124,8 @@ def _effect_of(term: EffectTerm, library: Mapping[str, Effect]) -> Effect:
     if term.formula and (found is None or found.digest != term.formula.digest):
         raise BadInput(
             f"effect {term.name} of the model: its formula {' + '.join(term.formula.columns)} expected, another one "
-            f"found under this name; leave out --effect-file, or drop the other one: ident effects --drop {term.name}"
+            f"found under this name; leave out {told('--effect-file', 'effect_files')}, or drop the other one: "
+            f"ident effects --drop {term.name}"
         )
     return effect
 

@@ -26,7 +26,7 @@ import numpy as np
 from ident.basics import slicing, statistics
 from ident.basics.statistics import LEVEL as LEVEL
 from ident.uncertainty import autocovariance
-from recordings.errors import BadInput
+from recordings.errors import BadInput, told
 from recordings.recording import Bools, Floats, Ints
 
 IntervalMethod = Literal["stationary", "hac", "cycles"]
@@ -210,8 +210,9 @@ def _cycles(blocks: Sequence[Block], inverse: Floats) -> tuple[Floats, Floats]:
     names = np.unique(number[number >= 0])
     if len(names) < 2:
         raise BadInput(
-            f"intervals from repetitions need at least two of the motion, {len(names)} found; choose --intervals "
-            "stationary, or record more cycles"
+            f"intervals from repetitions need at least two of the motion, {len(names)} found; choose "
+            + told("--intervals stationary", 'intervals="stationary"')
+            + ", or record more cycles"
         )
     sums = np.stack([scores[number == name].sum(axis=0) for name in names])
     sums -= sums.mean(axis=0)

@@ -48,7 +48,14 @@ def problems(recording: Recording) -> Iterator[DataProblem]:
 
 
 def healing_command(path: Path, options: Sequence[str]) -> str:
-    """The command that writes the recording `path` anew with these `options` of `daq import`, under a free name."""
+    """The command that writes the recording `path` anew with these `options` of `daq import`, under a free name.
+
+    Of a recording in memory, which has no suffix, a sentence.
+    """
+    if not path.suffix:
+        return (
+            f"Mend what the recording was made of, as {shlex.join(['daq', 'import', 'FILE', *options])} mends a file."
+        )
     out = free_name(path.with_name(f"{path.stem}-healed.mcap"))
     return shlex.join(["daq", "import", str(path), "--out", str(out), *options])
 

@@ -18,7 +18,7 @@ from recordings.blocks import SampleTable
 from recordings.columns import columns as columns_of
 from recordings.config import validated
 from recordings.data_problems import DataProblem
-from recordings.errors import BadInput
+from recordings.errors import BadInput, told
 from recordings.imported import imported_rig, measured_torque
 from recordings.importing import clock, formats
 from recordings.importing.healing import Healing
@@ -246,8 +246,8 @@ def _effort(table: Table, current: Floats, rig: Rig) -> Floats:
     """Effort (n, dof) [N m or N] of the `current` (n, dof) [A]."""
     if not rig.torque.per_ampere:
         raise BadInput(
-            f"{table.path} holds currents: their torque per ampere expected, none found; give --kt, or "
-            "torque.per_ampere in the rig file"
+            f"{table.path} holds currents: their torque per ampere expected, none found; give "
+            f"{told('--kt, or ', '')}torque.per_ampere in the rig file"
         )
     effort: Floats = current * np.array(rig.torque.per_ampere)
     if wrong := first_implausible(effort, "effort"):
@@ -277,7 +277,7 @@ def _rig(table: Table, description: Description, joints: Mapping[str, Floats], r
         if description.rig.dof != dof:
             raise BadInput(
                 f"{table.path}: {description.rig.dof} joints expected by the rig file, {dof} columns position_i "
-                "found; choose as many with --names, or map them, or choose another rig file"
+                f"found; {told('choose as many with --names, or ', '')}map them, or choose another rig file"
             )
         return description.rig
     if not volts and {"map", "gain"} & (description.torque or {}).keys():
@@ -285,11 +285,12 @@ def _rig(table: Table, description: Description, joints: Mapping[str, Floats], r
     if "effort" in joints and "per_ampere" in (description.torque or {}):
         raise BadInput(f"{table.path} holds efforts, which need no torque per ampere; leave --kt out")
     if dof != 3 and description.mechanism is None:
-        choose = "choose three with --names A,B,C (1,2,3 of position_1 ...)" if dof > 3 else "map three"
+        names = told("choose three with --names A,B,C (1,2,3 of position_1 ...)", "leave the others out")
         found = f"{dof} found" + (f" ({'; '.join(table.notes)})" if table.notes else "")
         raise BadInput(
-            f"{table.path}: the three joints of a delta robot expected, {found}; say what it is with --rig, or "
-            f"with --mechanism axes --joints revolute|prismatic, or {choose}"
+            f"{table.path}: the three joints of a delta robot expected, {found}; say what it is with "
+            f"{told('--rig, or with --mechanism axes --joints revolute|prismatic', 'rig')}, or "
+            f"{names if dof > 3 else 'map three'}"
         )
     given = validated(_for_joints(description.torque or {}, dof), Torque, "--torque-map, --gain, --kt")
     return imported_rig(

@@ -12,7 +12,7 @@ import numpy as np
 
 from recordings.data_problems import DataProblem
 from recordings.errors import BadInput
-from recordings.importing.mapping import Source
+from recordings.importing.mapping import Source, as_mapped, or_guess
 from recordings.importing.table import Table, words_of
 from recordings.importing.units import NO_UNIT, Unit, check_dimension, is_none, parse
 from recordings.recording import Floats, Ints
@@ -149,8 +149,8 @@ def read(table: Table, source: Source | None) -> Clock:
     """
     if source is None:
         raise BadInput(
-            f"{table.path}: a column 'time' expected, {table.listed()} found; say which it is, as in --map "
-            f'"time=COLUMN:ms", or see daq import {table.path} --guess'
+            f"{table.path}: a column 'time' expected, {table.listed()} found; say which it is, as in "
+            f"{as_mapped('time', 'COLUMN:ms')}{or_guess(table)}"
         )
     time, offset = _in_seconds(table, source)
     if len(time) < 2:
@@ -166,7 +166,7 @@ def read(table: Table, source: Source | None) -> Clock:
     if abs(time[-1] - time[0]) >= _MAX_TIME:
         raise BadInput(
             f"{table.path}, column {source.column!r}: times within {_MAX_TIME} s expected, {time[-1] - time[0]:g} s "
-            f'found; say the unit, as in --map "time={source.column}:ns"'
+            f"found; say the unit, as in {as_mapped('time', f'{source.column}:ns')}"
         )
     # Whole seconds are split off, so that times since 1970 keep the full resolution of their fractions.
     seconds = np.floor(time)
@@ -244,6 +244,6 @@ def _check_increasing(table: Table, source: Source, stamp: Ints) -> None:
         row, unit, raw = int(wrong[0]) + 1, source.unit.text or "s", table.column(source.column)
         raise BadInput(
             f"{table.location(row, source.column)}: a time after {float(raw[row - 1])!r} {unit} expected, "
-            f"{float(raw[row])!r} found; sort the rows and remove those that stand twice, or count rows, as in --map "
-            '"time=row:s*0.001" for one per ms'
+            f"{float(raw[row])!r} found; sort the rows and remove those that stand twice, or count rows, as in "
+            f"{as_mapped('time', 'row:s*0.001')} for one per ms"
         )

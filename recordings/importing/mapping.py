@@ -1,12 +1,13 @@
 """Mappings from columns of a file to quantities: `--map "position_1=q1:deg"`, or a TOML file of the same."""
 
 import re
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from recordings.config import toml_content
-from recordings.errors import BadInput, did_you_mean
+from recordings.errors import BadInput, did_you_mean, told
 from recordings.importing.table import JOINT_QUANTITIES, ROW, Table
 from recordings.importing.units import NO_UNIT, Unit, is_none, parse, split_header
 
@@ -38,6 +39,16 @@ class Source:
         return tuple(name for name, _ in self.parts)
 
 
+def as_mapped(target: str, source: str) -> str:
+    """How the reader of an error maps a `source`, COLUMN:UNIT, to a quantity."""
+    return told(f'--map "{target}={source}"', f'map={{"{target}": "{source}"}}')
+
+
+def or_guess(table: Table) -> str:
+    """The advice of a command to look at its guesses."""
+    return told(f", or see daq import {shlex.quote(str(table.path))} --guess", "")
+
+
 def joint_quantity(name: str) -> tuple[str, int] | None:
     """Quantity and number of the joint of a name such as "position_2"; None for other names."""
     match = _TARGET.fullmatch(name)
@@ -55,11 +66,11 @@ def sources(table: Table, entries: Sequence[str]) -> dict[str, Source]:
         if not _TARGET.fullmatch(target):
             known = [*(f"{name}_1" for name in JOINT_QUANTITIES), *TIMES]
             raise BadInput(
-                f"--map: time, cycle, or {', '.join(JOINT_QUANTITIES)} with _1, _2 ... expected, {target!r} found;"
+                f"{_map()}: time, cycle, or {', '.join(JOINT_QUANTITIES)} with _1, _2 ... expected, {target!r} found;"
                 f"{did_you_mean(target, known) or ' correct the name'}"
             )
         if target in given:
-            raise BadInput(f"--map: one column for {target} expected, two found; remove one")
+            raise BadInput(f"{_map()}: one column for {target} expected, two found; remove one")
         given[target] = _source(table, target, text)
     mapped = {*given, *(column for source in given.values() for column in source.columns)}
     named = {
@@ -71,9 +82,13 @@ def sources(table: Table, entries: Sequence[str]) -> dict[str, Source]:
         if again := next((other for other in table.columns if other.startswith(f"{name}#")), None):
             raise BadInput(
                 f"{table.path}: every column needs a name of its own, {name!r} twice found; rename one, or choose "
-                f'with --map "{name}={again}"'
+                f"with {as_mapped(name, again)}"
             )
     return named | given
+
+
+def _map() -> str:
+    return told("--map", "map")
 
 
 def _pairs(entries: Sequence[str]) -> list[tuple[str, str]]:
@@ -86,7 +101,7 @@ def _pairs(entries: Sequence[str]) -> list[tuple[str, str]]:
             pairs += _file(Path(entry))
         else:
             raise BadInput(
-                f'--map: NAME=COLUMN:UNIT such as "position_1=q1:deg", or a TOML file, expected, {entry!r} found; '
+                f'{_map()}: NAME=COLUMN:UNIT such as "position_1=q1:deg", or a TOML file, expected, {entry!r} found; '
                 "correct it"
             )
     return pairs
@@ -116,7 +131,7 @@ def _source(table: Table, target: str, text: str) -> Source:
     unit = parse(unit_text)
     if unit is None:
         raise BadInput(
-            f"--map {target}: a unit such as deg, ms, A*0.12 or counts/8192 behind the colon expected, "
+            f"{_map()} {target}: a unit such as deg, ms, A*0.12 or counts/8192 behind the colon expected, "
             f"{unit_text!r} found; correct it"
         )
     if unit.dimension is None:  # a factor alone scales the unit that the file states
@@ -144,6 +159,6 @@ def _stated(table: Table, name: str) -> Unit:
     if unit is None and not is_none(text):
         raise BadInput(
             f"{table.path}, column {name!r}: a unit such as deg, Nm, ms or 0.1% expected, {text!r} found; say which "
-            f'it is, as in --map "position_1={name}:deg"'
+            f"it is, as in {as_mapped('position_1', f'{name}:deg')}"
         )
     return unit or NO_UNIT

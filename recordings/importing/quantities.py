@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from recordings.errors import BadInput
-from recordings.importing.mapping import Source, joint_quantity
+from recordings.importing.mapping import Source, as_mapped, joint_quantity, or_guess
 from recordings.importing.table import Table
 from recordings.importing.units import RigHints, to_si
 from recordings.plausible import LARGEST, first_implausible
@@ -52,7 +52,7 @@ def _joints(table: Table, sources: Mapping[str, Source], hints: RigHints) -> dic
     if not dof:
         raise BadInput(
             f"{table.path}: columns position_1, position_2, ... expected, {table.listed()} found; say which they "
-            f'are, as in --map "position_1=COLUMN:deg", or see daq import {table.path} --guess'
+            f"are, as in {as_mapped('position_1', 'COLUMN:deg')}{or_guess(table)}"
         )
     _check_numbers(table, numbers, dof)
     joints = {name: np.column_stack([_in_si(table, sources, name, k, hints) for k in range(dof)]) for name in numbers}
@@ -60,7 +60,7 @@ def _joints(table: Table, sources: Mapping[str, Source], hints: RigHints) -> dic
     if not {"voltage", "effort", "current"} & joints.keys():
         raise BadInput(
             f"{table.path}: columns voltage_1 ..., effort_1 ... or current_1 ... with numbers expected, none found; "
-            f'say which they are, as in --map "current_1=COLUMN:A", or see daq import {table.path} --guess'
+            f"say which they are, as in {as_mapped('current_1', 'COLUMN:A')}{or_guess(table)}"
         )
     return joints
 
@@ -72,7 +72,7 @@ def _check_numbers(table: Table, numbers: Mapping[str, set[int]], dof: int) -> N
             problem = "is missing" if wrong[0] in expected else f"has no position_{wrong[0]}"
             raise BadInput(
                 f"{table.path}: one column {name}_i for each position_i expected, {name}_{wrong[0]} {problem}; map "
-                f'it with --map "{name}_{wrong[0]}=COLUMN", or leave the others out'
+                f"it with {as_mapped(f'{name}_{wrong[0]}', 'COLUMN')}, or leave the others out"
             )
 
 
@@ -87,7 +87,7 @@ def _in_si(table: Table, sources: Mapping[str, Source], quantity: str, joint: in
         raise BadInput(
             f"{table.location(wrong[0], source.column)}: {quantity} within ±{LARGEST[quantity]:g} (SI units) "
             f"expected, {values[wrong]:g} found; correct the value or leave its cell empty, or say its unit, as "
-            f'in --map "{name}={source.column}:UNIT"'
+            f"in {as_mapped(name, f'{source.column}:UNIT')}"
         )
     return values
 

@@ -4,7 +4,7 @@ import math
 import re
 from dataclasses import dataclass
 
-from recordings.errors import BadInput
+from recordings.errors import BadInput, told
 from recordings.recording import Floats
 from recordings.rig import Drive, JointType
 
@@ -238,11 +238,13 @@ def to_si(values: Floats, unit: Unit, quantity: str, joint: int, rig: RigHints, 
 def _by_drive(values: Floats, unit: Unit, quantity: str, drive: Drive | None, where: str) -> Floats:
     """Convert counts and shares of the rated torque with the drive of a rig file."""
     if drive is None or unit.dimension == "current":
+        rig = told("--rig", "a rig")
         remedy = {
-            "counts": "write counts/8192 for 8192 counts per turn of the joint, or give --rig with [[drives]]",
-            "count rate": "write counts/s/8192 for 8192 counts per turn of the joint, or give --rig with [[drives]]",
-            "share": "write %*20 for 20 Nm at 100 %, or give --rig with [[drives]]",
-            "current": "write A*0.12 for 0.12 Nm/A, or map the column to current_1 ... and give --kt",
+            "counts": f"write counts/8192 for 8192 counts per turn of the joint, or give {rig} with [[drives]]",
+            "count rate": f"write counts/s/8192 for 8192 counts per turn of the joint, or give {rig} with [[drives]]",
+            "share": f"write %*20 for 20 Nm at 100 %, or give {rig} with [[drives]]",
+            "current": "write A*0.12 for 0.12 Nm/A, or map the column to current_1 ... and give "
+            + told("--kt", "a rig with torque.per_ampere"),
         }[unit.dimension or ""]
         raise BadInput(f"{where}: '{unit.text}' needs a factor to become {quantity}; {remedy}")
     if unit.dimension == "counts":

@@ -172,7 +172,7 @@ def describe_test_data(split: SplitData) -> str:
     if split.other_motion:
         files = file_names(split, [i for i, rows in enumerate(split.test) if rows.any()])
         return f"{'another recording' if len(files) == 1 else 'other recordings'}: {', '.join(files)}"
-    return "parts of the same motion that no fit uses; another motion, given with --validate, tells more"
+    return "parts of the same motion that no fit uses; another motion to validate with tells more"
 
 
 def _numbers(values: Floats) -> tuple[float, ...]:

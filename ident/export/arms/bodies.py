@@ -14,7 +14,7 @@ from ident.dynamics.motion import Motion
 from ident.export.losses import Carried, sorted_by
 from ident.export.paths import TorquePath
 from ident.identification.model import Model
-from recordings.errors import BadInput
+from recordings.errors import BadInput, told
 from recordings.recording import Floats
 
 _ROWS = 2000
@@ -75,7 +75,7 @@ def tree_of(model: Model) -> Urdf:
     if mechanism.links.loops:
         raise BadInput(
             "a tree of links expected, closed loops found, which this export cannot carry; export its torque along a "
-            "motion with --to csv"
+            f"motion to {told('--to csv', 'csv')}"
         )
     return mechanism
 

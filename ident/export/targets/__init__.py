@@ -14,6 +14,7 @@ from ident.estimation.settings import create
 from ident.export.losses import Carried
 from ident.export.paths import TorquePath
 from ident.identification.model import Model
+from recordings.errors import told
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +66,8 @@ def settings(name: str, given: Mapping[str, Any]) -> Any:
     Raises:
         BadInput: there is no such target or setting, or a value is out of range.
     """
-    return create(getattr(load(name), "Settings", NoSettings), given, f"export to {name}", "change --set")
+    advice = f"change {told('--set', 'settings')}"
+    return create(getattr(load(name), "Settings", NoSettings), given, f"export to {name}", advice)
 
 
 def beside(out: Path) -> Path:

@@ -13,7 +13,7 @@ from ident.export.losses import Carried, sorted_by
 from ident.export.paths import GivenPath, TorquePath
 from ident.export.targets import ExportRequest
 from ident.identification.model import Model
-from recordings.errors import BadInput
+from recordings.errors import BadInput, told
 from recordings.recording import Bools, Floats
 
 __all__ = ["Settings", "carried_file", "write"]
@@ -48,7 +48,8 @@ def carried_by(model: Model) -> Carried:
     """
     if model.file.form:
         raise BadInput(
-            f"a model of the mechanism expected, the form '{model.file.form}' found; fit with --method lad"
+            f"a model of the mechanism expected, the form '{model.file.form}' found; fit with "
+            + told("--method lad", 'method="lad"')
         )
     names = model.dynamics.structure.term_names
     reasons = {name: c_source.why_not(model.dynamics, index) for index, name in enumerate(names)}

@@ -91,7 +91,7 @@ def write(request: ExportRequest) -> Carried:
         BadInput: there is no C compiler, or single precision is asked for: the interface has double numbers.
     """
     if request.precision != "double":
-        raise BadInput("an FMU computes in double precision, --precision float found; leave it out, or export c")
+        raise BadInput("an FMU computes in double precision, float found; leave the precision out, or export c")
     compiler = shutil.which(os.environ.get("CC", "cc"))
     if compiler is None:
         raise BadInput("a C compiler (cc, or $CC) expected for an FMU, none found; install gcc, or export c")

@@ -19,7 +19,7 @@ from recordings import schemas
 from recordings.cdr import Encoder
 from recordings.container_writer import LIBRARY, PROFILE
 from recordings.description import description_messages
-from recordings.errors import BadInput
+from recordings.errors import BadInput, told
 from recordings.files import replacement
 from recordings.recording import Floats
 from recordings.sync_grid import SYNC_TOPICS
@@ -42,7 +42,10 @@ def write(request: ExportRequest) -> Carried:
     """
     path = request.path
     if not isinstance(path, RecordedPath) or not path.prepared.recording.path.is_file():
-        raise BadInput(f"--to mcap: the file of a recording expected, {path.name} found; give it with --on")
+        raise BadInput(
+            f"export to mcap: the file of a recording expected, {path.name} found; give it as "
+            + told("--on FILE", "on")
+        )
     with (
         replacement(request.out) as partial,
         path.prepared.recording.path.open("rb") as source,

@@ -18,7 +18,7 @@ from ident.export.rendering import rendered
 from ident.export.targets import ExportRequest
 from ident.export.targets import beside as carried_file
 from ident.export.xml_file import write_xml
-from recordings.errors import BadInput
+from recordings.errors import BadInput, told
 from recordings.files import replacement
 from recordings.recording import Floats
 from recordings.rig import Geometry
@@ -77,7 +77,8 @@ def _robot(request: ExportRequest, parameters: Floats) -> dict[str, Any]:
     m_p, T_g, inertia = parameters[0], parameters[1], parameters[2:5]
     for name, value in (("m_p", m_p), *((f"I_{j + 1}", x) for j, x in enumerate(inertia))):
         if value <= 0:
-            raise BadInput(f"{name} above 0 expected, {value:.3g} found: no body has it; fit with --method lad")
+            lad = told("--method lad", 'method="lad"')
+            raise BadInput(f"{name} above 0 expected, {value:.3g} found: no body has it; fit with {lad}")
     geometry: Geometry = dynamics.structure.corrections(dynamics.values)[0].geometry
     centre = kinematics.forward(geometry, np.zeros((1, 3)))[0]
     across = geometry.R - geometry.r + geometry.L1

@@ -8,6 +8,7 @@ from typing import Any
 from ident.diagnosis.diagnosis import DiagnosisOptions
 from ident.diagnosis.document.result import DiagnosisResult, diagnosed
 from ident.diagnosis.unknown.residual_test import scored_predictions
+from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.library import library
 from ident.estimation.axis_response import AxisResponse, axis_response
 from ident.identification import model_file, prediction
@@ -15,6 +16,7 @@ from ident.identification.model_file import ModelFile, RecordingSource
 from ident.residuals import analysis
 from ident.residuals.analysis import ResidualAnalysis
 from recordings.files import sha256
+from recordings.reader import Source
 from recordings.recording import Recording
 
 SCHEMA = 2
@@ -25,8 +27,8 @@ class ReportRequest:
     """Files and options of the command."""
 
     models: tuple[Path, ...]
-    recordings: tuple[Path, ...]
-    held_out: tuple[Path, ...]
+    recordings: tuple[Source, ...]
+    held_out: tuple[Source, ...]
     effect_files: tuple[Path, ...]
     diagnose: bool
     base_model: Path | None = None
@@ -54,6 +56,8 @@ class ReportContents:
     sources: tuple[RecordingSource, ...]
     """Their files."""
     diagnosis: DiagnosisResult | None
+    effects: Mapping[str, Effect]
+    """Those of the library and of the user, by name."""
     responses: tuple[AxisResponse, ...] = ()
     """Frequency responses of single axes."""
 
@@ -89,20 +93,24 @@ class ReportContents:
         }
 
 
-def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportContents:
+def gather(
+    request: ReportRequest, progress: Callable[[str], None], effects: Mapping[str, Effect] | None = None
+) -> ReportContents:
     """Compare every model with every recording, and diagnose the base model if that is asked for.
+
+    effects: by name; None: those of the library and of the `effect_files`.
 
     Raises:
         BadInput: a file cannot be used, or they are not of the same rig.
     """
-    effects = library(request.effect_files)
+    effects = library(request.effect_files) if effects is None else effects
     responses = tuple(map(axis_response, request.responses))
     names = [path.name for path in request.models]
     models = {  # models of equal names are called by their paths
         path.name if names.count(path.name) == 1 else str(path): model_file.load(path) for path in request.models
     }
 
-    def compare_all(files: Sequence[Path]) -> dict[str, ResidualAnalysis]:
+    def compare_all(files: Sequence[Source]) -> dict[str, ResidualAnalysis]:
         results = {}
         for name, identified in models.items():
             progress(f"comparing {name}")
@@ -116,7 +124,7 @@ def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportCon
     if request.diagnose:
         options = DiagnosisOptions(accept=request.accept)
         diagnosis = diagnosed(request.recordings, request.held_out, effects, options, progress)
-    return assemble(request, models, analyses, held_out, diagnosis, responses)
+    return assemble(request, models, analyses, held_out, diagnosis, responses, effects)
 
 
 def assemble(
@@ -126,6 +134,7 @@ def assemble(
     held_out_analyses: Mapping[str, ResidualAnalysis] = {},
     diagnosis: DiagnosisResult | None = None,
     responses: tuple[AxisResponse, ...] = (),
+    effects: Mapping[str, Effect] | None = None,
 ) -> ReportContents:
     """Add the recordings and the digests of all files to results; models and their analyses by name."""
     first_results = [next(iter(group.values())) for group in (analyses, held_out_analyses) if group]
@@ -142,5 +151,6 @@ def assemble(
         recordings=tuple(recordings.values()),
         sources=tuple(map(model_file.recording_source, recordings.values())),
         diagnosis=diagnosis,
+        effects=library(request.effect_files) if effects is None else effects,
         responses=responses,
     )

@@ -23,7 +23,8 @@ def find(recording: Recording) -> DataProblem | None:
         blocks=True,
         why=f"The position of {joint_list(joints)} is a velocity: it is the derivative of the command, equals the "
         "velocity that was recorded, or would turn an arm by more than half a turn, which its integral does not.",
-        remedy="Map the column that holds the position (--map 'position_1=COLUMN:rad'), or record it.",
+        remedy="Map the column that holds the position, as position_1=COLUMN:rad (daq import --map, in Python map), "
+        "or record it.",
     )
 
 

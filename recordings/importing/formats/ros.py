@@ -19,7 +19,7 @@ from zstandard import ZstdDecompressor
 
 from recordings.chunk import unpacked
 from recordings.container import decode, open_records
-from recordings.errors import BadInput
+from recordings.errors import BadInput, told
 from recordings.importing.formats import reading
 from recordings.importing.table import Table
 from recordings.limits import Allowance
@@ -61,7 +61,7 @@ def read(path: Path, wanted: str | None = None, names: tuple[str, ...] = ()) -> 
             topic = _topic(path, bag, wanted)
             messages = list(_messages(bag, topic))
     if not messages:
-        raise BadInput(f"{path}: messages on {topic} expected, none found; choose another --topic")
+        raise BadInput(f"{path}: messages on {topic} expected, none found; choose another {_importing('--topic')}")
     table = _table(path, topic, messages, names)
     return replace(table, notes=(*table.notes, *damages))
 
@@ -143,6 +143,11 @@ def _check_size(path: Path) -> None:
                     allowance.take(len(block))
 
 
+def _importing(option: str) -> str:
+    """An option of `daq import`, which has no counterpart in Python."""
+    return told(option, f"daq import {option}")
+
+
 def _topic(path: Path, bag: "AnyReader", wanted: str | None) -> str:
     if any(connection.msgtype == _RECORDED_TYPE for connection in bag.connections):
         raise BadInput(f"{path} is a recording of this program already; give it to ident as it is")
@@ -156,7 +161,7 @@ def _topic(path: Path, bag: "AnyReader", wanted: str | None) -> str:
         others = ", ".join(sorted({f"{c.topic} ({c.msgtype})" for c in bag.connections})) or "no topics"
         raise BadInput(f"{path}: a topic of {_TYPE} expected, {others} found; record the joint states")
     if len(topics) > 1:
-        raise BadInput(f"{path}: several topics of {_TYPE} found: {listed}; choose one with --topic")
+        raise BadInput(f"{path}: several topics of {_TYPE} found: {listed}; choose one with {_importing('--topic')}")
     return topics[0]
 
 
@@ -220,7 +225,9 @@ def _joints(path: Path, topic: str, messages: list[_Message], names: tuple[str, 
         raise BadInput(f"{path}: --names: joints on {topic} ({listed}) expected, {unknown[0]!r} found; correct it")
     if not names and others and (any(most & other for other, _ in others) or 2 * (len(messages) - count) >= count):
         listed = "; ".join(sorted(",".join(sorted(names)) for names in sets))
-        raise BadInput(f"{path}: {topic} carries several sets of joints ({listed}); choose with --names a,b,c")
+        raise BadInput(
+            f"{path}: {topic} carries several sets of joints ({listed}); choose with {_importing('--names a,b,c')}"
+        )
     first = next(message for message in messages if {*message.names} == most)
     return names or first.names or tuple(f"joint_{i + 1}" for i in range(len(first.fields[0])))
 
@@ -265,7 +272,7 @@ def _values(path: Path, messages: list[_Message], joints: tuple[str, ...], field
         if len(content) and len(names) not in (0, len(content)):
             raise BadInput(
                 f"{path}: message {message.number}: {len(names)} values of {_FIELDS[field]}, one for each name, "
-                f"expected, {len(content)} found; choose another --topic"
+                f"expected, {len(content)} found; choose another {_importing('--topic')}"
             )
         if len(content) > there.max(initial=-1):
             table[row, here] = content[there]

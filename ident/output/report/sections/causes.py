@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording
-from ident.dynamics.effects.library import library
 from ident.export.paths import RecordedPath
 from ident.export.torque_table import TorqueSummary, evaluate
 from ident.identification.model import Model
@@ -20,7 +19,7 @@ from ident.output.tables.causes import table
 def section(contents: ReportContents) -> ReportSection:
     """Return the torque of the last model by its causes, in the first recording that judges it."""
     name, analysis = list(contents.primary_analyses.items())[-1]
-    model = Model(contents.models[name], library(contents.request.effect_files))
+    model = Model(contents.models[name], contents.effects)
     blocks = torque_by_cause(model, analysis.predictions[0].prepared)
     return ReportSection("causes", f"Where the torque goes: {name}", blocks)
 

@@ -12,13 +12,18 @@ from ident.output.report.contents import ReportContents, ReportRequest
 from ident.output.tables import ResultTable
 from recordings.command_line import repeated
 from recordings.files import sha256
+from recordings.reader import path_of
 
 PACKAGES = ("delta-workbench", "numpy", "scipy", "numba", "plotly")
 
 
 def section(contents: ReportContents) -> ReportSection:
     """Return commands, versions and digests."""
-    digests = [(name, sha256(path)) for path, name in file_names(contents.request).items()]
+    read = {recording.path: recording for recording in contents.recordings}
+    digests = [
+        (name, read[path].digest if path in read else sha256(path))
+        for path, name in file_names(contents.request).items()
+    ]
     versions = [("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES)]
     blocks: list[ReportBlock] = [
         Text(("In the folder that holds the files, or their folders:",)),
@@ -44,7 +49,7 @@ def section(contents: ReportContents) -> ReportSection:
 def file_names(request: ReportRequest) -> dict[Path, str]:
     """Return the name of each file; if two are equal, the paths relative to the innermost common folder."""
     base_model = (request.base_model,) if request.base_model else ()
-    inputs = (*request.models, *request.recordings, *request.held_out)
+    inputs = (*request.models, *map(path_of, (*request.recordings, *request.held_out)))
     files = (*inputs, *base_model, *request.effect_files, *request.responses)
     if len({path.name for path in files}) == len(files):
         return {path: path.name for path in files}
@@ -57,7 +62,7 @@ def commands(contents: ReportContents) -> list[list[str]]:
     request = contents.request
     names = file_names(request)
     models, recorded, held_out = (
-        [names[path] for path in files] for files in (request.models, request.recordings, request.held_out)
+        [names[path_of(each)] for each in files] for files in (request.models, request.recordings, request.held_out)
     )
     extra = repeated("--effect-file", (names[path] for path in request.effect_files))
     validate = repeated("--validate", held_out)

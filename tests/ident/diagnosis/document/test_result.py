@@ -1,5 +1,6 @@
 """The result of a diagnosis as a user receives it, and the model file of its last model."""
 
+import pickle
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -76,6 +77,20 @@ def test_model_file_has_the_values_intervals_and_errors_of_the_model() -> None:
     assert file.residual_test is not None
     assert file.residual_test.noise_rms == tuple(model.noise_floor.rms.tolist())
     assert file.residual_test.verdict == "within-noise"
+
+
+def test_a_pickle_carries_the_recordings_and_computes_the_rest_again() -> None:
+    train, other = (building.record(noise=0.05, extra=building.drag, shape=shape, seed=shape) for shape in (0, 1))
+    result = ident.diagnose(train, validate=other, only="quadratic_friction")
+    assert result.propose() is None
+    again = pickle.loads(pickled := pickle.dumps(result))
+    assert len(pickled) < 3 * sum(len(pickle.dumps(each)) for each in (train, other))
+    assert again.as_json() == result.as_json()
+    assert again.model.parameters == result.model.parameters
+    assert again.propose() is None
+    for found, expected in zip(again.diagnosis.model.residuals, result.diagnosis.model.residuals, strict=True):
+        np.testing.assert_allclose(found, expected, atol=1e-9)
+    assert again.plot() == result.plot()
 
 
 def test_applied_model_predicts_the_ripple_above_the_low_pass(
