@@ -48,8 +48,8 @@ class RunBroadcast:
         """Earlier lines with a warning or an error."""
         self._count = 0
         self.finished = False
-        self.browser_started = False
-        """A browser has been started and is expected to open a page."""
+        self.browser_expected = True
+        """A browser is to open a page: it may be slow, and some return from their start only when they are closed."""
         self.pages = 0
         """Number of open pages."""
         self.pages_served = 0
@@ -130,7 +130,7 @@ async def serve(broadcast: RunBroadcast, token: str, listening: socket.socket) -
             await asyncio.sleep(_INTERVAL)
         until = asyncio.get_running_loop().time() + END_TIMEOUT
         while (
-            broadcast.pages or (broadcast.browser_started and not broadcast.pages_served)
+            broadcast.pages or (broadcast.browser_expected and not broadcast.pages_served)
         ) and asyncio.get_running_loop().time() < until:
             await asyncio.sleep(_INTERVAL)
         server.should_exit = True
@@ -153,7 +153,7 @@ def main() -> None:
     ):
 
         def browse() -> None:
-            broadcast.browser_started = webbrowser.open(link)
+            broadcast.browser_expected = webbrowser.open(link)
 
         # In a thread: with some browsers the call returns only when they are closed.
         threading.Thread(target=browse, daemon=True).start()

@@ -16,7 +16,7 @@ from daq.cycle.session import Display, RunRequest, Session, check_request
 from daq.feedforward.planning import ASSUMED_GAIN
 from daq.feedforward.source import open_source
 from daq.live.status import LineSink, StatusLines, to_stdout
-from daq.live.terminal import ProgressBar, figures, summary
+from daq.live.terminal import ProgressBar, figures, heard_summary, summary
 from daq.live.viewers import viewers
 from daq.passive import listen
 from daq.watch import RunWatch
@@ -166,13 +166,12 @@ def record_heard(
         heard, reconstructed = listen.record(rig, out, trajectory, duration, show_heard)
     if trajectory is not None and reconstructed.trajectory is None:
         say(f"warning: the motion {trajectory.name} is not what was commanded; see what was found", "yellow")
-    if loss := reconstructed.loss():
-        say(f"warning: {loss}", "yellow")
+    for warning in filter(None, (reconstructed.other_rate(), reconstructed.loss())):
+        say(f"warning: {warning}", "yellow")
     found = {"frames": heard.frames, "syncs": heard.syncs, **reconstructed.figures()}
     if as_json:
         click.echo(json.dumps({"schema": 1, "recording": str(out), **found}))
         return
-    for label, value in found.items():
-        click.echo(f"{label.replace('_', ' ')}: {value}")
+    Console(markup=False).print(heard_summary(found))
     click.echo(f"recorded {out} (listened)")
     say_next("ident", "fit", out)

@@ -1,6 +1,7 @@
 """Terminal output of a run: a progress bar with the key figures, and a summary at the end."""
 
 import sys
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -65,6 +66,23 @@ def figures(result: Result) -> dict[str, Any]:
         "lateness": lateness_quantiles(np.array(progress.lateness)),
         "following_error_max": progress.following_error,
     }
+
+
+def heard_summary(found: Mapping[str, Any]) -> Table:
+    """Table of the figures of what was heard."""
+    lost = ", ".join(map(str, found["answers_lost"]))
+    period = f"{found['cycles']} cycles of {found['period_s']:.4g} s" if found["period_s"] else "does not repeat"
+    configured = found["configured_rate_hz"]
+    rig_file = "as" if found["rate_hz"] == configured else f"{configured:g} Hz"
+    table = Table.grid(padding=(0, 2))
+    table.add_row("SYNCs", f"{found['syncs']} heard, {found['syncs_missing']} missing")
+    table.add_row("CAN frames", f"{found['frames']} heard")
+    table.add_row("samples", f"{found['samples']}; answers lost of each joint: {lost}")
+    table.add_row("rate", f"{found['rate_hz']:.6g} Hz, {rig_file} in the rig file")
+    table.add_row("time stamps", found["stamps"])
+    table.add_row("motion", f"{found['trajectory'] or 'not known'}, {period}")
+    table.add_row("drives", "simulated: no real robot moved" if found["simulated"] else "not said to be simulated")
+    return table
 
 
 def summary(result: Result) -> Table:

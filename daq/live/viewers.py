@@ -28,16 +28,16 @@ def viewers(
     with ExitStack() as stack:
         started_viewers = []
         if foxglove is not None:
-            started_viewers.append(stack.enter_context(_foxglove(request, foxglove)))
+            started_viewers.append(stack.enter_context(_foxglove(request, foxglove, say)))
             say(f"foxglove: ws://{local.HOST}:{foxglove}")
         if page:
-            viewer, address = _page(request)
+            viewer, address = _page(request, say)
             started_viewers.append(stack.enter_context(viewer))
             say(f"live view: {address}")
         yield [viewer.send for viewer in started_viewers]
 
 
-def _page(request: RunRequest) -> tuple[Viewer, str]:
+def _page(request: RunRequest, say: Callable[[str], None]) -> tuple[Viewer, str]:
     token = secrets.token_urlsafe(24)
     with local.listen() as listening:
         first = {
@@ -46,17 +46,18 @@ def _page(request: RunRequest) -> tuple[Viewer, str]:
             "folder": str(request.out.parent.resolve()),
             "run": _run(request),
         }
-        return Viewer("daq.live.page", first, [listening.fileno()]), local.address(listening, token)
+        return Viewer("daq.live.page", first, [listening.fileno()], say), local.address(listening, token)
 
 
-def _foxglove(request: RunRequest, port: int) -> Viewer:
+def _foxglove(request: RunRequest, port: int, say: Callable[[str], None]) -> Viewer:
     if importlib.util.find_spec("foxglove") is None:
         raise BadInput(
             "--foxglove needs the package foxglove-sdk, which is not installed; install it with "
             "`pip install 'delta-workbench[foxglove]'`, or use --live"
         )
     local.listen(port).close()
-    return Viewer("daq.live.foxglove", {"port": port, "run": _run(request), "rig": request.rig.model_dump_json()})
+    first = {"port": port, "run": _run(request), "rig": request.rig.model_dump_json()}
+    return Viewer("daq.live.foxglove", first, say=say)
 
 
 def _run(request: RunRequest) -> dict[str, Any]:

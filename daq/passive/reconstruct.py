@@ -31,6 +31,8 @@ _ANCHOR_COUNT = 40
 """Number of rows of a trajectory that are compared with the commands to locate it."""
 _MIN_AGREEMENT = 0.9
 """Share of these rows that must agree."""
+_CLOCKS = 1e-3
+"""Relative difference of rates that the clocks of two computers explain."""
 _SIMULATED_NAME = b"simulated drive"
 """Part of the device name (object 1008) of simulated drives."""
 
@@ -44,8 +46,8 @@ class Reconstructed:
     samples: SampleTable
     rate: float
     """SYNCs per second [Hz]."""
-    uses_configured_period: bool
-    """The SYNC period by the clock of this computer is the configured one."""
+    configured_rate: float
+    """That of the rig file [Hz]."""
     missing: int
     """Number of missing SYNCs, without those of a pause of the master."""
     period: float
@@ -63,14 +65,24 @@ class Reconstructed:
             "syncs_missing": self.missing,
             "answers_lost": np.isnan(self.samples.position).sum(axis=0).tolist(),
             "rate_hz": self.rate,
+            "configured_rate_hz": self.configured_rate,
             "stamps": "SYNC index x configured period"
-            if self.uses_configured_period
+            if self.rate == self.configured_rate
             else "line through the arrivals",
             "trajectory": self.trajectory.name if self.trajectory else None,
             "cycles": self.cycles,
             "period_s": self.period,
             "simulated": self.simulated,
         }
+
+    def other_rate(self) -> str | None:
+        """What is to be said where the rate is not that of the rig file; None: it is."""
+        if abs(self.rate / self.configured_rate - 1) <= _CLOCKS:
+            return None
+        return (
+            f"{self.configured_rate:g} SYNCs per second expected, as `rate` of the rig file says, {self.rate:.4g} "
+            "found; the recording has those found; correct the rig file, or the master"
+        )
 
     def loss(self) -> str | None:
         """What is to be said where many answers are missing, from the first answer to the last; None: few are."""
@@ -111,8 +123,8 @@ def reconstruct(path: Path, rig: Rig, trajectory: Trajectory | None = None) -> R
     measured: dict[str, Any] = joints if pdo.measures_effort(rig) else joints | {"effort": None}
     return Reconstructed(
         samples=SampleTable(rig.joint_names, stamp, log, table.sync_number, repeat, **measured),
-        rate=1e9 / period,
-        uses_configured_period=period == 1e9 / rig.rate,
+        rate=rig.rate if period == 1e9 / rig.rate else 1e9 / period,
+        configured_rate=rig.rate,
         missing=len(stamp) - len(index),
         period=motion_period * period / 1e9,
         cycles=max(int(repeat.max()) + 1, 1),

@@ -2,9 +2,11 @@
 nothing: a motion lasts about a fifth of its time.
 """
 
+import json
 import os
 import signal
 import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -111,6 +113,38 @@ def _artefact(name: str) -> Path:
     folder = Path("runs") / "live-screenshots"
     folder.mkdir(parents=True, exist_ok=True)
     return folder / f"{name}.png"
+
+
+SLOW_BROWSER = """
+import http.cookiejar, pathlib, re, sys, time, urllib.parse, urllib.request
+link = pathlib.Path(urllib.request.url2pathname(urllib.parse.urlparse(sys.argv[1]).path)).read_text()
+time.sleep(15)
+address = re.search('url=([^ ]+)">', link)[1]
+browser = urllib.request.build_opener(urllib.request.HTTPCookieProcessor(http.cookiejar.CookieJar()))
+browser.open(address).read()
+events = browser.open(urllib.parse.urljoin(address, "/events"), timeout=60).read()
+pathlib.Path("shown.txt").write_bytes(events)
+"""
+
+
+@pytest.mark.slow
+def test_a_run_of_ten_seconds_is_shown_by_a_browser_that_opens_after_its_end(
+    record: Record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "browser.py").write_text(SLOW_BROWSER)
+    monkeypatch.setenv("BROWSER", f"{sys.executable} browser.py %s")
+    process = record("--cycles", "2")
+    _, said = process.communicate(timeout=patient(120))
+    assert process.returncode == 0, said
+    assert "waiting until the live view has shown the end; Ctrl-C ends this" in said
+    lines = [
+        json.loads(line.removeprefix("data: ")) for line in (tmp_path / "shown.txt").read_text().split("\n\n")[:-1]
+    ]
+    times = [row["time"] for line in lines for row in line.get("rows", ())]
+    recording = read(tmp_path / "a.mcap")
+    assert times[0] < 1.0
+    assert times[-1] == pytest.approx(recording.time[-1], abs=0.2)
+    assert lines[-1] == {"ended": None}
 
 
 @pytest.mark.slow

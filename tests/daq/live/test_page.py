@@ -9,6 +9,7 @@ import pytest
 
 from daq.live import page
 from daq.live.page import RunBroadcast, application
+from delta_web import local
 from delta_web.security import Guard
 
 RUN = {"motion": "fig5a", "joints": ["joint_1"]}
@@ -54,6 +55,37 @@ def test_run_without_an_end_line_is_shown_as_killed() -> None:
     broadcast = RunBroadcast(RUN)
     broadcast.listen([line(1)])
     assert received(broadcast)[-1] == {"killed": True}
+
+
+@pytest.mark.parametrize("returned", [True, None])
+def test_a_browser_that_is_slower_than_the_run_is_waited_for(returned: bool | None) -> None:
+    """Some browsers return from their start only when they are closed: None."""
+    broadcast = RunBroadcast(RUN)
+    broadcast.listen([*map(line, range(100)), DONE])
+    if returned is not None:
+        broadcast.browser_expected = returned
+
+    async def late() -> str:
+        with local.listen() as listening:
+            serving = asyncio.create_task(page.serve(broadcast, "token", listening))
+            port = listening.getsockname()[1]
+            await asyncio.sleep(1.0)
+            async with httpx.AsyncClient(cookies={f"token_{port}": "token"}) as client:
+                answer = await client.get(f"http://127.0.0.1:{port}/events", timeout=30)
+            await serving
+            return answer.text
+
+    shown = asyncio.run(late())
+    assert all(f'"cycles": {number}}}' in shown for number in range(100))
+    assert DONE in shown
+
+
+def test_nobody_is_waited_for_where_no_browser_starts() -> None:
+    broadcast = RunBroadcast(RUN)
+    broadcast.listen([DONE])
+    broadcast.browser_expected = False
+    with local.listen() as listening:
+        asyncio.run(asyncio.wait_for(page.serve(broadcast, "token", listening), 30))
 
 
 def ask(path: str, **headers: str) -> httpx.Response:

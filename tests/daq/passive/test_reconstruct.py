@@ -63,7 +63,8 @@ def test_same_clock_reproduces_the_recorded_arrays(sample: Recording, trajectory
         np.testing.assert_array_equal(getattr(samples, name), getattr(sample, name), err_msg=name)
     known = np.isfinite(sample.command)
     assert np.abs(samples.command - sample.command)[known].max() <= 0.51 * ONE_COUNT
-    assert (reconstructed.rate, reconstructed.uses_configured_period, reconstructed.missing) == (250.0, True, 0)
+    assert (reconstructed.rate, reconstructed.other_rate(), reconstructed.missing) == (250.0, None, 0)
+    assert reconstructed.figures()["stamps"] == "SYNC index x configured period"
     assert (reconstructed.period, reconstructed.cycles, reconstructed.simulated) == (4.0, 2, True)
     assert reconstructed.trajectory is trajectory
 
@@ -76,10 +77,17 @@ def test_commands_with_torque_offsets_are_found(frames: CanFrames, trajectory: T
 
 def test_different_clock_changes_the_estimated_period(frames: CanFrames, heard: Heard) -> None:
     reconstructed = heard(arrivals(frames, PERIOD * 1.0003, 0))
-    assert not reconstructed.uses_configured_period
+    assert reconstructed.figures()["stamps"] == "line through the arrivals"
+    assert reconstructed.other_rate() is None, "clocks of two computers"
     assert reconstructed.rate == pytest.approx(250 / 1.0003, rel=1e-6)
     assert np.ptp(np.diff(reconstructed.samples.stamp)) <= 1
     assert reconstructed.period == pytest.approx(4.0012, rel=1e-6)
+
+
+def test_another_rate_than_that_of_the_rig_file_is_told(frames: CanFrames, heard: Heard) -> None:
+    told = heard(arrivals(frames, 2 * PERIOD, 0)).other_rate()
+    assert told is not None
+    assert told.startswith("250 SYNCs per second expected, as `rate` of the rig file says, 125 found;")
 
 
 def test_lost_answers_and_syncs_are_gaps(
