@@ -55,4 +55,4 @@ def _how_to_import(foreign: ForeignFile) -> str:
         guess = json.loads(done.stdout)
     except (BadInput, OSError, ValueError, subprocess.TimeoutExpired):
         return foreign.for_command
-    return foreign.for_command if guess["missing"] else f"{foreign}\nnext: {guess['command']}"
+    return foreign.for_command if guess["missing"] else f"{foreign.for_command}\nnext: {guess['command']}"

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -17,13 +16,20 @@ from recordings.files import free_name
 from recordings.limits import json_object
 from recordings.next_command import diagnosis as diagnosis_command
 
+if TYPE_CHECKING:
+    from drivers.simulated.config import SimConfig
+    from drivers.simulated.effect import HiddenEffect
+
 _SEALED = ".sealed.json"
 _GRAVITY = 9.81
+_SPECIFIED = ("name", "joints", "parameters")
 _OF_EVERY_ROBOT = ("rod_inertia",)
 """Effects that every simulated robot has, so that they are not hidden."""
 
 Effects = Mapping[str, tuple[int, ...]]
 """Joints of each effect, from 1."""
+Value = tuple[float, Sequence[float] | None]
+"""Of a parameter that was found, and its 95 % interval."""
 Alternatives = Mapping[str, Sequence[str]] | None
 """Of each effect, those from which the recordings cannot tell it; None: not known, as a model does not hold them."""
 
@@ -60,17 +66,17 @@ def command(file: Path, diagnosis: Path | None, as_json: bool) -> None:
         say_next("daq", "record", "--traj", "fig5a", "--cycles", 2, "--hidden", seed, "--out", out)
 
 
-def _read(path: Path) -> tuple[Effects, Mapping[str, float], Alternatives]:
+def _read(path: Path) -> tuple[Effects, Mapping[str, Value], Alternatives]:
     """Effects, parameters and alternatives of a diagnosis or a model."""
     content = json_object(path, "diagnosis")
     try:
         if "findings" in content:
-            parameters = {name: float(each["value"]) for name, each in content["steps"][-1]["parameters"].items()}
+            parameters = {name: _value(each) for name, each in content["steps"][-1]["parameters"].items()}
             effects = {entry["effect"]: tuple(entry["joints"]) for entry in content["findings"]}
             return effects, parameters, {entry["effect"]: entry["confusable_with"] for entry in content["findings"]}
         entries = [*content["parameters"], *content.get("searched", ())]
         terms = {term["name"]: tuple(term["joints"]) for term in content["terms"]}
-        return terms, {entry["name"]: float(entry["value"]) for entry in entries}, None
+        return terms, {entry["name"]: _value(entry) for entry in entries}, None
     except (ValueError, KeyError, TypeError, IndexError, AttributeError):
         raise BadInput(
             f"{path}: the output of `ident diagnose --json`, or a model of `ident diagnose --apply`, expected, "
@@ -78,10 +84,15 @@ def _read(path: Path) -> tuple[Effects, Mapping[str, float], Alternatives]:
         ) from None
 
 
+def _value(entry: Mapping[str, Any]) -> Value:
+    """Value and interval, as `ident diagnose` shows it: for the torque gain of the rig file."""
+    return float(entry["value"]), entry.get("shape_ci95") or entry.get("ci95")
+
+
 def _document(
-    content: Mapping[str, Any], diagnosed: tuple[Effects, Mapping[str, float], Alternatives] | None
+    content: Mapping[str, Any], diagnosed: tuple[Effects, Mapping[str, Value], Alternatives] | None
 ) -> dict[str, Any]:
-    hidden = content["effects"]
+    hidden = [effect | {"identified": _identified(effect, content)} for effect in content["effects"]]
     document: dict[str, Any] = {"schema": 1, "seed": content["seed"], "hidden": hidden, "found": None}
     if diagnosed is None:
         return document
@@ -93,9 +104,13 @@ def _document(
         {"effect": name, "joints": list(joints)} for name, joints in effects.items() if name not in _OF_EVERY_ROBOT
     ]
     document["not_hidden"] = [name for name in effects if name not in names and name not in _OF_EVERY_ROBOT]
-    pairs = [*_machine(content["plant"]), *(pair for effect in hidden for pair in _parameters(effect, parameters))]
+    true = dict(_machine(content["plant"]))
+    for effect in _effects(hidden):
+        true |= _parameters(effect, _plant(content), parameters)
     document["parameters"] = {
-        name: {"true": value, "found": parameters[name]} for name, value in pairs if name in parameters
+        name: {"true": true.get(name), "found": value, "ci95": interval}
+        for name, (value, interval) in parameters.items()
+        if name in true or name.partition(".")[0] in names
     }
     return document
 
@@ -115,6 +130,30 @@ def _verdict(effect: Mapping[str, Any], effects: Effects, alternatives: Alternat
     return "not found"
 
 
+def _effects(hidden: Sequence[Mapping[str, Any]]) -> list[HiddenEffect]:
+    from drivers.simulated.config import EffectSpec
+    from drivers.simulated.effect import build
+
+    return [
+        build(EffectSpec.model_validate({key: effect[key] for key in _SPECIFIED}, strict=False)) for effect in hidden
+    ]
+
+
+def _plant(content: Mapping[str, Any]) -> SimConfig:
+    from drivers.simulated.config import SimConfig
+    from recordings.config import validated
+
+    return validated(content["plant"], SimConfig, "sealed truth")
+
+
+def _identified(effect: Mapping[str, Any], content: Mapping[str, Any]) -> dict[str, float]:
+    """Its values by the names of `ident effects`, those that all joints have; of a curve those of its law."""
+    (truth,) = _effects([effect])
+    first, *others = (dict(truth.identified(joint, _plant(content), {})) for joint in truth.joints)
+    common = {name: value for name, value in first.items() if all(each[name] == value for each in others)}
+    return common or dict(effect["parameters"])
+
+
 def _machine(plant: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
     """Yield the true parameters of the base model of a delta robot, for the true torque gain."""
     links, friction = plant["links"], plant["friction"]
@@ -131,23 +170,17 @@ def _machine(plant: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
     yield "rod_inertia.m_d", links["rod_mass"]
 
 
-def _parameters(effect: Mapping[str, Any], values_found: Mapping[str, float]) -> Iterator[tuple[str, float]]:
-    """Yield those of the true parameters that the model has under the same name; of a wave its sine and cosine."""
-    values = dict(effect["parameters"])
-    if "phase" in values and "a" in values:
-        amplitude, phase = values.pop("a"), values.pop("phase")
-        values |= {"a": amplitude * math.cos(phase), "b": amplitude * math.sin(phase)}
-    for name, value in values.items():
-        if not isinstance(value, int | float):
-            continue
-        for joint in ("", *effect["joints"]):
-            if f"{effect['name']}.{name}{joint}" in values_found:
-                yield f"{effect['name']}.{name}{joint}", value
+def _parameters(truth: HiddenEffect, plant: SimConfig, found: Mapping[str, Value]) -> Iterator[tuple[str, float]]:
+    """Yield the true values of an effect's parameters, by the names that they have in a model."""
+    own = {name.removeprefix(f"{truth.name()}."): value for name, (value, _) in found.items()}
+    for joint in truth.joints:
+        for name, value in truth.identified(joint, plant, own).items():
+            yield f"{truth.name()}.{name}" if name in own else f"{truth.name()}.{name}{joint}", value
 
 
 def _lines(document: Mapping[str, Any]) -> Iterator[str]:
     for effect in document["hidden"]:
-        values = ", ".join(f"{name} = {_short(value)}" for name, value in effect["parameters"].items())
+        values = ", ".join(f"{name} = {_short(value)}" for name, value in effect["identified"].items())
         verdict = f": {effect['verdict']}" if "verdict" in effect else ""
         joints = f" on joint {_listed(effect['joints'])}" if effect["joints"] else ""
         since = f" from {effect['at']:g} s on" if "at" in effect else ""
@@ -159,8 +192,10 @@ def _lines(document: Mapping[str, Any]) -> Iterator[str]:
     for name in document["not_hidden"]:
         yield f"found, but not hidden: {name}"
     width = max((len(name) for name in document["parameters"]), default=0)
-    for name, pair in document["parameters"].items():
-        yield f"  {name:<{width}}  true {pair['true']:10.4g}  found {pair['found']:10.4g}"
+    for name, entry in document["parameters"].items():
+        true = "-" if entry["true"] is None else f"{entry['true']:.4g}"
+        interval = "95 %: {:.4g} to {:.4g}".format(*entry["ci95"]) if entry["ci95"] else "no interval"
+        yield f"  {name:<{width}}  true {true:>10}  found {entry['found']:10.4g}  {interval}"
 
 
 def _short(value: object) -> str:

@@ -7,8 +7,10 @@ machine's state, so that effects add up. The laws are written independently of t
 """
 
 import importlib
+import math
 import pkgutil
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, ClassVar, Literal, Self
@@ -16,7 +18,7 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from drivers.simulated.config import EffectSpec, Joint
+from drivers.simulated.config import EffectSpec, Joint, SimConfig
 from drivers.simulated.model_xml import Arm, ShaftCoupling
 from recordings.config import ConfigSection, validated
 from recordings.errors import BadInput
@@ -142,6 +144,13 @@ class HiddenEffect(ConfigSection):
         """The effect as in a sim file."""
         return EffectSpec(name=self.name(), joints=self.joints, parameters=self.model_dump(exclude={"joints"}))
 
+    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+        """The values of the parameters by which the list of effects describes it on `joint` (from 1), by their names.
+
+        found: what a model has, such as the ends of a curve; those of a joint have its number behind their names.
+        """
+        return self.model_dump(exclude={"joints"})
+
     # Hooks: torque and friction of the joint i (from 0)
 
     def torque(self, i: int, state: JointState) -> float:
@@ -219,6 +228,18 @@ class HiddenEffect(ConfigSection):
     def encoder(self, q: float) -> tuple[float, float]:
         """Encoder error at the angle q [rad], and its derivative with respect to q."""
         return 0.0, 0.0
+
+
+def sine_and_cosine(amplitude: float, phase: float) -> dict[str, float]:
+    """Parameters a and b of a wave: amplitude sin(x + phase) = a sin x + b cos x."""
+    return {"a": amplitude * math.cos(phase), "b": amplitude * math.sin(phase)}
+
+
+def at_knots(name: str, joint: int, found: Mapping[str, float], curve: Callable[[float], float]) -> dict[str, float]:
+    """Values of a `curve` of the angle at the knots of a spline that was found on a `joint`: NAME_1, NAME_2, ..."""
+    knots = sum(bool(re.fullmatch(rf"{name}_\d+{joint}", each)) for each in found)
+    places = np.linspace(found.get(f"low{joint}", 0.0), found.get(f"high{joint}", 0.0), knots).tolist()
+    return {f"{name}_{number}": curve(place) for number, place in enumerate(places, start=1)}
 
 
 def parameter(

@@ -158,11 +158,11 @@ BYTE = b"\x00\x01\x00\x00\x01"
         (lambda path: path.touch(), "is empty"),
         (
             lambda path: path.write_bytes(b"time,position_1\n0,1\n"),
-            "is not an MCAP file; .* daq import",
+            "is not an MCAP file; .* ident.read",
         ),
         (
             lambda path: path.write_bytes(b"\xff\xd8\xff\xe0\x00\x10JFIF"),
-            "is not an MCAP file, but a JPEG picture; .* daq import",
+            "is not an MCAP file, but a JPEG picture; .* ident.read",
         ),
         (
             lambda path: path.write_bytes(b"\x89MCAP0\r\n"),

@@ -1,5 +1,8 @@
 """Delay of the torque after the voltage."""
 
+from collections.abc import Mapping
+
+from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, parameter
 
 
@@ -12,3 +15,6 @@ class ActuationDelay(HiddenEffect):
 
     def lag(self) -> float:
         return self.delay
+
+    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+        return {"delta": self.delay}

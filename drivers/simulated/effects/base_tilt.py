@@ -1,7 +1,9 @@
 """Tilt of the base."""
 
 import math
+from collections.abc import Mapping
 
+from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, parameter
 from drivers.simulated.model_xml import GRAVITY
 
@@ -20,3 +22,6 @@ class BaseTilt(HiddenEffect):
     def tilt(self) -> tuple[float, float]:
         horizontal = GRAVITY * math.sin(self.angle)
         return horizontal * math.cos(self.direction), horizontal * math.sin(self.direction)
+
+    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+        return dict(zip(("g_x", "g_y"), self.tilt(), strict=True))

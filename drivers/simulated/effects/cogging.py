@@ -1,10 +1,12 @@
 """Cogging torque of the motor."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
-from drivers.simulated.effect import HiddenEffect, JointState, parameter
+from drivers.simulated.config import SimConfig
+from drivers.simulated.effect import HiddenEffect, JointState, parameter, sine_and_cosine
 
 
 class Cogging(HiddenEffect):
@@ -22,3 +24,6 @@ class Cogging(HiddenEffect):
 
     def torque(self, i: int, state: JointState) -> float:
         return self.a * math.sin(self.N * state.q[i] + self.phase)
+
+    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+        return {"N": self.N} | sine_and_cosine(self.a, self.phase)

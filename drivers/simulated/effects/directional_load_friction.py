@@ -1,5 +1,8 @@
 """Load-dependent friction of a gear that loses less where the load drives the motor."""
 
+from collections.abc import Mapping
+
+from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
@@ -17,3 +20,6 @@ class DirectionalLoadFriction(HiddenEffect):
     def friction(self, i: int, state: JointState) -> float:
         load = state.load[i]
         return self.a_d * abs(load) * (1.0 if load * state.v[i] > 0 else self.back)
+
+    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+        return {"a_d": self.a_d, "a_b": self.a_d * self.back}

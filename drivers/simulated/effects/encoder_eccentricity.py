@@ -1,10 +1,12 @@
 """Eccentricity of the encoder disc."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
-from drivers.simulated.effect import HiddenEffect, parameter
+from drivers.simulated.config import SimConfig
+from drivers.simulated.effect import HiddenEffect, parameter, sine_and_cosine
 
 
 class EncoderEccentricity(HiddenEffect):
@@ -28,3 +30,6 @@ class EncoderEccentricity(HiddenEffect):
     def encoder(self, q: float) -> tuple[float, float]:
         angle = self.N * q + self.phase
         return self.a * math.sin(angle), self.a * self.N * math.cos(angle)
+
+    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+        return {"N": self.N} | sine_and_cosine(self.a, self.phase)

@@ -1,5 +1,8 @@
 """A spring between base and arm."""
 
+from collections.abc import Mapping
+
+from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
@@ -13,3 +16,6 @@ class JointSpring(HiddenEffect):
 
     def torque(self, i: int, state: JointState) -> float:
         return self.k * (state.q[i] - self.q_0)
+
+    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+        return {"k": self.k, "a": -self.k * self.q_0}

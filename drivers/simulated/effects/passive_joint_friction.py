@@ -1,5 +1,8 @@
 """Friction of the balls at the ends of the rods."""
 
+from collections.abc import Mapping
+
+from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, parameter
 
 
@@ -15,3 +18,6 @@ class PassiveJointFriction(HiddenEffect):
 
     def ball_friction(self) -> tuple[float, float]:
         return self.mu, self.mu * self.viscous
+
+    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+        return dict(zip(("mu", "c"), self.ball_friction(), strict=True))

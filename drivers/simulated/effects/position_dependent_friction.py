@@ -1,8 +1,10 @@
 """Dry friction that varies along the travel."""
 
 import math
+from collections.abc import Mapping
 
-from drivers.simulated.effect import HiddenEffect, JointState, parameter
+from drivers.simulated.config import SimConfig
+from drivers.simulated.effect import HiddenEffect, JointState, at_knots, parameter
 
 
 class PositionDependentFriction(HiddenEffect):
@@ -18,3 +20,7 @@ class PositionDependentFriction(HiddenEffect):
 
     def friction(self, i: int, state: JointState) -> float:
         return float(2 * self.a * ((1 + math.sin(self.k * state.q[i] + self.phase)) / 2) ** self.p)
+
+    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+        level = plant.friction.coulomb[joint - 1]
+        return at_knots("f", joint, found, lambda angle: level + self.friction(0, JointState(q=[angle])))

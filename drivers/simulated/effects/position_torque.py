@@ -1,6 +1,9 @@
 """Torque of something that the arm runs into or pulls taut."""
 
-from drivers.simulated.effect import HiddenEffect, JointState, parameter
+from collections.abc import Mapping
+
+from drivers.simulated.config import SimConfig
+from drivers.simulated.effect import HiddenEffect, JointState, at_knots, parameter
 
 
 class PositionTorque(HiddenEffect):
@@ -15,3 +18,6 @@ class PositionTorque(HiddenEffect):
 
     def torque(self, i: int, state: JointState) -> float:
         return float(self.a * max(state.q[i] - self.q_0, 0.0) ** self.p)
+
+    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+        return at_knots("g", joint, found, lambda angle: self.torque(0, JointState(q=[angle])))

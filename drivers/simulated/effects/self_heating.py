@@ -1,5 +1,8 @@
 """Friction that falls as the joint warms itself."""
 
+from collections.abc import Mapping
+
+from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, parameter
 
 
@@ -16,3 +19,6 @@ class SelfHeating(HiddenEffect):
 
     def warming(self) -> tuple[float, float, float]:
         return self.fall, self.power, self.T
+
+    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+        return {"T": self.T}  # k depends on the power in the recordings

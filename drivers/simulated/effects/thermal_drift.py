@@ -1,7 +1,9 @@
 """Friction that decreases as the machine warms up."""
 
 import math
+from collections.abc import Mapping
 
+from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
@@ -20,3 +22,6 @@ class ThermalDrift(HiddenEffect):
 
     def friction(self, i: int, state: JointState) -> float:
         return self.b * math.exp(-state.t / self.T)
+
+    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+        return {"a": self.b * self.viscous, "b": self.b, "T": self.T}

@@ -1,5 +1,8 @@
 """Different torque gain of one motor."""
 
+from collections.abc import Mapping
+
+from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, parameter
 
 
@@ -13,3 +16,6 @@ class TorqueGainMismatch(HiddenEffect):
 
     def gain(self) -> float:
         return 1 + self.mismatch
+
+    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+        return {"e": self.mismatch}

@@ -57,6 +57,6 @@ def test_toml_file_holds_the_same(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["time", "position_1"])
 def test_two_columns_of_the_name_of_a_quantity_are_refused(name: str) -> None:
     columns = {**COLUMNS, f"{name}#7": np.zeros(2)}
-    with pytest.raises(BadInput, match=f"'{name}' twice found; .* --map \"{name}={name}#7\""):
+    with pytest.raises(BadInput, match=f'\'{name}\' twice found; .* map={{"{name}": "{name}#7"}}'):
         sources(Table(Path("data.csv"), columns), [])
     assert sources(Table(Path("data.csv"), columns), [f"{name}={name}#7"])[name].column == f"{name}#7"

@@ -99,6 +99,8 @@ def test_the_recording_is_in_it(exported: Path) -> None:
 
 
 def test_a_motion_without_a_recording_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match="--to mcap: the file of a recording expected, fig5a found; give it with --on"):
+    with pytest.raises(
+        BadInput, match="export to mcap: the file of a recording expected, fig5a found; give it as --on FILE"
+    ):
         run(MODEL, "--to", "mcap", "--traj", "fig5a", "-o", tmp_path / "a.mcap")
     assert not list(tmp_path.iterdir())

@@ -160,7 +160,7 @@ WRONG: list[tuple[Sequence[tuple[str, Any]], dict[str, Any], dict[str, Any], str
     ),
     ([], {"topics": ["/text"], "kind": "std_msgs/msg/String"}, {}, r"/text \(std_msgs/msg/String\) found; record"),
     (states([0, 1]), {}, {"names": ("b", "x")}, r"joints on /joint_states \(a, b\) expected, 'x' found"),
-    (STRANGER, {}, {}, r"several sets of joints \(a,b; gripper\); choose with --names"),
+    (STRANGER, {}, {}, r"several sets of joints \(a,b; gripper\); choose with daq import --names a,b,c"),
     ([], {}, {}, "messages on /joint_states expected, none found"),
     ([SHORT], {}, {}, "message 1: 2 values of position, one for each name, expected, 1 found"),
 ]
