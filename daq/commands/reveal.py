@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -15,10 +16,6 @@ from recordings.errors import BadInput
 from recordings.files import free_name
 from recordings.limits import json_object
 from recordings.next_command import diagnosis as diagnosis_command
-
-if TYPE_CHECKING:
-    from drivers.simulated.config import SimConfig
-    from drivers.simulated.effect import HiddenEffect
 
 _SEALED = ".sealed.json"
 _GRAVITY = 9.81
@@ -92,7 +89,7 @@ def _value(entry: Mapping[str, Any]) -> Value:
 def _document(
     content: Mapping[str, Any], diagnosed: tuple[Effects, Mapping[str, Value], Alternatives] | None
 ) -> dict[str, Any]:
-    hidden = [effect | {"identified": _identified(effect, content)} for effect in content["effects"]]
+    hidden = [effect | {"identified": _common(effect, content)} for effect in content["effects"]]
     document: dict[str, Any] = {"schema": 1, "seed": content["seed"], "hidden": hidden, "found": None}
     if diagnosed is None:
         return document
@@ -104,9 +101,9 @@ def _document(
         {"effect": name, "joints": list(joints)} for name, joints in effects.items() if name not in _OF_EVERY_ROBOT
     ]
     document["not_hidden"] = [name for name in effects if name not in names and name not in _OF_EVERY_ROBOT]
-    true = dict(_machine(content["plant"]))
-    for effect in _effects(hidden):
-        true |= _parameters(effect, _plant(content), parameters)
+    true = dict(_machine(content["plant"])) if "plant" in content else {}
+    for effect in hidden:
+        true |= _parameters(effect, content, parameters)
     document["parameters"] = {
         name: {"true": true.get(name), "found": value, "ci95": interval}
         for name, (value, interval) in parameters.items()
@@ -130,28 +127,29 @@ def _verdict(effect: Mapping[str, Any], effects: Effects, alternatives: Alternat
     return "not found"
 
 
-def _effects(hidden: Sequence[Mapping[str, Any]]) -> list[HiddenEffect]:
+def _identified(
+    effect: Mapping[str, Any], content: Mapping[str, Any], found: Mapping[str, float]
+) -> Iterator[tuple[str, int, float]]:
+    """Yield the values of an effect by the names of `ident effects`, joint by joint; found: what a model has."""
     from drivers.simulated.config import EffectSpec
-    from drivers.simulated.effect import build
+    from drivers.simulated.effect import build, discover
 
-    return [
-        build(EffectSpec.model_validate({key: effect[key] for key in _SPECIFIED}, strict=False)) for effect in hidden
-    ]
-
-
-def _plant(content: Mapping[str, Any]) -> SimConfig:
-    from drivers.simulated.config import SimConfig
-    from recordings.config import validated
-
-    return validated(content["plant"], SimConfig, "sealed truth")
+    friction = content.get("plant", {}).get("friction", {}).get("coulomb", ())
+    coulomb = dict(enumerate(friction, start=1))
+    specified = EffectSpec.model_validate({key: effect[key] for key in _SPECIFIED}, strict=False)
+    for joint in effect["joints"]:
+        own = effect["parameters"]
+        if effect["name"] in discover():  # the truth of another plant may hold others
+            own = build(specified).identified(joint, coulomb.get(joint, math.nan), found)
+        yield from ((name, joint, value) for name, value in own.items() if math.isfinite(value))
 
 
-def _identified(effect: Mapping[str, Any], content: Mapping[str, Any]) -> dict[str, float]:
-    """Its values by the names of `ident effects`, those that all joints have; of a curve those of its law."""
-    (truth,) = _effects([effect])
-    first, *others = (dict(truth.identified(joint, _plant(content), {})) for joint in truth.joints)
-    common = {name: value for name, value in first.items() if all(each[name] == value for each in others)}
-    return common or dict(effect["parameters"])
+def _common(effect: Mapping[str, Any], content: Mapping[str, Any]) -> dict[str, float]:
+    """Values that all of its joints have, by the names of `ident effects`; of a curve those of its law."""
+    values: dict[str, set[float]] = {}
+    for name, _, value in _identified(effect, content, {}):
+        values.setdefault(name, set()).add(value)
+    return {name: value for name, (value, *others) in values.items() if not others} or dict(effect["parameters"])
 
 
 def _machine(plant: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
@@ -170,12 +168,14 @@ def _machine(plant: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
     yield "rod_inertia.m_d", links["rod_mass"]
 
 
-def _parameters(truth: HiddenEffect, plant: SimConfig, found: Mapping[str, Value]) -> Iterator[tuple[str, float]]:
+def _parameters(
+    effect: Mapping[str, Any], content: Mapping[str, Any], found: Mapping[str, Value]
+) -> Iterator[tuple[str, float]]:
     """Yield the true values of an effect's parameters, by the names that they have in a model."""
-    own = {name.removeprefix(f"{truth.name()}."): value for name, (value, _) in found.items()}
-    for joint in truth.joints:
-        for name, value in truth.identified(joint, plant, own).items():
-            yield f"{truth.name()}.{name}" if name in own else f"{truth.name()}.{name}{joint}", value
+    prefix = f"{effect['name']}."
+    own = {name.removeprefix(prefix): value for name, (value, _) in found.items() if name.startswith(prefix)}
+    for name, joint, value in _identified(effect, content, own):
+        yield f"{prefix}{name}" if name in own else f"{prefix}{name}{joint}", value
 
 
 def _lines(document: Mapping[str, Any]) -> Iterator[str]:

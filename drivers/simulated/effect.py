@@ -18,7 +18,7 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from drivers.simulated.config import EffectSpec, Joint, SimConfig
+from drivers.simulated.config import EffectSpec, Joint
 from drivers.simulated.model_xml import Arm, ShaftCoupling
 from recordings.config import ConfigSection, validated
 from recordings.errors import BadInput
@@ -144,9 +144,10 @@ class HiddenEffect(ConfigSection):
         """The effect as in a sim file."""
         return EffectSpec(name=self.name(), joints=self.joints, parameters=self.model_dump(exclude={"joints"}))
 
-    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+    def identified(self, joint: int, coulomb: float, found: Mapping[str, float]) -> Mapping[str, float]:
         """The values of the parameters by which the list of effects describes it on `joint` (from 1), by their names.
 
+        coulomb: dry friction of the joint [N m], NaN where it is not known.
         found: what a model has, such as the ends of a curve; those of a joint have its number behind their names.
         """
         return self.model_dump(exclude={"joints"})

@@ -117,6 +117,15 @@ def test_a_hidden_effect_has_the_parameters_of_a_diagnosis(tmp_path: Path) -> No
     }
 
 
+def test_the_truth_of_another_plant_is_shown_as_it_is(tmp_path: Path) -> None:
+    fan = {"name": "fan", "joints": [2], "parameters": {"a": 0.4, "f": 12.0}, "in_library": False}
+    seal(tmp_path / "a.sealed.json", {"schema": 1, "seed": 1, "effects": [fan, COGGING]})
+    model = diagnosis(tmp_path / "d.json", "cogging", [1, 2])
+    shown = reveal(tmp_path / "a.mcap", model).stdout
+    assert shown.startswith("hidden: fan on joint 2 (a = 0.4, f = 12): not found: no effect of the library\n")
+    assert "cogging.a1" in shown
+
+
 NOT_OF_THE_MACHINE = {
     "self_heating.k": "depends on the power in the recordings",
     "payload_change.t_r": "only smooths the change",
@@ -128,10 +137,10 @@ NOT_OF_THE_MACHINE = {
 
 @pytest.mark.parametrize("name", simulated_library())
 def test_every_effect_is_described_by_the_parameters_of_the_library(name: str) -> None:
-    effect, plant = library()[name], SimConfig()
+    effect = library()[name]
     named = [quantity.name for quantity in (*effect.parameters, *effect.shapes)]
     found = {f"{each}1": 0.1 for each in named} | {"low1": -0.5, "high1": 0.5}
-    given = discover()[name]().identified(1, plant, found)
+    given = discover()[name]().identified(1, 0.5, found)
     assert {*given} <= {*named}
     left = {f"{name}.{each}" for each in {*named} - {*given} - {"low", "high"}}
     assert left <= NOT_OF_THE_MACHINE.keys()

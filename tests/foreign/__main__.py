@@ -7,6 +7,7 @@ import click
 
 from drivers.simulated.effect import library
 from drivers.simulated.seal import seal, sealed_path
+from recordings.command_line import say_next
 from tests.foreign.pairs import TRAIN, Setting, make
 from tests.foreign.plant import KINDS
 from tests.foreign.robots import Kind
@@ -51,7 +52,8 @@ def main(
     setting = Setting(robot, noise, bits, rate, reports_command, repeats, signal, signal_bits)
     truth = make(folder, effects, [size] * len(effects), seed, setting)
     seal(sealed_path(folder / TRAIN), truth)
-    click.echo(f"{folder}: train.mcap, validate.mcap; next: ident diagnose train.mcap --validate validate.mcap")
+    click.echo(f"{folder}: train.mcap, validate.mcap")
+    say_next("ident", "diagnose", folder / "train.mcap", "--validate", folder / "validate.mcap")
 
 
 main()

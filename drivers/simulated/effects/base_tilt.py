@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping
 
-from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, parameter
 from drivers.simulated.model_xml import GRAVITY
 
@@ -23,5 +22,5 @@ class BaseTilt(HiddenEffect):
         horizontal = GRAVITY * math.sin(self.angle)
         return horizontal * math.cos(self.direction), horizontal * math.sin(self.direction)
 
-    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+    def identified(self, joint: int, coulomb: float, found: Mapping[str, float]) -> Mapping[str, float]:
         return dict(zip(("g_x", "g_y"), self.tilt(), strict=True))

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, JointState, parameter, sine_and_cosine
 
 
@@ -25,5 +24,5 @@ class Cogging(HiddenEffect):
     def torque(self, i: int, state: JointState) -> float:
         return self.a * math.sin(self.N * state.q[i] + self.phase)
 
-    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+    def identified(self, joint: int, coulomb: float, found: Mapping[str, float]) -> Mapping[str, float]:
         return {"N": self.N} | sine_and_cosine(self.a, self.phase)

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 
-from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
@@ -21,5 +20,5 @@ class DirectionalLoadFriction(HiddenEffect):
         load = state.load[i]
         return self.a_d * abs(load) * (1.0 if load * state.v[i] > 0 else self.back)
 
-    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+    def identified(self, joint: int, coulomb: float, found: Mapping[str, float]) -> Mapping[str, float]:
         return {"a_d": self.a_d, "a_b": self.a_d * self.back}

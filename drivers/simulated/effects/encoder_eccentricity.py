@@ -5,7 +5,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, parameter, sine_and_cosine
 
 
@@ -31,5 +30,5 @@ class EncoderEccentricity(HiddenEffect):
         angle = self.N * q + self.phase
         return self.a * math.sin(angle), self.a * self.N * math.cos(angle)
 
-    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+    def identified(self, joint: int, coulomb: float, found: Mapping[str, float]) -> Mapping[str, float]:
         return {"N": self.N} | sine_and_cosine(self.a, self.phase)

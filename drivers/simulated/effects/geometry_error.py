@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, parameter
 from recordings.rig import Geometry
 
@@ -30,7 +29,7 @@ class GeometryError(HiddenEffect):
         lengths = {name: getattr(geometry, name) + self.error * getattr(self, name) for name in _LENGTHS}
         return geometry.model_copy(update=lengths)
 
-    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+    def identified(self, joint: int, coulomb: float, found: Mapping[str, float]) -> Mapping[str, float]:
         shares = self.L1, self.L2, self.R - self.r
         largest = max(range(len(shares)), key=lambda which: abs(shares[which]))
         return {"e": self.error * shares[round(found.get("which", largest))], "which": largest}

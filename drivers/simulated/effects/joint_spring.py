@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 
-from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
@@ -17,5 +16,5 @@ class JointSpring(HiddenEffect):
     def torque(self, i: int, state: JointState) -> float:
         return self.k * (state.q[i] - self.q_0)
 
-    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+    def identified(self, joint: int, coulomb: float, found: Mapping[str, float]) -> Mapping[str, float]:
         return {"k": self.k, "a": -self.k * self.q_0}

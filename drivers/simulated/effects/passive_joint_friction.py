@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 
-from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, parameter
 
 
@@ -19,5 +18,5 @@ class PassiveJointFriction(HiddenEffect):
     def ball_friction(self) -> tuple[float, float]:
         return self.mu, self.mu * self.viscous
 
-    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+    def identified(self, joint: int, coulomb: float, found: Mapping[str, float]) -> Mapping[str, float]:
         return dict(zip(("mu", "c"), self.ball_friction(), strict=True))

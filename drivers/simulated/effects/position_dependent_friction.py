@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping
 
-from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, JointState, at_knots, parameter
 
 
@@ -21,6 +20,5 @@ class PositionDependentFriction(HiddenEffect):
     def friction(self, i: int, state: JointState) -> float:
         return float(2 * self.a * ((1 + math.sin(self.k * state.q[i] + self.phase)) / 2) ** self.p)
 
-    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
-        level = plant.friction.coulomb[joint - 1]
-        return at_knots("f", joint, found, lambda angle: level + self.friction(0, JointState(q=[angle])))
+    def identified(self, joint: int, coulomb: float, found: Mapping[str, float]) -> Mapping[str, float]:
+        return at_knots("f", joint, found, lambda angle: coulomb + self.friction(0, JointState(q=[angle])))

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 
-from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, JointState, at_knots, parameter
 
 
@@ -19,5 +18,5 @@ class PositionTorque(HiddenEffect):
     def torque(self, i: int, state: JointState) -> float:
         return float(self.a * max(state.q[i] - self.q_0, 0.0) ** self.p)
 
-    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+    def identified(self, joint: int, coulomb: float, found: Mapping[str, float]) -> Mapping[str, float]:
         return at_knots("g", joint, found, lambda angle: self.torque(0, JointState(q=[angle])))

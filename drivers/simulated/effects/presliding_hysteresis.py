@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 
-from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, parameter
 
 
@@ -19,8 +18,8 @@ class PreslidingHysteresis(HiddenEffect):
     def bristle(self) -> float:
         return self.z_s if self.z_s > _RIGID else 0.0
 
-    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
-        return {"a": plant.friction.coulomb[joint - 1], "z_s": self.z_s}
+    def identified(self, joint: int, coulomb: float, found: Mapping[str, float]) -> Mapping[str, float]:
+        return {"a": coulomb, "z_s": self.z_s}
 
 
 _RIGID = 1e-6

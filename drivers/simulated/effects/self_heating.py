@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 
-from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, parameter
 
 
@@ -20,5 +19,5 @@ class SelfHeating(HiddenEffect):
     def warming(self) -> tuple[float, float, float]:
         return self.fall, self.power, self.T
 
-    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+    def identified(self, joint: int, coulomb: float, found: Mapping[str, float]) -> Mapping[str, float]:
         return {"T": self.T}  # k depends on the power in the recordings

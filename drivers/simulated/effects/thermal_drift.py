@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping
 
-from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
@@ -23,5 +22,5 @@ class ThermalDrift(HiddenEffect):
     def friction(self, i: int, state: JointState) -> float:
         return self.b * math.exp(-state.t / self.T)
 
-    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+    def identified(self, joint: int, coulomb: float, found: Mapping[str, float]) -> Mapping[str, float]:
         return {"a": self.b * self.viscous, "b": self.b, "T": self.T}

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 
-from drivers.simulated.config import SimConfig
 from drivers.simulated.effect import HiddenEffect, parameter
 
 
@@ -17,5 +16,5 @@ class TorqueGainMismatch(HiddenEffect):
     def gain(self) -> float:
         return 1 + self.mismatch
 
-    def identified(self, joint: int, plant: SimConfig, found: Mapping[str, float]) -> Mapping[str, float]:
+    def identified(self, joint: int, coulomb: float, found: Mapping[str, float]) -> Mapping[str, float]:
         return {"e": self.mismatch}
