@@ -139,8 +139,10 @@ def command(
         if proposed:
             progress("searching a formula")
             result = result.with_formula(proposed)
+        if not force:  # another run may have taken these names meanwhile
+            out, report = (free_name(path) if path else None for path in (out, report))
         if out:
-            result.model.save(out, force=True)
+            result.model.save(out, force=force)
         if report:
             progress("drawing")
             _write_report(result, report, files, validate, effect_files, model_path)

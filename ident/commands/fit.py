@@ -22,6 +22,7 @@ from ident.command_options import (
 )
 from recordings.command_line import IntegerRange, NameChoice, check_readable, output_name, refuse_existing, say_next
 from recordings.errors import BadInput
+from recordings.files import free_name
 from recordings.next_command import diagnosis
 
 if TYPE_CHECKING:
@@ -155,6 +156,7 @@ def command(
             settings=given,
             progress=lambda done, total, *_: show("fitting", done, total),
         )
+    out = out if force else free_name(out)  # another run may have taken the name meanwhile
     _write(model, out, pictures)
     _show(model, as_json, details)
     say_written(model=out, pictures=pictures)

@@ -7,10 +7,13 @@ import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import ident
 from ident.cli import program
+from ident.identification.model import Model
 from recordings.errors import BadInput, ForeignFile
 from recordings.reader import read
 from recordings.recording import Recording
@@ -199,6 +202,22 @@ def test_results_without_a_name_get_one_that_is_free(
     assert (tmp_path / numbered).stat().st_size > len("mine")
     ran(program, *shlex.split(line), "--force")
     assert (tmp_path / default).stat().st_size > len("mine")
+
+
+def test_a_name_that_another_run_takes_meanwhile_is_not_replaced(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.mcap").symlink_to(folder / "a.mcap")
+    fit = ident.fit
+
+    def beside_another(*given: Any, **options: Any) -> Model:
+        Path("a.model.json").write_text("the other's")
+        return fit(*given, **options)
+
+    monkeypatch.setattr(ident, "fit", beside_another)
+    assert "model: a-2.model.json" in ran(program, "fit", "a.mcap", "--method", "ls").stderr
+    assert Path("a.model.json").read_text() == "the other's"
 
 
 @pytest.mark.parametrize(
