@@ -45,11 +45,11 @@ class ParameterValue(ConfigSection):
         """Value, interval and unit."""
         if self.infinite:
             return "never"
-        if self.interval is None:
+        low, high = self.interval or (self.value, self.value)
+        if high <= low:
             return f"{self.value:.4g} {self.unit}"
-        (low, high), largest = self.interval, max(map(abs, self.interval))
         # Of a narrow interval, such as that of an order of ripple, two digits have to differ.
-        digits = max(4, 2 + math.ceil(math.log10(largest / (high - low)))) if high > low else 4
+        digits = max(4, 2 + math.ceil(math.log10(max(abs(low), abs(high)) / (high - low))))
         return f"{self.value:.{digits}g} ({low:.{digits}g} to {high:.{digits}g}) {self.unit}"
 
 
@@ -86,10 +86,12 @@ def joint_numbers(joints: Sequence[int]) -> str:
     return f"joint{'s' if len(joints) > 1 else ''} {', '.join(map(str, joints))}"
 
 
-def evidence_in_words(evidence: Evidence) -> str:
-    """Gain and Student's t beside what is required."""
-    t = "" if evidence.t is None else f", t = {evidence.t:.1f} where {evidence.t_required or 0.0:.1f} is required"
-    return f"gain {evidence.gain:.0%}{t}"
+def share_in_words(share: float, interval: tuple[float, float]) -> str:
+    """A `share` with its 95 % `interval`, where its digits differ; in words where that says nothing."""
+    shown, low, high = (f"{round(100 * value)}%" for value in (share, *interval))
+    if interval[0] <= -1 and interval[1] >= 1:
+        return f"{shown} (these rows do not tell how much more or less)"
+    return shown if low == high == shown else f"{shown} ({low} to {high})"
 
 
 class FindingEntry(ConfigSection):
@@ -105,8 +107,9 @@ class FindingEntry(ConfigSection):
     confusable_with: tuple[str, ...] = ()
     evidence: Evidence
     share: float | None = None
-    """Its part of the held-out error above the noise floor of the first model: the parts of all findings add up to
-    the fall to the last model. None if the first model has it, or above the low-pass."""
+    """Its part of the held-out mean square above the noise floor that the first model leaves, over all joints: the
+    parts of all findings add up to the fall to the last model. None if the first model has it, or above the
+    low-pass."""
     why: str
     sentence: str
     symptom: str

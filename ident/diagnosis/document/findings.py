@@ -5,6 +5,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.document import (
     AboveLowPass,
@@ -12,11 +14,10 @@ from ident.diagnosis.document.document import (
     NextMotion,
     RejectedEntry,
     VibrationEntry,
-    evidence_in_words,
     joint_numbers,
+    share_in_words,
 )
 from ident.diagnosis.judge.judge import Rejection, RejectionStatus
-from ident.diagnosis.judge.paying_joints import own_joints
 from ident.diagnosis.ripple.ripple import EFFECT, Ripple
 from ident.diagnosis.search.selection import Finding
 from ident.dynamics.effects.library import names as built_in
@@ -48,19 +49,20 @@ def _found(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
     term, steps, improvement = finding.term, diagnosis.selection.steps, finding.improvement
     in_model, confirmed = term.name in steps[0].model.names, finding.judgement.accepted or not diagnosis.forced
     added = not in_model and len(steps) > 1
-    share, (low, high) = _part(diagnosis, finding) if added else (improvement.share, improvement.interval)
-    evidence, others = evidence_in_words(finding.judgement.evidence), " or ".join(finding.alternatives)
+    share, interval = _part(diagnosis, finding) if added else (improvement.share, improvement.interval)
+    others, required = " or ".join(finding.alternatives), term.effect.mandatory
     where = "the whole robot" if term.effect.whole_robot else joint_numbers([joint + 1 for joint in term.joints])
     reasons = (
         (True, f"On {where}."),
         (
             confirmed,
-            f"It takes {share:.0%} ({low:.0%} to {high:.0%}) of the held-out mean square above the noise floor that "
-            f"the {'first model' if added else 'model without it'} leaves.",
+            f"It takes {share_in_words(share, interval)} of the held-out mean square above the noise floor that the "
+            f"{'first model leaves, over all joints' if added else 'model without it leaves'}.",
         ),
         (confirmed and finding.compared > 1, f"The interval allows for the choice among {finding.compared} models."),
         (confirmed and others, f"In its place, {others} would explain these data as well."),
-        (not confirmed, f"It was requested, but held-out data do not confirm it: {evidence}."),
+        (not confirmed, "It is in every model of such a robot." if required else "It was requested."),
+        (not confirmed, finding.judgement.rejection("").why),
     )
     return FindingEntry.of(
         term,
@@ -74,18 +76,22 @@ def _found(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
 
 
 def _part(diagnosis: Diagnosis, finding: Finding) -> tuple[float, tuple[float, float]]:
-    """Part of a finding in the fall of its joints' held-out excess from the first model to the last; its interval.
+    """Part of a finding in the fall of the held-out excess from the first model to the last; its interval.
 
-    The fall is divided in proportion to what leaving out each effect alone would add to the mean square there.
+    The fall is divided in proportion to what leaving out each effect alone would add to the mean square. All joints
+    count, those of other effects too, each in units of the same excess: only then the parts add up.
     """
-    steps, first, joints = diagnosis.selection.steps, diagnosis.selection.steps[0].model, own_joints(finding.term)
+    first, last = diagnosis.selection.steps[0].model, diagnosis.selection.steps[-1].model
+    whole = last.blocks_over(first)
     added = [
-        (each.term.name, max(each.after.improvement_over(each.before, joints=joints).reduction, 0.0))
+        (each.term.name, float(np.sum(each.after.blocks_over(each.before).reduction / whole.scale)))
         for each in diagnosis.selection.findings
         if each.term.name not in first.names
     ]
-    own, total = sum(loss for name, loss in added if name == finding.term.name), sum(loss for _, loss in added)
-    fall = steps[-1].model.improvement_over(first, compared=finding.compared, joints=joints)
+    own, total = (
+        sum(max(loss, 0.0) for name, loss in added if name in names) for names in ({finding.term.name}, dict(added))
+    )
+    fall = whole.improvement(finding.compared, range(len(whole.scale)))
     part = own / total if total else 0.0
     return part * fall.share, (part * fall.interval[0], part * fall.interval[1])
 

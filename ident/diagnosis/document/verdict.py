@@ -15,7 +15,6 @@ from ident.diagnosis.document.document import (
     Remaining,
     StepEntry,
     Verdict,
-    evidence_in_words,
     joint_numbers,
 )
 from ident.diagnosis.document.findings import (
@@ -26,7 +25,7 @@ from ident.diagnosis.document.findings import (
     next_motion,
     rejected_effects,
 )
-from ident.diagnosis.document.warnings import bound_warnings, data_warnings, file_names
+from ident.diagnosis.document.warnings import bound_warnings, data_warnings, file_names, is_too_short
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_SHARE
 from ident.diagnosis.ripple.ripple import EFFECT, Ripple
@@ -55,7 +54,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
         for entry in findings
         if not (entry.in_model or entry.status == "not-supported" or diagnosis.library[entry.effect].mandatory)
     ]
-    verdict, sentence = conclusion(diagnosis, findings, missing)
+    verdict, sentence = conclusion(diagnosis, missing)
     usual = {entry.name: entry.usual for entry in ripple.structure.parameters}
     return Document(
         schema=2,
@@ -179,13 +178,8 @@ def _numbers(values: Floats) -> tuple[float, ...]:
     return tuple(values.tolist())
 
 
-def conclusion(
-    diagnosis: Diagnosis, findings: Sequence[FindingEntry], missing: Sequence[FindingEntry]
-) -> tuple[Verdict, str]:
-    """The verdict, by the first rule that applies, and its sentence.
-
-    missing: those of the `findings` that the first model lacks.
-    """
+def conclusion(diagnosis: Diagnosis, missing: Sequence[FindingEntry]) -> tuple[Verdict, str]:
+    """The verdict, by the first rule that applies, and its sentence; missing: what was found that it lacked."""
     model, first, unexplained = diagnosis.ripple.whole, diagnosis.selection.steps[0].model, diagnosis.unexplained
     floor, torque, lines = model.noise_floor, diagnosis.split.torque_rms, diagnosis.ripple.lines
     exceeds = bool((rms(model.judged_residuals, diagnosis.split.scored) > floor.limit).any())
@@ -199,7 +193,9 @@ def conclusion(
     ]
     names, start = " and ".join(named), f"The model with {', '.join(sorted(first.names))}"
     lacks = f"{start if first.names else 'The base model'} lacks {names}"
-    open_question = "No missing effect was found, but one may be missing"
+    usual = " and ".join(sorted(name for name in model.names - first.names if diagnosis.library[name].mandatory))
+    added = f"With this{f' and {usual}, which every such robot has,' if usual else ''} added"
+    short, open_question = is_too_short(diagnosis.model), "No missing effect was found, but one may be missing"
     rules: tuple[tuple[object, Verdict, str], ...] = (
         (
             unexplained.significant or trifle,
@@ -208,9 +204,14 @@ def conclusion(
             f"library explains: {unexplained.sentence}",
         ),
         (
+            (missing or lines) and short,
+            "missing-effect",
+            f"{lacks}. {added}, these recordings are too short to tell whether more is missing.",
+        ),
+        (
             missing or lines,
             "missing-effect",
-            f"{lacks}. With this added, no structured residual is left above the noise floor.",
+            f"{lacks}. {added}, no structured residual is left above the noise floor.",
         ),
         (
             exceeds,
@@ -222,6 +223,7 @@ def conclusion(
             "undetermined",
             f"{open_question}: noise would hide a structured residual of {_DETECTABLE:.0%} of the torque.",
         ),
+        (short, "undetermined", f"{open_question}: these recordings are too short to tell."),
         (
             True,
             "adequate",
@@ -229,19 +231,18 @@ def conclusion(
         ),
     )
     verdict, sentence = next((verdict, sentence) for applies, verdict, sentence in rules if applies)
-    return verdict, _on_requested(diagnosis, findings, names) if diagnosis.forced else sentence
+    return verdict, _on_requested(diagnosis, names) if diagnosis.forced else sentence
 
 
-def _on_requested(diagnosis: Diagnosis, findings: Sequence[FindingEntry], names: str) -> str:
+def _on_requested(diagnosis: Diagnosis, names: str) -> str:
     """The sentence on effects that the user requested; `names`: those that the first model lacks."""
-    asked = [
-        f"{entry.effect}: {evidence_in_words(entry.evidence)}"
-        for entry in findings
-        if entry.status == "not-supported"
-    ]
-    doubt = f"Held-out data do not confirm the requested effects ({'; '.join(asked)}). " if not names else ""
+    doubts = "".join(
+        f"{each.term.name} is not confirmed. {each.judgement.rejection('').why} "
+        for each in diagnosis.selection.findings
+        if not (each.judgement.accepted or each.term.effect.mandatory)
+    )
     remains = "a structured residual" if diagnosis.unexplained.significant else "no structured residual"
     return (
-        f"{doubt}With {names or 'them'}, as requested, {remains} is left above the noise floor: "
+        f"{doubts}With {names or 'it'}, as requested, {remains} is left above the noise floor: "
         f"{diagnosis.unexplained.sentence}"
     )

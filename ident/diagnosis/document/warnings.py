@@ -5,6 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
+from ident.basics.statistics import NORMAL
 from ident.data.noise import is_filtered
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.document import ParameterValue, joint_numbers
@@ -57,11 +58,16 @@ def bound_warnings(
     yield from (sentence.format("; ".join(entries)) for sentence, entries in listed.items() if entries)
 
 
+def is_too_short(model: FittedModel) -> bool:
+    """Whether the data may hide what the last `model` lacks: few rows confirm little, and fit much."""
+    return model.split.independent_rows < _MIN_ROWS_PER_PARAMETER * len(model.solution.x)
+
+
 def data_warnings(diagnosis: Diagnosis) -> tuple[str, ...]:
     """A sentence for everything that limits what the last model of a `diagnosis` is worth."""
     split, model, recording = diagnosis.split, diagnosis.model, diagnosis.split.recordings[0].recording
-    truncated = file_names(split, [i for i, data in enumerate(split.recordings) if not data.recording.complete])
     rows, parameters = split.independent_rows, len(model.solution.x)
+    truncated = file_names(split, [i for i, data in enumerate(split.recordings) if not data.recording.complete])
     falls = np.any([is_filtered(data) for data in split.recordings], axis=0)
     filtered = (np.flatnonzero(falls & (model.noise_floor.source == "spectrum")) + 1).tolist()
     unjudged = " and ".join(
@@ -85,7 +91,7 @@ def data_warnings(diagnosis: Diagnosis) -> tuple[str, ...]:
         ),
         (truncated, f"Truncated: {', '.join(truncated)}. The rest of the motion is not known."),
         (
-            rows < _MIN_ROWS_PER_PARAMETER * parameters,
+            is_too_short(model),
             f"Too short: {rows:.0f} independent rows for {parameters} parameters. Effects that were not found may "
             "still exist; record a longer motion.",
         ),
@@ -105,7 +111,7 @@ def data_warnings(diagnosis: Diagnosis) -> tuple[str, ...]:
         ),
         (
             is_relative(recording),
-            f"The torque gain is assumed, with an uncertainty of {recording.rig.torque.gain_uncertainty:.0%}: it "
+            f"The torque gain is assumed, within ± {100 * NORMAL * recording.rig.torque.gain_uncertainty:.2g} %: it "
             "scales all torques alike. Parameters that are proportional to the torque are RELATIVE; their intervals "
             "leave this factor out.",
         ),

@@ -97,6 +97,11 @@ class Blocks:
         """
         return np.maximum(self.before.sum(axis=0) / np.maximum(self.count.sum(axis=0), 1.0) - self.floor, self.floor)
 
+    @property
+    def reduction(self) -> Floats:
+        """(dof,) fall of the mean square of each joint [(N m)^2]."""
+        return (self.before - self.after).sum(axis=0) / np.maximum(self.count.sum(axis=0), 1.0)
+
     def improvement(self, compared: int = 1, joints: Sequence[int] | None = None) -> Improvement:
         """The improvement over all blocks, on `joints` (from 0); None: on those on which the models differ.
 

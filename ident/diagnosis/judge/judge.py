@@ -74,7 +74,7 @@ class Judgement:
         gain, why = self.evidence.gain, self.reason or otherwise
         left = f"It would explain {gain:.1%} of what is left above the noise floor on held-out data, but {why}."
         worse = f"Held-out data get no better by it, and {why}."
-        return Rejection(status, left if gain > 0 else worse, self.evidence)
+        return Rejection(status, left if round(gain, 3) > 0 else worse, self.evidence)
 
 
 def judge(before: FittedModel, after: FittedModel, index: int, compared: int = 1) -> Judgement:

@@ -39,7 +39,8 @@ def test_forced_effect_that_explains_nothing_is_not_missing() -> None:
     )
     (finding,) = (finding for finding in document.findings if finding.effect == "thermal_drift")
     assert finding.status == "not-supported"
-    assert document.sentence.startswith("Held-out data do not confirm the requested effects (thermal_drift: gain ")
+    assert document.sentence.startswith("thermal_drift is not confirmed. Held-out data get no better by it, and ")
+    assert " t = " not in document.sentence + finding.why, "a figure that did not decide"
     assert document.verdict != "missing-effect"
     for step in document.steps:
         assert step.train_rms_all == pytest.approx(step.train_rms, rel=0.2)
@@ -51,6 +52,7 @@ def concluded(
     structured: bool = False,
     found: bool = False,
     taken: float = 0.0,
+    rows: float = 1000.0,
     **fields: Any,
 ) -> Verdict:
     """The verdict on one joint with a noise floor of 0.1 N m, of which a correct model leaves 0.12 N m at most."""
@@ -59,6 +61,8 @@ def concluded(
         judged_residuals=(np.array([[error]]),),
         noise_floor=floor,
         names=set(),
+        split=SimpleNamespace(independent_rows=rows),
+        solution=SimpleNamespace(x=np.zeros(3)),
         improvement_over=lambda first: SimpleNamespace(share=taken),
     )
     diagnosis: Any = SimpleNamespace(
@@ -71,7 +75,7 @@ def concluded(
         **{"forced": False, "data_problems": (), **fields},
     )
     missing: Any = [SimpleNamespace(effect="stribeck", joints=(1,), confusable_with=())] * found
-    return conclusion(diagnosis, missing, missing)[0]
+    return conclusion(diagnosis, missing)[0]
 
 
 @pytest.mark.parametrize(
@@ -79,6 +83,7 @@ def concluded(
     [
         ({"error": 0.1}, "adequate"),
         ({"error": 0.1, "torque": 1.0}, "undetermined"),  # 3 % of the torque would not exceed the limit
+        ({"error": 0.1, "rows": 50.0}, "undetermined"),  # too few for three parameters
         ({"error": 0.1, "found": True, "taken": 0.9}, "missing-effect"),
         ({"error": 0.1, "found": True, "taken": 0.09}, "missing-effect"),
         ({"error": 1.0, "found": True, "taken": 0.5}, "missing-effect"),
@@ -206,7 +211,7 @@ def test_label_names_the_effects_added_and_removed() -> None:
     [
         (2400.2601, (2400.0512, 2400.4731), "2400.26 (2400.05 to 2400.47) 1/turn"),
         (0.2741, (0.214, 0.33431), "0.2741 (0.214 to 0.3343) 1/turn"),
-        (0.0, (0.0, 0.0), "0 (0 to 0) 1/turn"),
+        (0.0, (0.0, 0.0), "0 1/turn"),
         (1.5, None, "1.5 1/turn"),
     ],
 )

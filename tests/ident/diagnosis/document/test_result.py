@@ -49,6 +49,27 @@ def test_applied_model_is_that_of_the_document(write: Callable[[Recording], Path
     assert (file.train.fitted.rms, file.validate_.fitted.rms) == (last.train_rms, last.held_out_rms)
 
 
+def test_shares_of_effects_on_different_joints_add_up_to_the_fall_of_the_whole_robot(
+    write: Callable[[Recording], Path], tmp_path: Path
+) -> None:
+    def drag_and_spring(motion: Motion) -> Floats:
+        return building.drag(motion) * [1, 0] + motion.position * [0, 1]
+
+    recordings = (building.record(2, noise=0.05, extra=drag_and_spring, shape=shape) for shape in (0, 1))
+    files = [write(replace(each, path=tmp_path / f"{i}.mcap")) for i, each in enumerate(recordings)]
+    effects = {name: library()[name] for name in ("quadratic_friction", "joint_spring")}
+    document = to_document(diagnose(files[:1], files[1:], effects, DiagnosisOptions()))
+    assert {each.effect: each.joints for each in document.findings} == {
+        "quadratic_friction": (1,),
+        "joint_spring": (2,),
+    }
+    assert sum(each.share or 0.0 for each in document.findings) == pytest.approx(1.0, abs=0.02)
+    for each in document.findings:
+        assert each.share == pytest.approx(0.5, abs=0.05)
+        assert f"It takes {each.share:.0%} " in each.why
+        assert "over all joints" in each.why
+
+
 def test_model_file_has_the_values_intervals_and_errors_of_the_model() -> None:
     """An effect with a shape."""
 

@@ -47,7 +47,7 @@ def of_voltage(recording: Recording) -> Recording:
     [
         (GOOD, {"standstill_share": 0.08}, "8% of the rows are left out"),
         (GOOD, {"unjudged_shares": (0.0, 0.44, 0.113)}, "44.0% (joint 2) and 11.3% (joint 3) are not scored"),
-        (of_voltage(GOOD), {}, "The torque gain is assumed, with an uncertainty of"),
+        (of_voltage(GOOD), {}, "The torque gain is assumed, within ± 20 %: it"),
         (UNFINISHED, {}, "Truncated: bench.mcap"),
     ],
 )
