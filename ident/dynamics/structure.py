@@ -160,6 +160,11 @@ class ModelStructure:
         return np.array([entry.linear for entry in self.parameters])
 
     @cached_property
+    def searched(self) -> Bools:
+        """(K,) True for the shapes and other values of effects that a search finds."""
+        return np.array([entry.term >= 0 and not entry.linear for entry in self.parameters], bool)
+
+    @cached_property
     def _entries(self) -> tuple[slice, ...]:
         """Entries of each term in the vector; those of the mechanism come last, for the index -1."""
         sizes = [term.instances * len(term.local_parameters) + len(term.shapes) for term in self.terms]

@@ -24,15 +24,18 @@ def torque(prepared: PreparedRecording, structure: ModelStructure, x: Floats) ->
     )
 
 
-def linearized(prepared: PreparedRecording, structure: ModelStructure, x: Floats) -> tuple[Floats, Floats]:
-    """Predict the torque (m, dof) and its derivatives with respect to the linear parameters (m, dof, K_linear)."""
+def linearized(
+    prepared: PreparedRecording, structure: ModelStructure, x: Floats, searched: bool = False
+) -> tuple[Floats, Floats]:
+    """Predict the torque (m, dof) and its derivatives (m, dof, k) by its linear, or its searched parameters."""
     m, dof = prepared.torque.shape
-    predicted, derivatives = np.empty((m, dof)), np.empty((m, dof, int(structure.linear.sum())))
+    which = structure.searched if searched else structure.linear
+    predicted, derivatives = np.empty((m, dof)), np.empty((m, dof, int(which.sum())))
     first = 0
     for chunk, rows_used in overlapping_chunks(prepared):
-        torque, by_x = TorquePredictor(chunk).linearized(structure, x, nonlinear=False)
+        torque, by_x = TorquePredictor(chunk).linearized(structure, x, nonlinear=searched)
         chunk_rows = slice(first, first + len(torque[rows_used]))
-        predicted[chunk_rows], derivatives[chunk_rows] = torque[rows_used], by_x[rows_used][:, :, structure.linear]
+        predicted[chunk_rows], derivatives[chunk_rows] = torque[rows_used], by_x[rows_used][:, :, which]
         first = chunk_rows.stop
     return predicted, derivatives
 

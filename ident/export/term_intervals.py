@@ -41,12 +41,12 @@ def relative_half_widths(model: Model, chunk: PathChunk) -> dict[str, Floats] | 
 def _covariance(model: Model) -> Floats | None:
     """Covariance (K, K) of the parameters in half widths of their intervals; NaN where one has none."""
     assessment, parameters = model.file.assessment, model.file.parameters
-    if assessment is None or len(assessment.correlation) != len(parameters):
+    if assessment is None or len(assessment.correlation) < len(parameters):
         return None
     intervals = [parameter.shape_ci95 or (np.nan, np.nan) for parameter in parameters]
     widths = np.diff(np.array(intervals), axis=1)[:, 0] / 2
     correlation = np.array([[np.nan if x is None else x for x in row] for row in assessment.correlation])
-    return correlation * np.outer(widths, widths)
+    return correlation[: len(widths), : len(widths)] * np.outer(widths, widths)
 
 
 def _rms(dynamics: InverseDynamics, chunk: PathChunk) -> Mapping[str, Floats]:

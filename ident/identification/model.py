@@ -68,7 +68,7 @@ class Model:
     @property
     def covariance(self) -> Floats:
         """(k, k) covariance of the errors of `parameters` due to noise; NaN where the data do not determine it."""
-        assessment, std = self.file.assessment, [np.nan if x.std is None else x.std for x in self.file.parameters]
+        assessment, std = self.file.assessment, [np.nan if x.std is None else x.std for x in self.parameters.values()]
         correlation = np.array(assessment.correlation if assessment else (), float)
         known = len(correlation)
         result = np.full((len(self.parameters),) * 2, np.nan)

@@ -37,10 +37,11 @@ def model_of(
 ) -> ModelFile:
     """Describe a fitted model as a file.
 
-    assessed: of the whole and of each linear parameter. agreements: with training and validation data.
+    assessed: of the whole, of each linear parameter, and of those that were searched, where known.
+    agreements: with training and validation data.
     """
     rig, prepared = train[0].prepared.recording.rig, train[0].prepared
-    effects, cutoff = effect_terms(structure, x), prepared.cutoff
+    effects, cutoff, count = effect_terms(structure, x), prepared.cutoff, len(result.parameters)
     return ModelFile(
         mechanism=rig.mechanism,
         effects=tuple(term.name for term in effects),
@@ -52,8 +53,8 @@ def model_of(
         payload=rig.payload,
         torque=rig.torque,
         relative=is_relative(prepared.recording),
-        parameters=_parameters(structure, result, assessed[1]),
-        searched=searched_parameters(structure, x, np.full((len(x), 2), np.nan)),
+        parameters=_parameters(structure, result, assessed[1][:count]),
+        searched=searched_parameters(structure, x, assessed[1][count:]),
         method=method,
         preprocessing=Preprocessing(
             name=preprocessing,

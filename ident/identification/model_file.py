@@ -159,6 +159,8 @@ class ResidualTest(ConfigSection):
     """What is above the noise floor [N m]."""
     structured_share: float
     """Its share of the mean square of the residual, over all joints, 0 to 1."""
+    missing: int = 0
+    """Samples that the recordings lack, of the joint that lacks most."""
     recordings: tuple[RecordingSource, ...]
     """The recordings that were tested."""
 

@@ -18,7 +18,7 @@ from ident.estimation import chunks
 from ident.estimation.linear_fit import SEARCH_FACTOR
 from ident.identification.model_file import EffectTerm, FittedParameter, ModelFile
 from ident.identification.saved_formula import saved_formula
-from ident.uncertainty.assessment import interval_or_none
+from ident.uncertainty.assessment import ParameterUncertainty
 from recordings.data_problems import DataProblem
 from recordings.errors import BadInput, told
 from recordings.reader import Source, opened
@@ -130,8 +130,12 @@ def _effect_of(term: EffectTerm, library: Mapping[str, Effect]) -> Effect:
     return effect
 
 
-def searched_parameters(structure: ModelStructure, x: Floats, intervals: Floats) -> tuple[FittedParameter, ...]:
-    """Those values of `x` (K,) that are not among the model's parameters, with their `intervals` (K, 2) or NaN."""
+def searched_parameters(
+    structure: ModelStructure, x: Floats, uncertainties: Sequence[ParameterUncertainty]
+) -> tuple[FittedParameter, ...]:
+    """Those values of `x` (K,) that are not among the model's parameters, with what is known of each; or nothing."""
+    entries = [(structure.parameters[i], x[i]) for i in np.flatnonzero(structure.searched)]
+    unknown = [ParameterUncertainty()] * (len(entries) - len(uncertainties))
     return tuple(
         FittedParameter(
             name=entry.name,
@@ -140,14 +144,11 @@ def searched_parameters(structure: ModelStructure, x: Floats, intervals: Floats)
             lower=entry.lower if np.isfinite(entry.lower) else -SEARCH_FACTOR * abs(float(value)),
             upper=entry.upper if np.isfinite(entry.upper) else SEARCH_FACTOR * abs(float(value)),
             at_bound=False,
-            status="identifiable" if np.isfinite(limits).all() else None,
             paper_value=float(value),
             meaning=entry.meaning,
-            ci95=interval_or_none(limits),
-            shape_ci95=interval_or_none(limits),
+            **known.model_dump(),
         )
-        for entry, value, limits in zip(structure.parameters, x, intervals, strict=True)
-        if entry.term >= 0 and not entry.linear
+        for (entry, value), known in zip(entries, (*uncertainties, *unknown), strict=True)
     )
 
 

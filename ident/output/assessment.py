@@ -47,12 +47,21 @@ def summary_lines(model: ModelFile, assessment: Assessment) -> Iterator[str]:
     yield _identifiability_line(model, assessment)
     yield from (f"{group.sentence}." for group in assessment.inseparable)
     yield from _correlation_lines(model, assessment)
-    yield from (f"Not physical: {violation.sentence}." for violation in assessment.warnings)
+    yield from warning_lines(assessment)
     if assessment.coupling:
         warning = "" if assessment.coupling.positive else "; D(θ) is not positive definite: NOT PHYSICAL"
         share = f"{100 * assessment.coupling.share:.0f} % of the total"
         yield f"Inertia coupling between the joints: the off-diagonal part of D(θ), Eq. (27), is {share}{warning}."
     yield from _cutoff_lines(model, assessment)
+
+
+def warning_lines(assessment: Assessment, certain: bool = False) -> Iterator[str]:
+    """Yield what speaks against the model; `certain`: without what may be chance, and without single frictions."""
+    for warning in assessment.warnings:
+        if warning.kind != "not-physical":
+            yield warning.sentence
+        elif not certain or (warning.significant and warning.of_bodies):
+            yield f"Not physical: {warning.sentence}."
 
 
 def scale_line(scale_uncertainty: float, relative: bool) -> str:
@@ -99,18 +108,16 @@ def _identifiability_line(model: ModelFile, assessment: Assessment) -> str:
     remaining = {status: [p.name for p in model.parameters if p.status == status] for status in ("weak", "not")}
     labels = {"weak": "only weakly identifiable", "not": "NOT identifiable"}
     exceptions = [f"{labels[status]}: {', '.join(names)}" for status, names in remaining.items() if names]
-    subject = (
-        "all parameters are" if len(identifiable) == len(model.parameters) else f"{len(identifiable)} parameters are"
-    )
-    return (
-        f"Condition number {assessment.condition_number:.3g}; {'; '.join([f'{subject} identifiable', *exceptions])}."
-    )
+    subject = "all parameters" if len(identifiable) == len(model.parameters) else f"{len(identifiable)} parameters"
+    told = f"the motion, without noise, tells {subject} apart"
+    return f"Condition number {assessment.condition_number:.3g}: {'; '.join([told, *exceptions])}."
 
 
 def _correlation_lines(model: ModelFile, assessment: Assessment) -> Iterator[str]:
+    names = [each.name for each in (*model.parameters, *model.searched)]
     pairs = sorted(
         (
-            (rho, model.parameters[i].name, model.parameters[j].name)
+            (rho, names[i], names[j])
             for i, row in enumerate(assessment.correlation)
             for j, rho in enumerate(row[:i])
             if rho is not None and abs(rho) >= NOTABLE_CORRELATION

@@ -13,14 +13,15 @@ from ident.data.trends import Trend
 from ident.dynamics.inverse_dynamics import InverseDynamics
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import ModelStructure
-from ident.estimation import estimators
+from ident.estimation import chunks, estimators
 from ident.estimation.linear_fit import Fit
 from ident.estimation.regression import Regression
 from ident.uncertainty import covariance, physical_consistency, sensitivity
 from ident.uncertainty.covariance import IntervalMethod, Uncertainty
-from ident.uncertainty.identifiability import Combination, Identifiability, Status, identifiability
-from ident.uncertainty.physical_consistency import Coupling, Violation
-from ident.uncertainty.propagated_errors import propagated_variance
+from ident.uncertainty.fit_warning import FitWarning
+from ident.uncertainty.identifiability import Combination, Status, identifiability
+from ident.uncertainty.physical_consistency import Coupling
+from ident.uncertainty.propagated_errors import independent, propagated_variance
 from recordings.config import ConfigSection
 from recordings.recording import Bools, Floats, Recording
 
@@ -90,14 +91,15 @@ class Assessment(ConfigSection):
     scale_uncertainty: float = 0.0
     """Relative standard uncertainty of the gain, whether or not the intervals include it; 0 for measured torque."""
     correlation: tuple[tuple[OptionalFloat, ...], ...]
-    """Correlation matrix of the parameter errors."""
+    """Correlation matrix of the errors: of the linear parameters, then of those found by a search, where known."""
     condition_number: float
     singular_values: tuple[float, ...]
     inseparable: tuple[Combination, ...]
     noise: tuple[JointNoise, ...]
     floor: tuple[JointFloor, ...] | None
     """None where the motion is not repeated."""
-    warnings: tuple[Violation, ...]
+    warnings: tuple[FitWarning, ...]
+    """What speaks against the model, or limits what its values are worth."""
     coupling: Coupling | None
     cutoffs: tuple[float, ...]
     """Other cut-offs for which the fit was repeated [Hz]."""
@@ -115,6 +117,8 @@ def assess(
 ) -> tuple[Assessment, tuple[ParameterUncertainty, ...]]:
     """Assess the `fit` of `structure` by the estimator `method`: as a whole, and parameter by parameter.
 
+    Given `x`, all parameters are assessed together, those found by a search behind the linear ones.
+
     parameter_changes: changes of the parameters under other assumptions.
     relative: the parameters are known up to one common factor.
     x: (K,) all parameters, for intervals that hold what quantization does to them too; None: noise alone.
@@ -125,12 +129,18 @@ def assess(
     loss = loss_of(fit, method)
     conditioning = identifiability(_gram(regressions), structure.linear_parameters)
     free = np.array([s != "not" and not b for s, b in zip(conditioning.status, fit.at_bound, strict=True)])
+    order, values = np.flatnonzero(structure.linear), fit.parameters
+    if x is not None and structure.searched.any():
+        order = np.concatenate([order, np.flatnonzero(structure.searched)])
+        values = np.concatenate([fit.parameters, x[structure.searched]])
+        regressions, residuals, free = _with_searched(regressions, residuals, free, structure, x)
     error = uncertainty_of(regressions, residuals, joint_noise, loss, interval_method, free)
     scale = gain_uncertainty(prepared[0].recording)
     gain = 0.0 if relative else scale
-    propagated = _propagated(regressions, residuals, joint_noise, loss, structure, x)
+    propagated = 0.0 if x is None else _propagated(regressions, residuals, joint_noise, loss, structure, x)[order]
+    linear = structure.linear[order]
     bodies = physical_consistency.no_bodies(prepared[0].mechanism, fit.parameters, error.covariance)
-    intervals, shapes = (error.interval(fit.parameters, share, propagated) for share in (gain, 0.0))
+    intervals, shapes = (error.interval(values, np.where(linear, share, 0.0), propagated) for share in (gain, 0.0))
     assessment = Assessment(
         source=interval_method,
         loss=loss,
@@ -144,13 +154,35 @@ def assess(
         noise=_noise(joint_noise, prepared[0].recording),
         floor=_floor(cycle_statistics.of_residuals(prepared, residuals)),
         warnings=(
-            *physical_consistency.violations(structure.linear_parameters, fit.parameters, intervals),
+            *physical_consistency.violations(structure.linear_parameters, fit.parameters, intervals[linear]),
             *([bodies] if bodies else []),
         ),
         coupling=physical_consistency.coupling(_rigid_torque(structure, fit.parameters), prepared[0].motion),
         cutoffs=tuple(hz for hz, _ in parameter_changes.per_cutoff),
     )
-    return assessment, _parameter_uncertainties(error, intervals, shapes, conditioning, parameter_changes)
+    known: tuple[Status | None, ...] = tuple("identifiable" if each else "not" for each in free[~linear])
+    status = (*conditioning.status, *known)
+    return assessment, _parameter_uncertainties(error, intervals, shapes, status, parameter_changes)
+
+
+def _with_searched(
+    regressions: Sequence[Regression], residuals: Sequence[Floats], free: Bools, structure: ModelStructure, x: Floats
+) -> tuple[list[Regression], list[Floats], Bools]:
+    """Regressors with the derivatives by what was searched of `x` (K,) behind their columns; which are `free`."""
+    columns = [
+        np.concatenate([each.regressor, chunks.linearized(each.prepared, structure, x, searched=True)[1]], axis=2)
+        for each in regressions
+    ]
+    residuals = [
+        np.where(np.isfinite(each).all(axis=2), residual, np.nan)
+        for each, residual in zip(columns, residuals, strict=True)
+    ]
+    whole = [replace(each, regressor=regressor) for each, regressor in zip(regressions, columns, strict=True)]
+    rows = np.concatenate([each[np.isfinite(residual)] for each, residual in zip(columns, residuals, strict=True)])
+    free = np.concatenate([free, [structure.parameters[i].free for i in np.flatnonzero(structure.searched)]])
+    free &= (rows != 0).any(axis=0)
+    free[free] = independent(rows[:, free] / np.linalg.norm(rows[:, free], axis=0))
+    return whole, residuals, free
 
 
 def _rigid_torque(structure: ModelStructure, linear: Floats) -> Callable[[Motion], Floats]:
@@ -215,11 +247,9 @@ def _propagated(
     joint_noise: Sequence[noise.Noise],
     loss: Loss,
     structure: ModelStructure,
-    x: Floats | None,
-) -> Floats | float:
-    """(k,) mean square errors of the linear parameters that are no noise; 0 if there is no `x` (K,)."""
-    if x is None:
-        return 0.0
+    x: Floats,
+) -> Floats:
+    """(K,) mean square errors of the parameters `x` (K,) that are no noise."""
     # Small errors shift the minimum of absolute deviations like that of squares with this weight: the density of the
     # noise, by which its curvature is weighted, falls with the standard deviation.
     power = {"squares": 0.0, "weighted squares": -1.0, "absolute deviations": -0.5}[loss]
@@ -228,14 +258,14 @@ def _propagated(
         for regression, residual in zip(regressions, residuals, strict=True)
     ]
     recordings = [regression.prepared for regression in regressions]
-    return propagated_variance(recordings, structure, x, weights)[structure.linear]
+    return propagated_variance(recordings, structure, x, weights)
 
 
 def _parameter_uncertainties(
     error: Uncertainty,
     intervals: Floats,
     shapes: Floats,
-    conditioning: Identifiability,
+    known: Sequence[Status | None],
     parameter_changes: sensitivity.Sensitivity,
 ) -> tuple[ParameterUncertainty, ...]:
     return tuple(
@@ -250,7 +280,7 @@ def _parameter_uncertainties(
             else float(parameter_changes.per_length_step[i]),
             per_cutoff=tuple(float(change[i]) for _, change in parameter_changes.per_cutoff),
         )
-        for i, status in enumerate(conditioning.status)
+        for i, status in enumerate(known)
     )
 
 

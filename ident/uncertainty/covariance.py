@@ -110,10 +110,13 @@ class Uncertainty:
         """(k,) half widths of the 95 % intervals, from Student's t."""
         return statistics.half_width(self.degrees_of_freedom) * self.std
 
-    def interval(self, parameters: Floats, gain_uncertainty: float = 0.0, propagated: Floats | float = 0.0) -> Floats:
+    def interval(
+        self, parameters: Floats, gain_uncertainty: Floats | float = 0.0, propagated: Floats | float = 0.0
+    ) -> Floats:
         """(k, 2) 95 % interval of each of the `parameters` (k,).
 
-        gain_uncertainty: relative standard uncertainty of the torque gain, to which all parameters are proportional.
+        gain_uncertainty: relative standard uncertainty of the torque gain, 0 where a parameter is not proportional to
+            it; (k,), or one for all.
         propagated: (k,) mean squares of errors that are no noise.
         """
         others = statistics.NORMAL * np.sqrt((gain_uncertainty * parameters) ** 2 + propagated)

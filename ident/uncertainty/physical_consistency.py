@@ -10,25 +10,13 @@ from ident.dynamics.bodies import nearest_bodies
 from ident.dynamics.mechanisms import Parameter, RigidMechanism
 from ident.dynamics.mechanisms.urdf import Urdf
 from ident.dynamics.motion import Motion, inertia_matrix
+from ident.uncertainty.fit_warning import FitWarning
 from recordings.recording import Floats
 
 _MAX_SAMPLES = 2000
 """Samples of the motion at which the inertia matrix is evaluated."""
 _ROUNDING = 1e-12
 """Share of the largest variance below which one is due to rounding."""
-
-
-@dataclass(frozen=True)
-class Violation:
-    """A parameter value, or several together, that are physically impossible."""
-
-    name: str
-    """Of the parameter; "links" for those of all links together."""
-    significant: bool
-    """True if the whole 95 % interval is impossible."""
-    sentence: str
-    of_bodies: bool = False
-    """True for masses and inertias, False for friction."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +32,7 @@ class Coupling:
     """D is positive definite throughout, as kinetic energy demands."""
 
 
-def violations(parameters: Sequence[Parameter], values: Floats, intervals: Floats) -> tuple[Violation, ...]:
+def violations(parameters: Sequence[Parameter], values: Floats, intervals: Floats) -> tuple[FitWarning, ...]:
     """Impossible ones of the `values` (k,), given their 95 % `intervals` (k, 2); NaN where there is no interval."""
     result = []
     for parameter, value, highest in zip(parameters, values, intervals[:, 1], strict=True):
@@ -53,11 +41,11 @@ def violations(parameters: Sequence[Parameter], values: Floats, intervals: Float
             reason = "friction would drive the motion" if parameter.friction else "it must be positive for any body"
             certainty = "" if significant else "; its interval reaches above zero, so this may be chance"
             sentence = f"{parameter.name} = {value:.4g} {parameter.unit} ({parameter.meaning}): {reason}{certainty}"
-            result.append(Violation(parameter.name, significant, sentence, not parameter.friction))
+            result.append(FitWarning(parameter.name, significant, sentence, not parameter.friction))
     return tuple(result)
 
 
-def no_bodies(mechanism: RigidMechanism, linear: Floats, covariance: Floats) -> Violation | None:
+def no_bodies(mechanism: RigidMechanism, linear: Floats, covariance: Floats) -> FitWarning | None:
     """Say that no bodies have base parameters in the 95 % region of those identified; None where some have.
 
     linear: (k,) fitted parameters in which the torque is linear; covariance: (k, k) of them, NaN where unknown.
@@ -81,7 +69,7 @@ def no_bodies(mechanism: RigidMechanism, linear: Floats, covariance: Floats) -> 
         "the inertial parameters, and all others in their 95 % region, are those of no bodies: where no effect is "
         "missing, the data or the rig file cannot be right"
     )
-    return Violation("links", True, sentence, of_bodies=True)
+    return FitWarning("links", True, sentence, of_bodies=True)
 
 
 def coupling(torque: Callable[[Motion], Floats], motion: Motion) -> Coupling | None:

@@ -166,11 +166,11 @@ def identifiable(solution: Solution, regressor: Floats) -> Bools:
     """(K,) identifiable parameters; regressor: (r, K)."""
     size = np.sqrt((regressor**2).sum(axis=0))
     known: Bools = np.array([entry.free for entry in solution.structure.parameters], bool) & (size > 0)
-    known[known] = _independent(regressor[:, known] / size[known])
+    known[known] = independent(regressor[:, known] / size[known])
     return known
 
 
-def _independent(columns: Floats) -> Bools:
+def independent(columns: Floats) -> Bools:
     """(k,) False for columns (r, k) that are linear combinations of those before them."""
     diagonal = np.abs(np.diag(np.linalg.qr(columns, mode="r")))
     return diagonal > _MIN_INDEPENDENT_SHARE

@@ -31,7 +31,8 @@ def test_held_out_error_is_the_same_everywhere(seed: int, tmp_path: Path) -> Non
     np.testing.assert_allclose(step.held_out_rms, stated, rtol=1e-6)
     in_report = report.held_out_analyses["m.json"]
     np.testing.assert_allclose([joint.summary.rms for joint in in_report.joints], stated, rtol=1e-12)
-    np.testing.assert_allclose(model.file.validate_.fitted.rms, step.held_out_rms_all, rtol=1e-6)
+    np.testing.assert_allclose(model.file.validate_.fitted.rms, stated, rtol=1e-12)
+    assert f"RMS {', '.join(f'{error:.3g}' for error in stated)} N m held out" in repr(model)
     page = next(SelectionEngine(lambda text: None).fit(train, held_out))
     assert isinstance(page, StepsView)
     np.testing.assert_allclose(page.steps[-1].entry.held_out_rms, stated, rtol=1e-6)

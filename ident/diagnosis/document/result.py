@@ -20,16 +20,17 @@ from ident.dynamics.structure import ParameterEntry
 from ident.estimation.linear_fit import SEARCH_FACTOR, Fit, search_region
 from ident.estimation.problem import Estimate
 from ident.estimation.regression import linearize
+from ident.identification.fit_warnings import with_warnings
 from ident.identification.model import Model
 from ident.identification.model_description import agreement, is_relative, model_of
 from ident.identification.model_file import Agreement, FitMethod, FittedParameter, ModelFile
-from ident.identification.prediction import effect_terms, searched_parameters
-from ident.uncertainty.assessment import assess, interval_or_none, number_or_none
+from ident.identification.prediction import effect_terms
+from ident.uncertainty.assessment import ParameterUncertainty, assess, interval_or_none, number_or_none
 from ident.uncertainty.sensitivity import Sensitivity
 from recordings.files import check_new
 from recordings.notebook import html_table
 from recordings.reader import Source
-from recordings.recording import Bools
+from recordings.recording import Bools, Floats
 
 METHOD = "wls"
 """The estimator that a diagnosis uses: least squares, weighted by the noise."""
@@ -130,14 +131,23 @@ def _diagnosed_model(diagnosis: Diagnosis, last: StepEntry) -> ModelFile:
     terms = effect_terms(structure, ripple.x)
     values = zip(structure.parameters[first:], ripple.x[first:].tolist(), ripple.half_widths.tolist(), strict=True)
     lines = [(entry.linear, _of_line(entry, value, width)) for entry, value, width in values]
+    linear = [line for is_linear, line in lines if is_linear]
+    searched = [line for is_linear, line in lines if not is_linear]
+    count, others = len(file.parameters), len(file.searched)
+    behind = count + len(linear)
+    known = [*range(count), *range(behind, behind + others)]
+    correlation = np.full((behind + others + len(searched),) * 2, np.nan)
     assert file.validate_ is not None
+    assert file.assessment is not None
+    correlation[np.ix_(known, known)] = np.array(file.assessment.correlation, float)
     return file.model_copy(
         update={
             "effects": tuple(term.name for term in terms),
             "terms": terms,
             "data_problems": diagnosis.data_problems,
-            "parameters": (*file.parameters, *(parameter for linear, parameter in lines if linear)),
-            "searched": (*file.searched, *(parameter for linear, parameter in lines if not linear)),
+            "parameters": (*file.parameters, *linear),
+            "searched": (*file.searched, *searched),
+            "assessment": file.assessment.model_copy(update={"correlation": _written(correlation)}),
             "train": _with_errors(file.train, last.train_rms),
             "validate_": _with_errors(file.validate_, last.held_out_rms),
         }
@@ -184,8 +194,10 @@ def model_file(
     )
     # The model's own intervals also hold what quantization does to parameters, and the errors of what was searched.
     totals, shapes = parameter_intervals(model, ripple or Ripple(model))
-    correlation = tuple(tuple(map(number_or_none, row)) for row in uncertainty.correlation[np.ix_(linear, linear)])
-    own = zip(single, totals[linear], shapes[linear], uncertainty.std[linear], strict=True)
+    order = np.concatenate([np.flatnonzero(linear), np.flatnonzero(structure.searched)])
+    finite = np.isfinite(shapes[structure.searched, 0])
+    searched = [ParameterUncertainty(status="identifiable" if known else None) for known in finite]
+    own = zip((*single, *searched), totals[order], shapes[order], uncertainty.std[order], strict=True)
     uncertainties = [
         each.model_copy(
             update={
@@ -205,15 +217,16 @@ def model_file(
         rows=solution.row_count,
         diagnostics={"selection": "ident diagnose"},
     )
+    correlation = _written(uncertainty.correlation[np.ix_(order, order)])
     assessed = assessment.model_copy(update={"correlation": correlation}), uncertainties
     agreements = _agreement(model, split.train), _agreement(model, split.test)
     file = model_of(regressions, structure, x, fit, method, prepared.method, assessed, agreements)
-    return file.model_copy(
-        update={
-            "searched": searched_parameters(structure, x, shapes),
-            "residual_test": residual_test(model, unexplained, diagnosed),
-        }
-    )
+    return with_warnings(file.model_copy(update={"residual_test": residual_test(model, unexplained, diagnosed)}))
+
+
+def _written(correlation: Floats) -> tuple[tuple[float | None, ...], ...]:
+    """The matrix `correlation` (k, k) as files hold it."""
+    return tuple(tuple(map(number_or_none, row)) for row in correlation)
 
 
 def _agreement(model: FittedModel, rows: tuple[Bools, ...]) -> Agreement:

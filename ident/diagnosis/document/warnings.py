@@ -75,7 +75,7 @@ def data_warnings(diagnosis: Diagnosis) -> tuple[str, ...]:
     )
     cases = (
         (
-            diagnosis.unexplained.significant and diagnosis.selection.findings,
+            diagnosis.unexplained.significant,
             "An effect is still missing: until it is found, the errors of parameters may exceed their intervals.",
         ),
         (

@@ -34,10 +34,11 @@ def review(
     added = [*(term.name for term in steps[0].model.terms), *(step.added for step in steps)]
     in_order = sorted(range(len(model.terms)), key=lambda index: added.index(model.terms[index].name))
     all_findings = [_finding(candidates, model, index, requested) for index in in_order]
-    # Every robot has a mandatory effect, but not every recording shows it.
-    unseen = [each for each in all_findings if each.term.effect.mandatory and not each.judgement.accepted]
-    findings = tuple(each for each in all_findings if requested or each not in unseen)
-    others = [*_extensions(candidates, model), *unseen]
+    # Every robot has a mandatory effect, but not every recording shows it: then it is in the steps alone.
+    findings = tuple(
+        each for each in all_findings if requested or each.judgement.accepted or not each.term.effect.mandatory
+    )
+    others = list(_extensions(candidates, model))
     likely = tuple(each for each in others if each.judgement.likely)
     judged = {each.term.name: each.judgement.rejection(reason) for each in others if not each.judgement.likely}
     bare = [step.model for step in steps if all(term.effect.mandatory for term in step.model.terms)]

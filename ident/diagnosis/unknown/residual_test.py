@@ -27,7 +27,8 @@ from ident.dynamics.structure import ModelStructure
 from ident.estimation import chunks
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.problem import Progress
-from ident.identification.identify import FitOptions, identify
+from ident.identification.fit_warnings import with_warnings
+from ident.identification.identify import FitOptions, Identification, identify
 from ident.identification.model import Model
 from ident.identification.model_file import FloorVerdict, ModelFile, RecordingSource, ResidualTest, recording_source
 from ident.identification.prediction import Prediction, structure_of
@@ -149,6 +150,7 @@ def _is_vibration(model: FittedModel, joint: int) -> bool:
 def residual_test(model: FittedModel, unexplained: UnexplainedResidual, diagnosed: bool = False) -> ResidualTest:
     """The test of `model` with its `unexplained` residual; `diagnosed`: a diagnosis has searched it for effects."""
     split, floor = model.split, model.noise_floor
+    recordings = [data.recording for data in split.recordings]
     verdict: FloorVerdict = "above-noise" if unexplained.significant else "within-noise"
     return ResidualTest(
         verdict=verdict,
@@ -159,7 +161,8 @@ def residual_test(model: FittedModel, unexplained: UnexplainedResidual, diagnose
         quantization_rms=tuple(floor.quantization.tolist()),
         structured_rms=tuple(unexplained.rms.tolist()),
         structured_share=unexplained.share,
-        recordings=recording_sources([data.recording for data in split.recordings]),
+        missing=int(sum(gaps.max() for gaps in {each.path: each.gaps for each in recordings}.values())),
+        recordings=recording_sources(recordings),
     )
 
 
@@ -193,8 +196,26 @@ def fit_and_test(
     expect(Callable, "a function", progress=progress)  # type: ignore[arg-type]
     result = identify(files, validate[0] if validate else None, options, progress)
     test = None if result.model.form else check_residual(result.predictions, result.structure, result.parameters)
-    model = result.model.model_copy(update={"residual_test": test})
+    model = with_warnings(_of_scored_rows(result, test))
     return Model(model, options.library, result, result.train[0].prepared.recording)
+
+
+def _of_scored_rows(result: Identification, test: ResidualTest | None) -> ModelFile:
+    """The model of `result` with its `test`, and with the RMS errors in the rows that are scored, as all say them."""
+    model = result.model.model_copy(update={"residual_test": test})
+    if model.form:
+        return model
+    scored = score(result.predictions, result.structure, result.parameters, test)
+    count, changes = len(result.train), {}
+    for name, stated, parts in (
+        ("train", model.train, scored[:count]),
+        ("validate_", model.validate_, scored[count:]),
+    ):
+        if stated is not None:
+            residual = np.concatenate([each.scored_residual for each in parts])
+            rms = tuple(np.sqrt(np.nanmean(residual**2, axis=0)).tolist())
+            changes[name] = stated.model_copy(update={"fitted": replace(stated.fitted, rms=rms)})
+    return model.model_copy(update=changes)
 
 
 def score(

@@ -36,9 +36,8 @@ def show(model: ModelFile, result: Identification, console: Console, details: bo
     if details:
         _show_details(model, result, console)
     elif model.assessment:
-        certain = [each.sentence for each in model.assessment.warnings if each.significant and each.of_bodies]
-        if certain:
-            print_plain(console, f"Not physical: {'; '.join(certain)}.", "bold yellow")
+        for sentence in assessment.warning_lines(model.assessment, certain=True):
+            print_plain(console, sentence, "bold yellow")
     print_table(console, _error_table(model, _evaluated(model, result)), box=None)
     for sentence in sentences(model, result):
         print_plain(console, sentence)
@@ -118,9 +117,6 @@ def warnings(result: Identification) -> list[str]:
             "choose --method lad, or wls."
         )
     lines += _out_of_range(result)
-    at_bound = [parameter.name for parameter in model.parameters if parameter.at_bound]
-    if at_bound:
-        lines.append(f"At a bound of the search range, so not determined by the data: {', '.join(at_bound)}.")
     return lines
 
 
@@ -145,7 +141,7 @@ def shape_parameter_lines(structure: ModelStructure, x: Floats) -> Iterator[str]
         if not entry.linear
     ]
     if values:
-        yield f"Found by a search before the fit, without intervals: {', '.join(values)}."
+        yield f"Found by a search before the fit: {', '.join(values)}."
 
 
 def _method_lines(model: ModelFile) -> Iterator[str]:

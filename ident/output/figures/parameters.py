@@ -51,8 +51,8 @@ def relative_half_width(parameter: FittedParameter) -> float | None:
 
 def correlation(model: ModelFile) -> go.Figure:
     """Draw the correlation of the parameters' errors; near -1 or 1 only a combination of two is known."""
-    names = [theme.escaped(parameter.name) for parameter in model.parameters]
     rows = model.assessment.correlation if model.assessment else ()
+    names = [theme.escaped(parameter.name) for parameter in (*model.parameters, *model.searched)][: len(rows)]
     values = np.array([[np.nan if rho is None else rho for rho in row] for row in rows])
     figure = theme.subplots(1, 1, max(22 * len(names), 88) + 56)
     positive, negative = theme.CATEGORIES[:2]

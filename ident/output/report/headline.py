@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ident.diagnosis.document.document import Document
-from ident.output.assessment import data_warnings
+from ident.output.assessment import data_warnings, warning_lines
 from ident.output.digits import number, percent
 from ident.output.report.contents import ReportContents
 
@@ -108,6 +108,9 @@ def _warnings(contents: ReportContents) -> Iterator[str]:
     yield from data_warnings(contents.sources, contents.recordings)
     if any(model.relative for model in contents.models.values()):
         yield "The torque gain is assumed, not calibrated: torques and parameters are RELATIVE, up to one factor."
+    for name, model in contents.models.items():
+        for line in warning_lines(model.assessment, certain=True) if model.assessment else ():
+            yield f"{name}: {line}" if len(contents.models) > 1 else line
     share = contents.diagnosis.diagnosis.excerpt_share if contents.diagnosis else None
     if share is not None:
         yield f"Long recordings: the diagnosis used excerpts, {percent(share)} of them."

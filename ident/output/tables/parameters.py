@@ -53,7 +53,8 @@ def side_by_side(models: Mapping[str, ModelFile]) -> ResultTable:
         for entries in by_name:
             entry = entries.get(parameter)
             bound = " (at bound)" if entry and entry.at_bound else ""
-            cells += [f"{number(entry.value, 4)}{bound}", _half(entry), _KNOWN[entry.status]] if entry else [""] * 3
+            known = _KNOWN[None if entry.at_bound else entry.status] if entry else ""
+            cells += [f"{number(entry.value, 4)}{bound}", _half(entry), known] if entry else [""] * 3
         rows.append((*cells, unit))
     scales = {
         scale_line(model.assessment.scale_uncertainty, model.relative)
@@ -62,7 +63,13 @@ def side_by_side(models: Mapping[str, ModelFile]) -> ResultTable:
     }
     values = [f"{name}: value" if len(models) > 1 else "value" for name in models]
     head = ("parameter", *(cell for value in values for cell in (value, "± 95 %", "identifiable")), "unit")
-    caption = " ".join(["Friction is positive where it opposes motion.", *sorted(scales)])
+    conditional = {
+        warning.sentence
+        for model in models.values()
+        for warning in (model.assessment.warnings if model.assessment else ())
+        if warning.kind == "conditional"
+    }
+    caption = " ".join(["Friction is positive where it opposes motion.", *sorted(scales), *conditional])
     return ResultTable(head, rows, caption, words=(0, len(head) - 1))
 
 
@@ -94,7 +101,7 @@ def details(model: ModelFile, assessment: Assessment) -> ResultTable:
                 *(("", "") if limits is None else (f"{limits[0]:.4g}", f"{limits[1]:.4g}")),
                 "" if p.std is None else f"{p.std:.2g}",
                 "" if p.degrees_of_freedom is None else f"{p.degrees_of_freedom:.0f}",
-                _KNOWN[p.status],
+                "at bound" if p.at_bound else _KNOWN[p.status],
                 *("" if p.std is None or move is None else f"{move / p.std:+.1f}" for move in changes),
             )
         )
@@ -113,7 +120,7 @@ def details(model: ModelFile, assessment: Assessment) -> ResultTable:
 
 def correlations(model: ModelFile, assessment: Assessment) -> ResultTable:
     """Return the correlation of the errors of all pairs of parameters."""
-    names = [parameter.name for parameter in model.parameters]
+    names = [each.name for each in (*model.parameters, *model.searched)][: len(assessment.correlation)]
     rows = [
         (name, *("" if rho is None else f"{100 * rho:.0f}" for rho in row))
         for name, row in zip(names, assessment.correlation, strict=True)
@@ -135,7 +142,8 @@ def agreement(model: ModelFile) -> ResultTable:
     units = ", ".join(dict.fromkeys(model.effort_units))
     head = ("data", "joint", "Eq. (41)", f"RMS [{units}]", "R²")
     title = f"Agreement with the measured torque: {compared}"
-    return ResultTable(head, rows, words=(0, 1), title=title, sections=ends)
+    caption = "" if model.form else "The fitted model's RMS is of the rows that are scored, all else of all rows."
+    return ResultTable(head, rows, caption, words=(0, 1), title=title, sections=ends)
 
 
 def _half(parameter: FittedParameter) -> str:

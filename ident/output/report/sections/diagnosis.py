@@ -46,6 +46,8 @@ def findings(result: DiagnosisResult) -> ReportSection:
         blocks.append(Text(("No effect was found.",)))
     for likely in document.likely:
         blocks.append(Text((f"Likely: {likely.effect} ({joint_numbers(likely.joints)}). {likely.why}",)))
+    if document.warnings:
+        blocks.append(Notes(document.warnings))
     return ReportSection("findings", "Findings", tuple(blocks))
 
 

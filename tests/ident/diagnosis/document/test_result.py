@@ -70,6 +70,17 @@ def test_shares_of_effects_on_different_joints_add_up_to_the_fall_of_the_whole_r
         assert "over all joints" in each.why
 
 
+def test_a_mandatory_effect_that_does_not_show_stands_in_the_steps_alone(
+    write: Callable[[Recording], Path], tmp_path: Path
+) -> None:
+    recordings = (building.record(noise=0.05, shape=shape) for shape in (0, 1))
+    files = [write(replace(each, path=tmp_path / f"{i}.mcap")) for i, each in enumerate(recordings)]
+    effects = {"quadratic_friction": library()["quadratic_friction"].changed(mandatory=True)}
+    document = to_document(diagnose(files[:1], files[1:], effects, DiagnosisOptions()))
+    assert document.steps[-1].effects == ("quadratic_friction",)
+    assert (document.findings, document.likely, document.rejected) == ((), (), ())
+
+
 def test_model_file_has_the_values_intervals_and_errors_of_the_model() -> None:
     """An effect with a shape."""
 

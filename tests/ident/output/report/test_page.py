@@ -4,6 +4,7 @@ import base64
 import hashlib
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -106,6 +107,15 @@ def test_numbers_are_those_of_compare(case: Case, elements: Elements) -> None:
     for entry, path in zip(comparisons, (case.train, case.validate), strict=True):
         printed = run("compare", case.model, path, "--json")
         assert entry["comparison"] == json.loads(printed.stdout)
+
+
+def test_page_says_first_what_speaks_against_the_model(case: Case, tmp_path: Path) -> None:
+    content = json.loads(case.model.read_text())
+    warning = {"name": "held-out", "significant": True, "sentence": "Another robot?", "kind": "held-out"}
+    content["assessment"]["warnings"].append(warning)
+    (tmp_path / "m.json").write_text(json.dumps(content))
+    text = rendered(replace(case, model=tmp_path / "m.json"))
+    assert text.index("Another robot?") < text.index('id="parameters"')
 
 
 def test_two_models_are_shown_side_by_side(case: Case) -> None:

@@ -1,0 +1,77 @@
+"""What a model file itself tells against the model: its bounds, its intervals, its errors and its noise floor."""
+
+from collections.abc import Iterator
+from math import sqrt
+
+from ident.identification.model_file import FittedParameter, ModelFile
+from ident.uncertainty.fit_warning import FitWarning, WarningKind
+
+_MOST_NAMED = 5
+"""Parameters that a sentence lists at most."""
+_NO_TRIFLE = 0.03
+"""Error, in standard deviations of the torque, that is not put down to noise while samples are missing."""
+
+
+def with_warnings(model: ModelFile) -> ModelFile:
+    """The `model` with its warnings in its assessment, behind those about what no machine can be."""
+    if model.assessment is None:
+        return model
+    warnings = (*model.assessment.warnings, *_warnings(model))
+    return model.model_copy(update={"assessment": model.assessment.model_copy(update={"warnings": warnings})})
+
+
+def _warnings(model: ModelFile) -> Iterator[FitWarning]:
+    at_bound = [each for each in model.parameters if each.at_bound]
+    yield from _about(at_bound, "at-bound", "At a limit of the search, so not determined by these data")
+    unknown = [each for each in model.parameters if not each.at_bound and not _is_known(each)]
+    yield from _about(unknown, "not-determined", "Hardly determined by these data")
+    test, errors = model.residual_test, _errors(model)
+    if test and test.verdict == "above-noise":
+        yield _of_all(
+            "conditional",
+            "Structure is left: the intervals hold for a right model, so parameters may be farther off.",
+        )
+    if model.validate_ and (held_out := max(errors[-1])) > 1:
+        yield _of_all(
+            "held-out",
+            f"Held out, the error of joint {errors[-1].index(held_out) + 1} is {held_out:.0%} of what its torque "
+            "varies by: another robot, payload or rig file?",
+        )
+    held = any(problem.kind == "held-samples" for problem in model.data_problems)
+    if test and test.verdict == "within-noise" and (test.missing or held) and max(map(max, errors)) > _NO_TRIFLE:
+        cause = f"{test.missing} samples are missing" if test.missing else "Samples are held"
+        yield _of_all(
+            "noise-floor",
+            f"{cause}: what differs between cycles for that counts as noise, and may hide an effect; record again.",
+        )
+
+
+def _about(parameters: list[FittedParameter], kind: WarningKind, what: str) -> Iterator[FitWarning]:
+    """A warning about all the `parameters`, if there are any."""
+    if parameters:
+        values = [f"{each.name} = {_value(each):.3g} {each.unit}" for each in parameters]
+        others = f" and {len(values) - _MOST_NAMED} more" if len(values) > _MOST_NAMED else ""
+        sentence = f"{what}: {', '.join(values[:_MOST_NAMED])}{others}."
+        yield FitWarning(", ".join(each.name for each in parameters), True, sentence, kind=kind)
+
+
+def _value(parameter: FittedParameter) -> float:
+    """Its value; of one at a bound, that bound, without what the search left between."""
+    ends = (parameter.lower, parameter.upper)
+    return min(ends, key=lambda end: abs(end - parameter.value)) if parameter.at_bound else parameter.value
+
+
+def _of_all(kind: WarningKind, sentence: str) -> FitWarning:
+    return FitWarning(kind, True, sentence, kind=kind)
+
+
+def _is_known(parameter: FittedParameter) -> bool:
+    """Whether it has an interval, and one that excludes zero where it cannot be negative, as a mass."""
+    limits = parameter.shape_ci95 or parameter.ci95
+    return limits is not None and (limits[0] > 0 or parameter.lower < 0)
+
+
+def _errors(model: ModelFile) -> list[list[float]]:
+    """Errors of each joint in standard deviations of its torque: of the training data, then of those held out."""
+    agreements = filter(None, (model.train, model.validate_))
+    return [[sqrt(max(1 - r2, 0.0)) for r2 in each.fitted.r2] for each in agreements]
