@@ -92,6 +92,12 @@ class Model:
         errors = ", ".join(f"{rms:.3g}" for rms in judged.fitted.rms)
         return f"<Model {self.file.mechanism}: {', '.join(self.effects) or 'no effects'}; RMS {errors} N m {data}>"
 
+    def __str__(self) -> str:
+        """That line, the verdict on the residual, and a line for each thing that speaks against the model."""
+        test, assessment = self.file.residual_test, self.file.assessment
+        verdict, warnings = [test.sentence] if test else [], assessment.warnings if assessment else ()
+        return "\n".join([repr(self), *verdict, *(warning.line for warning in warnings)])
+
     def _repr_html_(self) -> str:
         """Its errors as a table below the verdict, for a notebook."""
         test, judged = self.file.residual_test, {"training": self.file.train, "held out": self.file.validate_}

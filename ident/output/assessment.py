@@ -58,10 +58,8 @@ def summary_lines(model: ModelFile, assessment: Assessment) -> Iterator[str]:
 def warning_lines(assessment: Assessment, certain: bool = False) -> Iterator[str]:
     """Yield what speaks against the model; `certain`: without what may be chance, and without single frictions."""
     for warning in assessment.warnings:
-        if warning.kind != "not-physical":
-            yield warning.sentence
-        elif not certain or (warning.significant and warning.of_bodies):
-            yield f"Not physical: {warning.sentence}."
+        if not certain or warning.kind != "not-physical" or (warning.significant and warning.of_bodies):
+            yield warning.line
 
 
 def scale_line(scale_uncertainty: float, relative: bool) -> str:

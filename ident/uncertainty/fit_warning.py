@@ -21,3 +21,8 @@ class FitWarning:
     of_bodies: bool = False
     """True for masses and inertias that no body has."""
     kind: WarningKind = "not-physical"
+
+    @property
+    def line(self) -> str:
+        """The sentence as it stands alone."""
+        return f"Not physical: {self.sentence}." if self.kind == "not-physical" else self.sentence

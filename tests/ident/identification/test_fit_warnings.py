@@ -20,6 +20,10 @@ def warnings(model: Model) -> dict[str, FitWarning]:
     assert model.file.assessment is not None
     found = {each.kind: each for each in model.file.assessment.warnings if each.kind != "not-physical"}
     assert {each.sentence for each in found.values()} <= {*warning_lines(model.file.assessment)}
+    assert str(model).splitlines() == [
+        repr(model), *(each.sentence for each in [model.file.residual_test] if each),
+        *warning_lines(model.file.assessment),
+    ]  # fmt: skip
     assert all("\n" not in each.sentence for each in found.values())
     return found
 
