@@ -6,6 +6,7 @@ from ident.dynamics.effects.base import Additive, Quantity
 
 effect = Additive(
     sentence="Around one angle the joint rubs harder.",
+    size="{a} at {q_0}",
     symptom="The residual opposes the motion, at one angle only.",
     causes="a dent in a bearing, a cable that chafes",
     remedy="look at the joint at that angle",

@@ -226,7 +226,7 @@ class Document(JsonDocument):
 
     verdict: Verdict
     sentence: str
-    """The verdict in words."""
+    """What a person would say first: what is missing, how large it is, and what it takes of the error."""
     bandwidth_hz: float
     """Highest frequency in the errors: the low-pass of the analysis, or above the highest ripple that was found."""
     data_problems: tuple[DataProblem, ...] = ()
@@ -261,6 +261,13 @@ class Document(JsonDocument):
     warnings: tuple[str, ...] = ()
     """Limitations of these recordings that affect the results."""
     recordings: tuple[str, ...] = ()
+
+    @property
+    def error_lines(self) -> list[str]:
+        """The held-out error of each joint, from the first model to the last."""
+        errors = zip(self.steps[0].held_out_rms, self.steps[-1].held_out_rms, strict=True)
+        named = zip(self.joints, self.effort_units, errors, strict=True)
+        return [f"{joint}  {before:.3g} → {after:.3g} {unit}" for joint, unit, (before, after) in named]
 
     @property
     def labels(self) -> list[str]:

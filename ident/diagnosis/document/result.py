@@ -55,6 +55,10 @@ class DiagnosisResult:
         found = ", ".join(f"{each.effect} on joints {', '.join(map(str, each.joints))}" for each in self.findings)
         return f"<DiagnosisResult {self.verdict}: {found or 'no effect'}>"
 
+    def __str__(self) -> str:
+        """What a person would say first, and the held-out error of each joint, from the first model to the last."""
+        return "\n".join([self.document.sentence, *self.document.error_lines])
+
     def _repr_html_(self) -> str:
         """The held-out error of each model as a table below the verdict's sentence, for a notebook."""
         errors = [*(step.held_out_rms for step in self.document.steps), self.document.noise_rms]

@@ -1,21 +1,18 @@
-"""Convert a diagnosis to the document that is printed: verdict, sentences and numbers."""
+"""Convert a diagnosis to the document that is printed: sentences and numbers."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from ident.basics.statistics import NORMAL
 from ident.diagnosis.diagnosis import Diagnosis
+from ident.diagnosis.document.conclusion import conclusion
 from ident.diagnosis.document.document import (
     Document,
-    FindingEntry,
     LearnedCurveEntry,
     ParameterValue,
     Remaining,
     StepEntry,
-    Verdict,
-    joint_numbers,
 )
 from ident.diagnosis.document.findings import (
     above_low_pass,
@@ -25,9 +22,8 @@ from ident.diagnosis.document.findings import (
     next_motion,
     rejected_effects,
 )
-from ident.diagnosis.document.warnings import bound_warnings, data_warnings, file_names, is_too_short
+from ident.diagnosis.document.warnings import bound_warnings, data_warnings, file_names
 from ident.diagnosis.judge.fitted_model import FittedModel
-from ident.diagnosis.judge.improvement import MIN_SHARE
 from ident.diagnosis.ripple.ripple import EFFECT, Ripple
 from ident.diagnosis.split.split_data import SplitData, rms
 from ident.dynamics.effects.learned_curve import effect_file_text
@@ -35,9 +31,6 @@ from ident.estimation.nonlinear_fit import Solution
 from ident.identification.model_description import is_relative
 from ident.uncertainty.assessment import gain_uncertainty, interval_or_none
 from recordings.recording import Floats
-
-_DETECTABLE = 0.03
-"""Share of the torque of a structured residual that an adequate model must not hide."""
 
 
 def to_document(diagnosis: Diagnosis) -> Document:
@@ -54,7 +47,8 @@ def to_document(diagnosis: Diagnosis) -> Document:
         for entry in findings
         if not (entry.in_model or entry.status == "not-supported" or diagnosis.library[entry.effect].mandatory)
     ]
-    verdict, sentence = conclusion(diagnosis, missing)
+    first, last = (np.array(step.held_out_rms) for step in (steps[0], steps[-1]))
+    verdict, sentence = conclusion(diagnosis, missing, (first, last))
     usual = {entry.name: entry.usual for entry in ripple.structure.parameters}
     return Document(
         schema=2,
@@ -66,7 +60,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
         noise_ci95=tuple(zip(*(_numbers(ripple.with_noise(side)) for side in floor.ci95.T), strict=True)),
         noise_source=floor.source,
         torque_rms=_numbers(split.torque_rms),
-        explained_share=_numbers(1 - (np.array(steps[-1].held_out_rms) / torque) ** 2),
+        explained_share=_numbers(1 - (last / torque) ** 2),
         joints=recording.rig.joint_names,
         effort_units=recording.rig.effort_units,
         relative=is_relative(recording),
@@ -176,73 +170,3 @@ def describe_test_data(split: SplitData) -> str:
 
 def _numbers(values: Floats) -> tuple[float, ...]:
     return tuple(values.tolist())
-
-
-def conclusion(diagnosis: Diagnosis, missing: Sequence[FindingEntry]) -> tuple[Verdict, str]:
-    """The verdict, by the first rule that applies, and its sentence; missing: what was found that it lacked."""
-    model, first, unexplained = diagnosis.ripple.whole, diagnosis.selection.steps[0].model, diagnosis.unexplained
-    floor, torque, lines = model.noise_floor, diagnosis.split.torque_rms, diagnosis.ripple.lines
-    exceeds = bool((rms(model.judged_residuals, diagnosis.split.scored) > floor.limit).any())
-    trifle = exceeds and missing and not lines and model.improvement_over(first).share < MIN_SHARE
-    hidden = bool((np.hypot(floor.rms, _DETECTABLE * torque) <= floor.limit).any())
-    named = [
-        entry.effect
-        + ("" if diagnosis.library[entry.effect].whole_robot else f" ({joint_numbers(entry.joints)})")
-        + "".join(f" or {other}" for other in entry.confusable_with)
-        for entry in missing
-    ]
-    names, start = " and ".join(named), f"The model with {', '.join(sorted(first.names))}"
-    lacks = f"{start if first.names else 'The base model'} lacks {names}"
-    usual = " and ".join(sorted(name for name in model.names - first.names if diagnosis.library[name].mandatory))
-    added = f"With this{f' and {usual}, which every such robot has,' if usual else ''} added"
-    short, open_question = is_too_short(diagnosis.model), "No missing effect was found, but one may be missing"
-    rules: tuple[tuple[object, Verdict, str], ...] = (
-        (
-            unexplained.significant or trifle,
-            "unknown-structure",
-            f"{f'{lacks}. Beyond this, a' if names else 'A'} structured residual is left that no effect of the "
-            f"library explains: {unexplained.sentence}",
-        ),
-        (
-            (missing or lines) and short,
-            "missing-effect",
-            f"{lacks}. {added}, these recordings are too short to tell whether more is missing.",
-        ),
-        (
-            missing or lines,
-            "missing-effect",
-            f"{lacks}. {added}, no structured residual is left above the noise floor.",
-        ),
-        (
-            exceeds,
-            "undetermined",
-            f"{open_question}: the error exceeds the noise floor, but nothing in it repeats with the motion.",
-        ),
-        (
-            hidden,
-            "undetermined",
-            f"{open_question}: noise would hide a structured residual of {_DETECTABLE:.0%} of the torque.",
-        ),
-        (short, "undetermined", f"{open_question}: these recordings are too short to tell."),
-        (
-            True,
-            "adequate",
-            "No structured residual is left above the noise floor: the model is adequate for these recordings.",
-        ),
-    )
-    verdict, sentence = next((verdict, sentence) for applies, verdict, sentence in rules if applies)
-    return verdict, _on_requested(diagnosis, names) if diagnosis.forced else sentence
-
-
-def _on_requested(diagnosis: Diagnosis, names: str) -> str:
-    """The sentence on effects that the user requested; `names`: those that the first model lacks."""
-    doubts = "".join(
-        f"{each.term.name} is not confirmed. {each.judgement.rejection('').why} "
-        for each in diagnosis.selection.findings
-        if not (each.judgement.accepted or each.term.effect.mandatory)
-    )
-    remains = "a structured residual" if diagnosis.unexplained.significant else "no structured residual"
-    return (
-        f"{doubts}With {names or 'it'}, as requested, {remains} is left above the noise floor: "
-        f"{diagnosis.unexplained.sentence}"
-    )

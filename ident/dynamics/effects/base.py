@@ -122,6 +122,9 @@ class Effect:
     """Usual causes."""
     remedy: str
     """Recommended action."""
+    size: str = ""
+    """How large it is, with its parameters and shapes in braces: "{a} at standstill", "{e:%}", "{N:n} per {turn}";
+    {norm}: root of the sum of squares of its parameters on a joint; {largest}: the largest of them. Empty: a list."""
     record: str = ""
     """The motion that shows it."""
     equation: str = ""

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from numbers import Real
+from string import Formatter
 from typing import Any, get_args
 
 from ident.dynamics.effects.base import Effect, Friction, Need, Quantity, SignatureAxis
@@ -36,10 +37,21 @@ def _errors(effect: Effect) -> Iterator[str]:
     yield from (f"two quantities of the name {name!r} found; each needs its own" for name in names if names[name] > 1)
     for quantity in (*effect.parameters, *effect.shapes):
         yield from (f"{quantity.name}: {error}" for error in _quantity_errors(quantity))
+    yield from _size_errors(effect)
     searched = effect.shapes if effect.linear else (*effect.parameters, *effect.shapes)
     for quantity in searched:
         if not quantity.initial_guesses and effect.suggest is None:
             yield f"{quantity.name}: initial_guesses (where the search for it begins) expected, none found"
+
+
+def _size_errors(effect: Effect) -> Iterator[str]:
+    known = {quantity.name for quantity in (*effect.parameters, *effect.shapes)} | {"norm", "largest", "turn"}
+    try:
+        named = {name for _, name, _, _ in Formatter().parse(effect.size) if name is not None}
+    except (TypeError, ValueError):
+        named = {""}
+    if not named <= known:
+        yield f"size: a text with no names in braces but {', '.join(sorted(known))} expected, {effect.size!r} found"
 
 
 def _choice_errors(effect: Effect) -> Iterator[str]:

@@ -1,6 +1,7 @@
 """Print a diagnosis."""
 
 from rich.console import Console
+from rich.text import Text
 
 from ident.diagnosis.document.document import Document, FindingEntry, FormulaEntry, LearnedCurveEntry, joint_numbers
 from ident.output.assessment import scale_line
@@ -19,8 +20,9 @@ _MAX_REJECTED = 5
 
 
 def show(document: Document, console: Console) -> None:
-    """Print steps of the selection, findings, unexplained residual, rejected effects, and the conclusion."""
+    """Print what a person would say first, steps of the selection, findings, what is left, and rejected effects."""
     print_simulated(console, document.simulated)
+    _print_verdict(console, document.verdict, document.sentence)
     show_problems(document.data_problems, console)
     for warning in document.warnings:
         print_plain(console, f"Warning: {warning}")
@@ -45,22 +47,28 @@ def show(document: Document, console: Console) -> None:
     if document.next_motion:
         print_plain(console, f"Next: {document.next_motion.why}")
         print_command(console, f"  {document.next_motion.command}")
-    show_conclusion(document, console)
+    console.print()
+    _print_errors(document, console, f"{document.verdict}. ")
 
 
 def show_conclusion(document: Document, console: Console, nothing_more: tuple[str, str] | None = None) -> None:
-    """Print verdict, effects with their joints, and the held-out error of each joint before and after.
+    """Print the verdict with its sentences, and the held-out error of each joint before and after.
 
     nothing_more: verdict and sentence in place of those of the `document`, on models that have what was found.
     """
-    verdict, sentence = nothing_more or (document.verdict, document.sentence)
-    colour = _COLOURS["adequate" if nothing_more else document.verdict]
-    console.print(f"\n{verdict}", style=f"bold {colour}", end=": ")
-    print_plain(console, sentence)
-    print_plain(console, "Held-out error (RMS), first model → last model:")
-    errors = zip(document.steps[0].held_out_rms, document.steps[-1].held_out_rms, strict=True)
-    for joint, unit, (before, after) in zip(document.joints, document.effort_units, errors, strict=True):
-        print_plain(console, f"  {joint}  {before:.3g} → {after:.3g} {unit}")
+    _print_verdict(console, *(nothing_more or (document.verdict, document.sentence)))
+    _print_errors(document, console)
+
+
+def _print_verdict(console: Console, verdict: str, sentence: str) -> None:
+    colour = _COLOURS.get(verdict, _COLOURS["adequate"])
+    console.print(Text.assemble((verdict, f"bold {colour}"), f": {sentence}"), highlight=False)
+
+
+def _print_errors(document: Document, console: Console, verdict: str = "") -> None:
+    print_plain(console, f"{verdict}Held-out error (RMS), first model → last model:")
+    for line in document.error_lines:
+        print_plain(console, f"  {line}")
 
 
 def _band(document: Document) -> str:

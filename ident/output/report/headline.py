@@ -45,7 +45,7 @@ def headline(contents: ReportContents) -> Headline:
     document = contents.diagnosis.document
     title, sentence = nothing_more_is_missing(contents) or (VERDICTS[document.verdict], document.sentence)
     motion = (document.next_motion.why,) if document.next_motion else ()
-    sentences = (sentence, *_error_reduction(document), *motion)
+    sentences = (sentence, *motion)
     return Headline(document.verdict, title, sentences, tuple(_tiles(document)), warnings)
 
 
@@ -64,20 +64,6 @@ def nothing_more_is_missing(contents: ReportContents) -> tuple[str, str] | None:
         "Nothing more is missing",
         f"{' and '.join(complete)} {have} what the base model lacks, {', '.join(effects)}; with it, no structured "
         "residual is left above the noise floor.",
-    )
-
-
-def _error_reduction(document: Document) -> Iterator[str]:
-    """Yield how far the held-out error of the worst joint fell."""
-    before, after = document.steps[0].held_out_rms, document.steps[-1].held_out_rms
-    joint = before.index(max(before))
-    if len(document.steps) == 1 or not before[joint]:
-        return
-    unit = document.effort_units[joint].replace(" ", "\u00a0")
-    first, last = (number(value, 2) for value in (before[joint], after[joint]))
-    yield (
-        f"On held-out rows, the error of joint {joint + 1} falls from {first} to {last}\u00a0{unit} RMS, by "
-        f"{percent(1 - after[joint] / before[joint])}; the noise floor is {_floor(document, joint)}."
     )
 
 

@@ -119,4 +119,4 @@ def test_a_diagnosis_leads_to_a_model_and_then_to_a_report(folder: Path, monkeyp
     assert "missing-effect" not in shown.stdout
     page = (folder / "a.report-2.html").read_text(encoding="utf-8")
     assert "a.better.model.json has what the base model lacks, joint_spring" in page
-    assert "The base model lacks" not in page.partition('id="report-data"')[0]
+    assert "the held-out error falls from" not in page.partition('id="report-data"')[0]

@@ -40,6 +40,7 @@ def _taps(fraction: float) -> Floats:
 effect = Signal(
     sentence="Torque and position, as they are reported, are not of one time: delta > 0, the torque comes later than "
     "its report or the position is measured late; delta < 0, the report of the torque is late.",
+    size="{delta}",
     symptom="The residual follows the rate of change of the torque.",
     causes="filters and cycle times in the amplifier or encoder, values of different cycles in one message",
     remedy="find out when the drive samples what it reports, and enter or compensate the delay",

@@ -15,6 +15,7 @@ def drag(J: Any, platform_velocity: Any) -> Any:
 
 effect = Additive(
     sentence="The air brakes the platform and what it carries, with the square of its speed.",
+    size="{c}",
     symptom="The residual opposes the platform's motion where it is fast, in all joints.",
     causes="a large flat gripper or load, a cover, a fan or extraction that blows against it",
     remedy="slow down large loads, or add the drag to the feed-forward",

@@ -19,6 +19,7 @@ def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
 
 effect = Signal(
     sentence="The amplifier does not answer to small commands: within a band around zero the motor gets no voltage.",
+    size="± {width}",
     symptom="The residual steps where the torque changes its sign, and grows with the load.",
     causes="dead time between the transistors of the output stage, a deliberate dead zone in its settings",
     remedy="compensate the dead time in the amplifier, or report the voltage at the motor",

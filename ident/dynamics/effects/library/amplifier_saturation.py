@@ -31,6 +31,7 @@ def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, float]]:
 
 effect = Signal(
     sentence="The amplifier runs out of voltage: large commands give less than they ask for.",
+    size="above 1 / ({inverse_level})",
     symptom="The residual grows steeply where the torque is largest.",
     causes="a supply that is too low or sags, a current limit, the back-EMF at high speed",
     remedy="slow the motion down, raise the supply, or report the voltage at the motor",

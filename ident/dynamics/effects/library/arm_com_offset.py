@@ -6,6 +6,7 @@ from ident.dynamics.effects.base import Additive, Quantity
 
 effect = Additive(
     sentence="The arm's centre of mass does not lie on the line from shoulder to elbow.",
+    size="{a}",
     symptom="The residual follows the sine of the joint's angle, standing or moving.",
     causes="a motor, valve or cable bracket mounted on one side of the arm",
     remedy="measure or balance the arm; add the term to the gravity compensation",

@@ -6,6 +6,7 @@ from ident.dynamics.effects.base import Additive, Quantity
 
 effect = Additive(
     sentence="One arm is heavier or lighter than the others.",
+    size="{a}",
     symptom="The residual of one joint follows the cosine of its angle, standing or moving.",
     causes="a repaired or reinforced arm, a cable harness that hangs on one arm only",
     remedy="weigh the arms; give each its own gravity torque",

@@ -6,6 +6,7 @@ from ident.dynamics.effects.base import Additive, Quantity
 
 effect = Additive(
     sentence="The joint is dragged harder in one direction than in the other, the more the faster it moves.",
+    size="{a}",
     symptom="The residual is a V over the velocity: it rises to both sides of standstill.",
     causes="a gear or a seal that is not the same in both directions, a pump or fan that the joint drives",
     remedy="check the gear's preload and the seals; give the feed-forward a coefficient for each direction",

@@ -16,6 +16,7 @@ def impossible(rig: Rig, joint: int) -> str | None:
 
 effect = Additive(
     sentence="The axis carries a weight that the rig file does not declare.",
+    size="{norm}",
     symptom="The residual follows sine and cosine of the joint's angle, standing or moving.",
     causes="an arm or tool on an axis that is not vertical",
     remedy="write gravity = true for this axis in the rig file, or import with --gravity",

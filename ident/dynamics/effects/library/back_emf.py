@@ -22,6 +22,7 @@ def unobservable(rig: Rig, torque_measured: bool) -> str | None:
 
 effect = Signal(
     sentence="The reported voltage contains what the turning motor makes itself.",
+    size="{k_e}",
     symptom="The residual grows with speed, the more the harder the joint works at the time.",
     causes="an amplifier that reports the voltage at its terminals, not that which drives the current",
     remedy="record the current or the commanded torque, or take k_e from the motor's data sheet",

@@ -59,6 +59,7 @@ def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, Floats]]:
 
 effect = Signal(
     sentence="There is play in the gear: when the load changes its side, the motor runs free for a moment.",
+    size="± {b}",
     symptom="The residual has short peaks where the torque of the joint changes its sign, and steps beside them.",
     causes="worn teeth, a loose key or coupling, a gear without preload",
     remedy="set or replace the gear; avoid changes of load direction where precision matters",

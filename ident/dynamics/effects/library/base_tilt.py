@@ -35,6 +35,7 @@ def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
 
 effect = Additive(
     sentence="The robot's base is not level, so that weight also pulls sideways.",
+    size="{norm} of gravity sideways",
     symptom="The residuals of the joints shift against each other and vary slowly with the robot's pose.",
     causes="a frame that was set up or has settled crooked, a robot mounted at an angle",
     remedy="level the frame, or enter gravity's direction into the controller's model",

@@ -25,6 +25,7 @@ def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, float]]:
 
 effect = Additive(
     sentence="The torque ripples with the angle of the motor.",
+    size="{norm}, {N:n} times per {turn}",
     symptom="The residual is a wave over the angle, the same in both directions, at any speed.",
     causes="magnets that hold on to the teeth of the stator, current sensors out of balance, teeth of a gear",
     remedy="choose skewed motors, recalibrate the drive's current sensors, or add the wave to the feed-forward",

@@ -13,6 +13,7 @@ def impossible(rig: Rig, joint: int) -> str | None:
 
 effect = Additive(
     sentence="The joint's own bearing rubs, beside its motor, which turns with another joint as well.",
+    size="{b}, and {a}",
     symptom="The residual opposes the joint's own motion, even where the other joint makes its motor stand still.",
     causes="bearings, seals and cables of a wrist whose motors work through a differential or hollow shafts",
     remedy="nothing is broken; a feed-forward wants the friction at the joint's own speed beside the motor's",

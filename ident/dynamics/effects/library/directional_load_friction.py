@@ -18,6 +18,7 @@ def friction(load: Any, direction: Any) -> Any:
 
 effect = Additive(
     sentence="The gear loses one share of the torque where the motor drives the load, another where it is driven.",
+    size="{a_d:%} and {a_b:%} of the load",
     symptom="The residual opposes motion and grows with the load, more where the motor lifts than where it brakes.",
     causes="gears with a large ratio (worm, cycloid, planetary), whose teeth carry more where the motor drives",
     remedy="lubricate, check the gear's efficiency in both directions; add the loss to the feed-forward",

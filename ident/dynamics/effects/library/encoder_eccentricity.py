@@ -16,6 +16,7 @@ def impossible(rig: Rig, joint: int) -> str | None:
 
 effect = Signal(
     sentence="The encoder's disc does not run true: within a turn it reads too much, then too little.",
+    size="{norm}, {N:n} times per {turn}",
     symptom="The residual is a wave over the angle that grows with acceleration and with the square of speed.",
     causes="a disc or magnet that is not centred on its shaft, of the joint or of the motor",
     remedy="centre the encoder, or use one that compensates; a table of its error can be recorded once",

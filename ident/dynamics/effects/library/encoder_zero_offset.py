@@ -15,6 +15,7 @@ def impossible(rig: Rig, joint: int) -> str | None:
 
 effect = Signal(
     sentence="The encoder's zero is not where the rig file says.",
+    size="{c}",
     symptom="The residuals vary slowly with the angle, like weight that is computed for the wrong place.",
     causes="a home position that was set by eye, a coupling that slipped, an encoder that was exchanged",
     remedy="set the zero anew with a jig, or enter the offset into the rig file",

@@ -16,6 +16,7 @@ def true_rig(rig: Rig, values: Values) -> Rig:
 
 effect = Signal(
     sentence="A length of the robot is not what the rig file says.",
+    size="{e} in number {which:n} of: 0 L1, 1 L2, 2 R - r",
     symptom="The residuals vary slowly with the platform's place, and with accelerations, in all joints.",
     causes="a drawing in place of a measurement, another gripper flange, forearms of another batch",
     remedy="measure arms, forearms and radii from joint centre to joint centre, and correct the rig file",

@@ -41,6 +41,7 @@ def _change(inputs: EffectInputs, share: float, damping_ratio: float, compliance
 
 effect = Signal(
     sentence="Between motor and arm something gives way: under load the arm lags behind the encoder.",
+    size="{compliance}",
     symptom="The residual follows fast changes of the torque, like a mass that swings on a spring.",
     causes="a gear with a soft flexspline, a belt, a long shaft or coupling, a clamping that has come loose",
     remedy="check couplings and clamps; use smoother motion, or a controller that knows the spring",

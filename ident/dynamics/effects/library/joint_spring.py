@@ -6,6 +6,7 @@ from ident.dynamics.effects.base import Additive, Quantity
 
 effect = Additive(
     sentence="Something springy pulls the joint towards one angle.",
+    size="{k}",
     symptom="The residual is a straight line over the joint's angle.",
     causes="a cable or hose that is bent, a balancing spring, a bellows or a stiff cover",
     remedy="lead cables so that they do not pull; if the spring is meant, add it to the feed-forward",

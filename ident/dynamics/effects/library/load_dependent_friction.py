@@ -6,6 +6,7 @@ from ident.dynamics.effects.base import Additive, Quantity
 
 effect = Additive(
     sentence="The gear loses a share of the torque that it passes on: friction grows with the load.",
+    size="{a:%} of the load",
     symptom="The residual opposes the motion, and is the larger the harder the joint works.",
     causes="sliding teeth (worm, hypoid or planetary gears), bearings under load, too little lubricant",
     remedy="lubricate, check the gear's efficiency; add the loss to the feed-forward",

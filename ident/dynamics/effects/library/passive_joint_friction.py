@@ -4,6 +4,7 @@ from ident.dynamics.effects.base import Additive, Quantity
 
 effect = Additive(
     sentence="The balls at both ends of the rods rub.",
+    size="{mu}, and {c}",
     symptom="The residuals of all joints oppose the motion of the rods; a joint feels it even while it stands still.",
     causes="worn or dry ball cups, springs that press the cups on too hard, dirt",
     remedy="clean or replace the cups, check the springs of the rods",

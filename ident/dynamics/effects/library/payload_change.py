@@ -69,6 +69,7 @@ def _cost_reductions(product: Floats, square: Floats, first: Ints | int, second:
 
 effect = Additive(
     sentence="Platform or tool becomes heavier or lighter at some moment of the run.",
+    size="{dm}, at {t_c}",
     symptom="From one moment on, the residual follows the weight and inertia of a mass at the platform or tool.",
     causes="a gripper that picks something up or loses it, a part that came loose",
     remedy="record with the load fixed; tell the controller when the load changes",

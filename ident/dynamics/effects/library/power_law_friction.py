@@ -6,6 +6,7 @@ from ident.dynamics.effects.base import Additive, Quantity
 
 effect = Additive(
     sentence="Friction does not grow in proportion to the speed, but with a power of it.",
+    size="{c}, power {alpha:n}",
     symptom="Over the velocity the residual is bent, to opposite sides in the two directions, at all speeds.",
     causes="grease that gets thinner the faster it is sheared, rolling contacts, seals",
     remedy="nothing is broken; a feed-forward that follows the speed wants the power in place of the viscous term",

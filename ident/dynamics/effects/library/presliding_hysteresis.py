@@ -36,6 +36,7 @@ def _deflection(position: Floats, z_s: float) -> Floats:
 
 effect = Additive(
     sentence="After a reversal, dry friction is not there at once: it builds up over a small displacement.",
+    size="{a}, over {z_s}",
     symptom="The residual opposes Coulomb friction just behind each reversal, over the same angle each time.",
     causes="surfaces and seals that bend before they slide, gear teeth and bearings under preload",
     remedy="nothing is broken; a controller that holds position well wants the term in its feed-forward",

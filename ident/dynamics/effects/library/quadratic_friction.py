@@ -6,6 +6,7 @@ from ident.dynamics.effects.base import Additive, Quantity
 
 effect = Additive(
     sentence="Beyond viscous friction, drag grows with the square of the joint's speed.",
+    size="{a}",
     symptom="The residual bends away over the velocity, to opposite sides in the two directions.",
     causes="oil that is churned, a fan or turbulent air in the motor, a gear that runs full of grease",
     remedy="check the amount of oil or grease; add the term to the feed-forward",

@@ -4,6 +4,7 @@ from ident.dynamics.effects.base import Additive, Quantity
 
 effect = Additive(
     sentence="The forearms' mass is spread over their length, not gathered at their ends.",
+    size="{m_d}",
     symptom="The residual follows accelerations, in all joints, a few per mille to percent of the torque.",
     causes="every real delta robot has it; the base model of the paper leaves it out",
     remedy="add it to the model; nothing is wrong with the machine",

@@ -25,6 +25,7 @@ def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
 
 effect = Additive(
     sentence="Its own friction warms the joint, which then rubs less.",
+    size="{k:%}, in {T}",
     symptom="The residual opposes the motion, and shrinks the sooner the harder the joint rubs; rest brings it back.",
     causes="grease and oil that get thinner with warmth, in a small gear that moves much",
     remedy="warm the machine up before recording; measure the temperature, for the feed-forward as well",

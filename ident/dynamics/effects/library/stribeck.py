@@ -28,6 +28,7 @@ def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
 
 effect = Additive(
     sentence="Near standstill the joint rubs harder than when it moves: friction falls as speed rises.",
+    size="{a}, below some {v_s}",
     symptom="The residual peaks on both sides of a reversal and vanishes above some speed.",
     causes="grease that carries the sliding parts only at speed; seals; a dry or worn bearing",
     remedy="lubricate; keep reversals away from where precision matters; add the term to the feed-forward",

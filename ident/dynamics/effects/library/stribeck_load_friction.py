@@ -15,6 +15,7 @@ def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
 
 effect = Additive(
     sentence="Near standstill the joint rubs harder than when it moves, and the more so the harder it works.",
+    size="{a:%} of the load, below some {v_s}",
     symptom="The residual peaks on both sides of a reversal, the higher the larger the load there.",
     causes="teeth and bearings under load whose grease carries only at speed",
     remedy="lubricate; keep reversals away from where the load is large; add the term to the feed-forward",

@@ -13,6 +13,7 @@ def friction(qd: Any, direction: Any, temperature: Any, c_v: Any, c_c: Any) -> A
 
 effect = Additive(
     sentence="The joint rubs less the warmer its drive is.",
+    size="{k:%} per degree",
     symptom="The residual opposes the motion, and falls as the measured temperature rises.",
     causes="grease and oil that get thinner with warmth, seals that soften, clearances that open",
     remedy="warm the machine up before recording; give the feed-forward the temperature",

@@ -26,6 +26,7 @@ def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
 
 effect = Additive(
     sentence="Friction changes during the run, most of all at its beginning.",
+    size="{b}, and {a}, in {T}",
     symptom="The residual opposes the motion, and shrinks or grows from cycle to cycle.",
     causes="cold grease that warms up; a brake or seal that heats up and grips",
     remedy="warm the machine up before recording; let the feed-forward follow the temperature",

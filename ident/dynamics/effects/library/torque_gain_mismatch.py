@@ -12,6 +12,7 @@ def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
 
 effect = Signal(
     sentence="One motor gives more or less torque per volt than the rig file says.",
+    size="{e:%}",
     symptom="The residual of one joint follows the torque of that joint, standing or moving.",
     causes="a weak magnet, another motor type, a wrong scale of the voltage or current, a gear with another ratio",
     remedy="calibrate the gain of each joint (ident calibrate-gain) and write it into the rig file",

@@ -21,6 +21,7 @@ def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
 
 effect = Signal(
     sentence="Torque does not grow with the power of the voltage that the rig file says.",
+    size="{excess}",
     symptom="The residual bends away over the load, to opposite sides for the two signs of the torque.",
     causes="a motor near magnetic saturation, a voltage that stands for current in another way than assumed",
     remedy="calibrate torque against voltage at several loads, and correct the map in the rig file",

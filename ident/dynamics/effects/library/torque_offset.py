@@ -4,6 +4,7 @@ from ident.dynamics.effects.base import Additive, Quantity
 
 effect = Additive(
     sentence="The drive must give a constant torque, whatever the joint does.",
+    size="{a}",
     symptom="The residual is shifted up or down by the same amount everywhere.",
     causes="an amplifier's zero, a cable's pull, a spring, or dry friction that differs between the directions",
     remedy="zero the amplifier's current or torque measurement, relieve the cables, record both directions equally",

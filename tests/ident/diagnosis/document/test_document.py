@@ -1,6 +1,8 @@
 """The document of a diagnosis: verdict, entries above the low-pass, and what the console shows of it."""
 
 import io
+import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,6 +13,7 @@ import pytest
 from rich.console import Console
 
 from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose
+from ident.diagnosis.document.conclusion import conclusion
 from ident.diagnosis.document.document import (
     Document,
     FindingEntry,
@@ -21,12 +24,14 @@ from ident.diagnosis.document.document import (
     labels,
 )
 from ident.diagnosis.document.findings import above_low_pass, with_ripple
-from ident.diagnosis.document.verdict import conclusion, step_entry, to_document
+from ident.diagnosis.document.verdict import step_entry, to_document
 from ident.diagnosis.judge.judge import Evidence
 from ident.diagnosis.ripple.ripple import Ripple
 from ident.dynamics.effects.base import INFINITE_TIME
 from ident.dynamics.effects.library import library
 from ident.output.console import diagnosis
+from recordings.rig import Axis
+from tests.ident import building
 from tests.ident.diagnosis.ripple.test_ripple import found
 
 SAMPLE = Path("recordings/samples/fig5a.mcap")
@@ -44,6 +49,50 @@ def test_forced_effect_that_explains_nothing_is_not_missing() -> None:
     assert document.verdict != "missing-effect"
     for step in document.steps:
         assert step.train_rms_all == pytest.approx(step.train_rms, rel=0.2)
+
+
+def sentence_of(
+    effects: Sequence[str], torque: building.Torque, axes: Sequence[Axis] = (Axis(),), **options: Any
+) -> str:
+    """What is said first of a bench with an additional `torque`, with these `effects` in the library."""
+    rig = building.bench(len(axes)).model_copy(update={"axes": tuple(axes)})
+    train, held_out = (
+        replace(building.record(len(axes), noise=0.05, extra=torque, shape=shape, name=f"{shape}"), rig=rig)
+        for shape in (0, 1)
+    )
+    chosen = {name: library()[name] for name in effects}
+    return to_document(diagnose([train], [held_out], chosen, DiagnosisOptions(**options))).sentence
+
+
+def test_first_sentences_say_what_how_large_and_what_it_takes() -> None:
+    text = sentence_of(["quadratic_friction"], building.drag)
+    what, effect, end = text.split(". ")[0], text.rpartition(" (")[2].partition(").")[0], text.partition("). ")[2]
+    assert what.startswith("Beyond viscous friction, drag grows with the square of the joint's speed (")
+    assert effect == "quadratic_friction: 0.3 N m s^2/rad^2", "a robot of one joint needs no number"
+    assert re.match(
+        r"With it the held-out error falls from 0\.\d+ to 0\.0\d+ N m, and no structured residual is left", end
+    )
+
+
+def test_first_sentences_name_joints_and_units_of_each_effect() -> None:
+    text = sentence_of(
+        ["quadratic_friction", "joint_spring"],
+        lambda motion: building.drag(motion) * [1, 1, 1, 0] + motion.position * [0, 0, 0, 1],
+        axes=(Axis(), Axis(), Axis(), Axis(type="prismatic")),
+    )
+    assert "(quadratic_friction on joints 1 to 3: 0.3 N m s^2/rad^2)." in text
+    assert "(joint_spring on joint 4: 1 N/m)." in text
+    assert re.search(r" With them the held-out error of joint \d falls from ", text)
+
+
+def test_first_sentences_do_not_say_what_the_data_cannot_bear() -> None:
+    short = sentence_of(["quadratic_friction"], building.drag, cutoff=2.0)
+    assert short.endswith("but these recordings are too short to tell whether more is missing.")
+    unknown = sentence_of(["joint_spring"], building.drag)
+    assert unknown.startswith("A structured residual is left that no effect of the library explains: ")
+    refused = sentence_of(["joint_spring"], building.drag, only=("joint_spring",))
+    assert refused.startswith("joint_spring is not confirmed. ")
+    assert "With what was requested, a structured residual is left above the noise floor" in refused
 
 
 def concluded(
@@ -65,17 +114,23 @@ def concluded(
         solution=SimpleNamespace(x=np.zeros(3)),
         improvement_over=lambda first: SimpleNamespace(share=taken),
     )
+    recording = building.record()
+    structure = building.structure(recording, "stribeck")
     diagnosis: Any = SimpleNamespace(
         model=model,
-        split=SimpleNamespace(scored=(np.array([[True]]),), torque_rms=np.array([torque])),
-        selection=SimpleNamespace(steps=[SimpleNamespace(model=model)]),
-        ripple=SimpleNamespace(lines=(), whole=model),
+        split=SimpleNamespace(
+            scored=(np.array([[True]]),),
+            torque_rms=np.array([torque]),
+            recordings=[SimpleNamespace(recording=recording)],
+        ),
+        selection=SimpleNamespace(steps=[SimpleNamespace(model=model)], likely=()),
+        ripple=SimpleNamespace(lines=(), whole=model, structure=structure, x=building.start(structure)),
         unexplained=SimpleNamespace(significant=structured, sentence=""),
         library=library(),
         **{"forced": False, "data_problems": (), **fields},
     )
-    missing: Any = [SimpleNamespace(effect="stribeck", joints=(1,), confusable_with=())] * found
-    return conclusion(diagnosis, missing)[0]
+    missing: Any = [SimpleNamespace(effect="stribeck", confusable_with=(), sentence="It rubs.")] * found
+    return conclusion(diagnosis, missing, (np.array([2 * error]), np.array([error])))[0]
 
 
 @pytest.mark.parametrize(
@@ -185,7 +240,8 @@ def test_console_prints_never_for_infinite_instants_and_the_conclusion_last() ->
     assert "t_c = 7.25 s  when it is added" in text
     assert "t_e = never  when it is taken off" in text
     assert "95 % intervals" in text
-    assert lines[-3] == "missing-effect: It lacks a load.", "the last lines are the result"
+    assert lines[1] == "missing-effect: It lacks a load.", "first what a person would say"
+    assert lines[-2].startswith("missing-effect. Held-out error"), "the last lines are the result"
     assert lines[-1].split() == ["joint_1", "0.82", "→", "0.1", "N", "m"]
 
 
