@@ -13,7 +13,7 @@ _MOST_LISTED = 3
 
 
 @dataclass(frozen=True)
-class Span:
+class ValueRange:
     """The values (instances,) of one quantity: in a text `{a}`, or without its unit `{a:n}` or `{a:%}`."""
 
     values: Floats
@@ -37,12 +37,12 @@ def size_in_words(effect: Effect, rig: Rig, joint: int, local: Floats, shapes: F
     local: (instances, c) parameters; shapes: (instances, s), or (1, s) where they are shared.
     """
     pairs = [*zip(effect.parameters, local.T, strict=True), *zip(effect.shapes, shapes.T, strict=True)]
-    spans = {quantity.name: Span(values, quantity.unit_on(rig, joint)) for quantity, values in pairs}
+    spans = {quantity.name: ValueRange(values, quantity.unit_on(rig, joint)) for quantity, values in pairs}
     first = spans[effect.parameters[0].name].unit
     listed = ", ".join(f"{name} = {{{name}}}" for name in spans) if len(spans) <= _MOST_LISTED else "up to {largest}"
     return (effect.size or listed).format(
         **spans,
-        norm=Span(np.linalg.norm(local, axis=1), first),
-        largest=Span(np.array([np.abs(local).max()]), first),
+        norm=ValueRange(np.linalg.norm(local, axis=1), first),
+        largest=ValueRange(np.array([np.abs(local).max()]), first),
         turn="turn" if rig.position_units[joint] == "rad" else "2π m",
     )

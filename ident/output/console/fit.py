@@ -6,15 +6,12 @@ from math import isfinite
 from rich.console import Console
 
 from ident.diagnosis.unknown.residual_test import score
-from ident.dynamics.effects.base import is_infinite
-from ident.dynamics.structure import ModelStructure
 from ident.identification.identify import Identification
 from ident.identification.model_file import ModelFile
 from ident.output import assessment
 from ident.output.console.printing import print_plain, print_table, show_problems
 from ident.output.tables import ResultTable, parameters
 from ident.residuals.phases import JointResidual, joint_residuals
-from recordings.recording import Floats
 
 _RELATIVE = "Torque gain assumed"
 _UNFINISHED = "The swarm ended"
@@ -45,7 +42,7 @@ def show(model: ModelFile, result: Identification, console: Console, details: bo
 
 def _show_details(model: ModelFile, result: Identification, console: Console) -> None:
     print_table(console, parameters.fitted(model))
-    for line in (*shape_parameter_lines(result.structure, result.x), *_method_lines(model)):
+    for line in _method_lines(model):
         print_plain(console, line)
     print_table(console, parameters.agreement(model))
     if model.assessment:
@@ -131,17 +128,6 @@ def _out_of_range(result: Identification) -> Iterator[str]:
                 f"{entry.name} = {value:.4g} {entry.unit} is outside of its physical range "
                 f"({' and '.join(limits)}): evidence against {entry.name.partition('.')[0]}."
             )
-
-
-def shape_parameter_lines(structure: ModelStructure, x: Floats) -> Iterator[str]:
-    """Yield the values of the shape parameters in `x` (K,), which a search has fixed before the linear fit."""
-    values = [
-        f"{entry.name} {'never' if is_infinite(value, entry.unit) else f'= {value:.4g} {entry.unit}'.rstrip()}"
-        for entry, value in zip(structure.parameters, x.tolist(), strict=True)
-        if not entry.linear
-    ]
-    if values:
-        yield f"Found by a search before the fit: {', '.join(values)}."
 
 
 def _method_lines(model: ModelFile) -> Iterator[str]:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from ident.diagnosis.document.document import ParameterValue
+from ident.dynamics.effects.base import is_infinite
 from ident.identification.model_file import FittedParameter, ModelFile
 from ident.output.assessment import half_width, scale_line, two_digits
 from ident.output.digits import interval, number
@@ -26,10 +27,10 @@ def fitted(model: ModelFile) -> ResultTable:
     rows = [
         (
             parameter.name,
-            _value(parameter.value),
+            _value(parameter.value, parameter.unit),
             *([_half(parameter)] if model.assessment else []),
             parameter.unit,
-            _value(parameter.paper_value) if of_paper else parameter.meaning,
+            _value(parameter.paper_value, parameter.unit) if of_paper else parameter.meaning,
             "yes" if parameter.at_bound else "",
         )
         for parameter in model.all_parameters
@@ -151,5 +152,7 @@ def _half(parameter: FittedParameter) -> str:
     return "" if half is None else two_digits(half)
 
 
-def _value(value: float) -> str:
+def _value(value: float, unit: str) -> str:
+    if is_infinite(value, unit):
+        return "never"
     return f"{value:.4f}" if abs(value) >= 0.1 else f"{value:.4g}"

@@ -10,13 +10,7 @@ from ident.data.recording_facts import RecordingFacts
 from ident.design.designs import DesignResult
 from ident.design.quality import Quality
 from ident.diagnosis.visibility.check import CheckDocument, CheckedEffect, CheckedJoint
-from ident.dynamics import mechanisms
-from ident.dynamics.effects.base import INFINITE_TIME
-from ident.dynamics.effects.library import load
-from ident.dynamics.structure import ModelStructure, Term
 from ident.output.console import check, design
-from ident.output.console.fit import shape_parameter_lines
-from recordings.rig import simulated_rig
 
 JOINT = CheckedJoint(
     joint="shoulder", position_unit="rad", effort_unit="N m", travel=1.5, highest_speed=4.0, speed_spread=0.6,
@@ -67,12 +61,3 @@ def test_shares_of_a_design_have_no_exponent() -> None:
     for expected in ("1.2 %", "100 %", "184 %", "18,850 %", "[red]mine"):
         assert f" {expected}" in text
     assert "e+" not in text
-
-
-def test_shape_parameters_are_listed_and_infinite_times_are_never() -> None:
-    rig = simulated_rig()
-    term = Term("payload_change", load("payload_change"), (0, 1, 2))
-    x = np.concatenate([np.ones(12), [7.25, INFINITE_TIME, 0.05]])
-    (line,) = shape_parameter_lines(ModelStructure(mechanisms.create(rig), rig, (term,)), x)
-    assert line.endswith("payload_change.t_c = 7.25 s, payload_change.t_e never, payload_change.t_r = 0.05 s.")
-    assert not [*shape_parameter_lines(ModelStructure(mechanisms.create(rig), rig), np.ones(11))]

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from ident.dynamics.effects.base import INFINITE_TIME
 from ident.identification.model_file import ModelFile
 from ident.output.tables import ResultTable, parameters, recordings, residuals
 from ident.residuals.analysis import ResidualAnalysis
@@ -48,6 +49,9 @@ def test_parameters_and_agreement(model: ModelFile) -> None:
         assert number(table, 0, "value") == pytest.approx(first.value, rel=1e-3)
         assert number(table, 0, "± 95 %") == pytest.approx((first.shape_ci95[1] - first.shape_ci95[0]) / 2, rel=0.1)
     assert len(parameters.side_by_side({"a": model, "b": model}).head) == 8
+    instant = first.model_copy(update={"name": "payload_change.t_e", "unit": "s", "value": INFINITE_TIME})
+    with_instant = parameters.fitted(model.model_copy(update={"searched": (instant,)}))
+    assert with_instant.rows[-1][:2] == ("payload_change.t_e", "never")
     agreement = parameters.agreement(model)
     assert number(agreement, 1, "Eq. (41)") == pytest.approx(model.train.fitted.nrmse[1], abs=1e-4)
     assert agreement.rows[0][4].split(" | ")[0] == f"{model.train.fitted.r2[0]:.4f}"
