@@ -22,14 +22,14 @@ def with_warnings(model: ModelFile) -> ModelFile:
 
 def _warnings(model: ModelFile) -> Iterator[FitWarning]:
     at_bound = [each for each in model.parameters if each.at_bound]
-    yield from _about(at_bound, "at-bound", "At a limit of the search, so not determined by these data")
+    yield from _about(at_bound, "at-bound", "At a limit, so not determined by these data")
     unknown = [each for each in model.parameters if not each.at_bound and not _is_known(each)]
     yield from _about(unknown, "not-determined", "Hardly determined by these data")
     test, errors = model.residual_test, _errors(model)
     if test and test.verdict == "above-noise":
         yield _of_all(
             "conditional",
-            "Structure is left: the intervals hold for a right model, so parameters may be farther off.",
+            "Structure is left: the true values may lie far outside of the intervals.",
         )
     if model.validate_ and (held_out := max(errors[-1])) > 1:
         yield _of_all(
