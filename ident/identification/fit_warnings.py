@@ -8,7 +8,7 @@ from ident.uncertainty.fit_warning import FitWarning, WarningKind
 
 _MOST_NAMED = 5
 """Parameters that a sentence lists at most."""
-_NO_TRIFLE = 0.03
+_NOTABLE_ERROR = 0.03
 """Error, in standard deviations of the torque, that is not put down to noise while samples are missing."""
 
 
@@ -38,7 +38,7 @@ def _warnings(model: ModelFile) -> Iterator[FitWarning]:
             "varies by: another robot, payload or rig file?",
         )
     held = any(problem.kind == "held-samples" for problem in model.data_problems)
-    if test and test.verdict == "within-noise" and (test.missing or held) and max(map(max, errors)) > _NO_TRIFLE:
+    if test and test.verdict == "within-noise" and (test.missing or held) and max(map(max, errors)) > _NOTABLE_ERROR:
         cause = f"{test.missing} samples are missing" if test.missing else "Samples are held"
         yield _of_all(
             "noise-floor",

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import chain, count
 from pathlib import Path
 
 from delta_web.local import LINK_PREFIX
 from recordings.errors import BadInput
+from recordings.files import free_name
 from recordings.reader import is_foreign
 
 SUFFIX = ".mcap"
@@ -50,7 +50,7 @@ class Folder:
 
     def models(self) -> list[str]:
         """Return the names of the models that `ident` has written, in alphabetical order."""
-        return self._matching("*.model.json", "*.model-*.json")
+        return self._matching("*.model.json")
 
     def reports(self) -> list[str]:
         """Return the names of the reports and other pages, in alphabetical order."""
@@ -116,8 +116,7 @@ class Folder:
 
     def free_name(self, stem: str, suffix: str) -> str:
         """Return a name for a new file or folder: the stem, with a number where such a name is taken."""
-        names = chain((f"{stem}{suffix}",), (f"{stem}-{number}{suffix}" for number in count(2)))
-        return next(name for name in names if not (self.root / name).exists())
+        return free_name(self.root / f"{stem}{suffix}", suffix).name
 
     def _matching(self, *patterns: str) -> list[str]:
         files = {path for pattern in patterns for path in self.root.glob(pattern)}

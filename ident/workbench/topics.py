@@ -15,7 +15,6 @@ Topic = Literal[
     "residuals",
     "diagnosis",
     "saved",
-    "use",
     "printed",
     "tab",
     "run",

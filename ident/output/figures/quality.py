@@ -116,25 +116,3 @@ def _shares(test: ResidualTest, joint: int, above: float) -> Floats:
     parts = np.array([noise**2, encoder**2])
     floor = parts / parts.sum() if parts.any() else np.array([1.0, 0.0])
     return 100 * np.array([*(floor * (1 - structured)), structured])
-
-
-def following_errors(runs: Mapping[str, Recording]) -> go.Figure:
-    """Draw one row for each joint, with the following error of each run [mrad or mm] during its repetitions."""
-    first = next(iter(runs.values()))
-    dof, units = first.rig.dof, first.rig.position_units
-    figure = theme.subplots(
-        dof, 1, theme.LEGEND + theme.FOOTER + _HEIGHT * dof, shared_xaxes=True, vertical_spacing=0.12 / dof
-    )
-    for number, (name, recording) in enumerate(runs.items()):
-        moving = recording.repeat >= 0
-        time, error = recording.time[moving], 1e3 * recording.following_error[moving]
-        line = {"color": theme.MEASURED if number == 0 else theme.joint_colour(number - 1), "width": 1.5}
-        for joint in range(dof):
-            xs, ys = theme.thinned(time - time[:1], error[:, joint], _POINTS)
-            figure.add_scatter(
-                x=xs, y=ys, name=name, legendgroup=name, line=line, showlegend=joint == 0, row=joint + 1, col=1
-            )
-    for joint, unit in enumerate(units, start=1):
-        figure.update_yaxes(title_text=f"{theme.joint_title(joint - 1)}<br>[m{unit}]", row=joint, col=1)
-    figure.update_xaxes(title_text="time [s]", row=dof, col=1)
-    return figure

@@ -4,6 +4,7 @@ from nicegui import ui
 
 from ident.basics.model_name import model_stem
 from ident.identification.model_file import ModelFile
+from ident.output.assessment import warning_lines
 from ident.output.tables.parameters import with_meanings
 from ident.workbench.pages import truth
 from ident.workbench.pages.candidates import MIN_NOTABLE
@@ -100,13 +101,16 @@ def _draw_floor(page: Page) -> None:
         set_test_id(ui.label(residuals.model.residual_test.sentence), "floor")
         if not good:
             _draw_best_candidate(page)
-            return
-        if name := saved.name_of(residuals.model):
+        elif name := saved.name_of(residuals.model):
             ui.label(f"Saved as {name}.")
         else:
             props = "unelevated color=white text-color=positive"
             page.button("Save", "banner-save", saved.ensure_saved, residuals.model, icon="save", props=props)
-        _draw_report(page, residuals.model, made)
+        if good:
+            _draw_report(page, residuals.model, made)
+    if assessment := residuals.model.assessment:
+        for line in warning_lines(assessment, certain=True):
+            set_test_id(quiet(line), "fit-warning")
 
 
 def _draw_best_candidate(page: Page) -> None:

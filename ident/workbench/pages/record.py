@@ -8,12 +8,12 @@ from nicegui import ui
 
 from ident.workbench.folder import SUFFIX
 from ident.workbench.pages import commission, live, truth
-from ident.workbench.pages.forms import keep_fields, machine_fields, name_fields
+from ident.workbench.pages.forms import keep_fields, name_fields
 from ident.workbench.pages.page import Page, in_background, quiet, set_test_id
 from ident.workbench.programs.running import as_words, daq_command, errors, run
 from trajectories.library import names
 
-_SIMULATED = "simulated"
+_SIMULATED, _DEFAULT_MACHINE, _NO_MODEL = "simulated", "default machine", "none"
 _PACES = {"": "from the rig file", "lockstep": "lockstep", "realtime": "real time"}
 _SAFETY = {
     True: "Simulated drives: no real robot moves.",
@@ -32,10 +32,15 @@ def draw(page: Page) -> None:
         rig = ui.select([_SIMULATED, *files], value=_SIMULATED, label="rig").classes("min-w-36")
         pace = ui.select(_PACES, value="", label="pace").classes("min-w-28")
         cycles = ui.number("cycles", min=1, step=1, placeholder="20 s").classes("w-20")
-        machine = machine_fields(page, "record", files)
+        sim = ui.select([_DEFAULT_MACHINE, *files], value=_DEFAULT_MACHINE, label="simulated machine")
+        hidden = ui.number("hidden seed", min=0, step=1, format="%d", placeholder="none").classes("w-28")
+        hidden.tooltip("Hides effects drawn from this seed in the simulated robot; Reveal opens them")
+        model = ui.select([_NO_MODEL, *session.folder.models()], value=_NO_MODEL, label="feed-forward")
+        model.tooltip("Sends the torque of this model along with each target: does the robot follow better?")
         out = ui.input("file", value=session.folder.free_name("fig5a", SUFFIX))
         motion.on_value_change(lambda: out.set_value(session.folder.free_name(Path(str(motion.value)).stem, SUFFIX)))
-        keep_fields(page, "record", motion=motion, rig=rig, pace=pace, cycles=cycles)
+        machine = {"sim": sim.classes("min-w-36"), "hidden": hidden, "model": model.classes("min-w-36")}
+        keep_fields(page, "record", motion=motion, rig=rig, pace=pace, cycles=cycles, **machine)
         name_fields("record", out=out)
 
     def arguments() -> dict[str, str]:
@@ -44,10 +49,10 @@ def draw(page: Page) -> None:
             "--rig": rig.value if rig.value != _SIMULATED else None,
             "--pace": pace.value,
             "--cycles": int(cycles.value) if cycles.value else None,
-            **machine(),
+            "--sim": sim.value if sim.value != _DEFAULT_MACHINE else None,
+            "--hidden": int(hidden.value) if hidden.value is not None and rig.value == _SIMULATED else None,
+            "--feedforward": model.value if model.value != _NO_MODEL else None,
         }
-        if rig.value != _SIMULATED:
-            values.pop("--hidden", None)
         return {option: str(value) for option, value in values.items() if value not in (None, "")}
 
     checked = ui.column().classes("gap-0")

@@ -1,4 +1,4 @@
-"""The model at work: torque by its causes, export for controllers, and the robot that follows better with it."""
+"""The model at work: torque by its causes, torque of another motion, and export for controllers and simulators."""
 
 from pathlib import Path
 
@@ -7,18 +7,14 @@ from nicegui import ui
 from ident.basics.model_name import model_stem
 from ident.identification.model_file import ModelFile
 from ident.workbench.pages.command import Command, draw_command
-from ident.workbench.pages.forms import machine_fields, name_fields
+from ident.workbench.pages.forms import name_fields
 from ident.workbench.pages.page import (
     Page,
     draw_result,
-    draw_table,
     heading,
-    in_background,
-    quiet,
     say_what_comes,
     set_test_id,
 )
-from ident.workbench.programs.feedforward_comparison import MOTION, WITH, WITHOUT, ComparisonResult, compare
 from ident.workbench.state.cli_equivalent import torque_command
 from trajectories.library import names
 
@@ -34,11 +30,10 @@ _OF_THE_FIT = "of the fit"
 
 
 def draw(page: Page) -> None:
-    """Draw the three uses of the current model."""
+    """Draw the uses of the current model."""
     page.draw_on_change(_draw_causes, "residuals")
     page.draw_on_change(_draw_torque, "residuals")
     page.draw_on_change(_draw_export, "residuals")
-    page.draw_on_change(_draw_comparison, "residuals", "use")
 
 
 def _draw_causes(page: Page) -> None:
@@ -105,48 +100,3 @@ def _draw_export(page: Page) -> None:
         )
 
     draw_command(page, row, "Export", "use-export", export)
-
-
-def _draw_comparison(page: Page) -> None:
-    session, view = page.session, page.session.selection.analysis.residuals
-    if view is None:
-        return
-    model = view.model
-    heading("Does the robot follow better with it?", "q-mt-md")
-    if model.mechanism != "delta":
-        quiet(f"Only the simulated delta robot can be tried here; it runs {MOTION}.")
-        return
-    quiet(
-        f"Records {MOTION} twice on the simulated rig: without, and with the model's torque fed forward. The machine "
-        "should be the one of the training recording."
-    )
-
-    async def start() -> None:
-        name = session.saved.ensure_saved(model)
-        session.compared = await in_background(compare, session.folder, model, name, machine()) or session.compared
-        session.changes.mark("use", "folder")
-
-    with ui.row().classes("items-end gap-3"):
-        machine = machine_fields(page, "use", session.folder.names(".toml"))
-        page.button("Record both", "use-compare", start, icon="compare_arrows")
-    if session.compared and session.compared.model is model:
-        _draw_result(page, session.compared)
-
-
-def _draw_result(page: Page, result: ComparisonResult) -> None:
-    without, fed = result.runs
-    sentence = (
-        f"The following error (RMS of all joints) is {fed.overall / without.overall:.0%} of that without "
-        f"feed-forward: {1e3 * without.overall:.3g} to {1e3 * fed.overall:.3g} mrad."
-    )
-    set_test_id(ui.label(sentence), "use-result")
-    rows = []
-    for kind, run, name in zip((WITHOUT, WITH), result.runs, result.files, strict=True):
-        pairs = list(zip(run.rms, run.worst, strict=True))
-        if run.platform_rms is not None and run.platform_worst is not None:
-            pairs.append((run.platform_rms, run.platform_worst))
-        rows.append((kind, *(f"{1e3 * rms:.3f} ({1e3 * worst:.3f})" for rms, worst in pairs), name))
-    joints = [f"joint {number} [mrad]" for number in range(1, len(without.rms) + 1)]
-    head = ("RMS (worst)", *joints, "platform [mm]", "recording")
-    draw_table(head, rows, words=(0, len(head) - 1))
-    page.draw_figure(result.figure, "following error over time, without and with the model")

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from ident.dynamics.effects.library import library
 from ident.fleet import check_installed
 from ident.workbench.folder import FOREIGN_SUFFIXES, SUFFIX, Folder
-from ident.workbench.programs.feedforward_comparison import ComparisonResult
 from ident.workbench.programs.recording_process import RecordingProcess
 from ident.workbench.state.chosen_recordings import ChosenRecordings
 from ident.workbench.state.project import Kept, Project
@@ -66,8 +65,6 @@ class WorkbenchSession:
         self.selection = Selection(self.recordings, self.jobs, self.changes)
         self.saved = SavedModels(folder, self.changes)
         self.recorder = RecordingProcess(folder.root, self.changes)
-        self.compared: ComparisonResult | None = None
-        """The last comparison of the robot without and with a model."""
         self.project = Project(folder.root)
         self.notes = ""
         self.interrupted = ""

@@ -39,10 +39,10 @@ def test_files_of_other_programs_are_to_be_imported(folder: Folder) -> None:
 
 
 def test_models_and_reports_are_listed_and_nothing_else_is_served(folder: Folder) -> None:
-    for name in ("a.model.json", "a.model-2.json", "a.sealed.json", "a.diagnose-2.html", f"{LINK_PREFIX}x.html"):
+    for name in ("a.model.json", "a-2.model.json", "a.sealed.json", "a.diagnose-2.html", f"{LINK_PREFIX}x.html"):
         (folder.root / name).touch()
     (folder.root / "inner" / "b.report.html").touch()
-    assert folder.models() == ["a.model-2.json", "a.model.json"]
+    assert folder.models() == ["a-2.model.json", "a.model.json"]
     assert folder.reports() == ["a.diagnose-2.html"]
     assert folder.report("a.diagnose-2.html") == folder.root / "a.diagnose-2.html"
     for name in ("a.model.json", "inner/b.report.html", "../a.report.html", f"{LINK_PREFIX}x.html", "b.report.html"):

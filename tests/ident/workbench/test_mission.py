@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from drivers.simulated.seal import unseal
+from recordings.reader import read
 from tests.conftest import Runner
 from tests.ident.workbench.conftest import Browser, RunningWorkbench
 
@@ -75,10 +76,15 @@ def test_mission_with_the_mouse(own_workbench: RunningWorkbench, browser: Browse
     with browser.page.expect_download() as torque:
         browser.click("download-fig5a.fig5a.torque.csv")
     assert torque.value.path().read_bytes() == (own_workbench.folder / "fig5a.fig5a.torque.csv").read_bytes()
-    browser.click("use-compare")
-    browser.wait_for_text("use-result", "of that without feed-forward")
     browser.check("use")
     browser.click("tab-record")
+    browser.at("record-model").click()
+    browser.page.get_by_role("option", name="fig5a.model.json").click()
+    browser.at("record-cycles").fill("1")
+    browser.click("record")
+    browser.wait_for_text("run-state", "fig5a-2.mcap: done")
+    run = read(own_workbench.folder / "fig5a-2.mcap").run
+    assert run.feedforward, "its torque was sent along"
     browser.at("commission").get_by_text("Commission one joint").click()
     browser.click("axis-check", "answer-yes")
     browser.wait_for_text("run-messages", "nothing contradicts the rig file")

@@ -6,15 +6,13 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import pytest
 
-from ident.workbench.folder import Folder
 from ident.workbench.pages.commission import _state
 from ident.workbench.pages.live import run_summary
 from ident.workbench.programs import file_import, recording_process
-from ident.workbench.programs.feedforward_comparison import MOTION, compare
 from ident.workbench.programs.file_import import DELTA, EXTRA, PRISMATIC, REVOLUTE
 from ident.workbench.programs.recording_process import RecordingProcess, RunStatus
 from ident.workbench.programs.running import printed_by, without_options
@@ -240,21 +238,3 @@ def test_what_daq_says_of_an_import_is_passed_on_warnings_first(daq: Daq) -> Non
     daq("import sys; sys.exit('error: a table expected, an image found; export it as CSV')")
     with pytest.raises(BadInput, match=r"^a table expected"):
         file_import.guess(Path(), "a.csv")
-
-
-def test_two_recordings_of_the_same_machine_are_compared(daq: Daq, tmp_path: Path) -> None:
-    daq(
-        "import pathlib, shutil, sys; words = sys.argv[1:]; out = words[words.index('--out') + 1];"
-        f"shutil.copy({str(SAMPLE)!r}, out); pathlib.Path(out + '.txt').write_text(' '.join(words))"
-    )
-    folder, model = Folder.at(tmp_path), cast(Any, object())
-    result = compare(folder, model, "a.model.json", {"--hidden": "7"})
-    assert result.files == ("fig5b-plain.mcap", "fig5b-feedforward.mcap")
-    assert result.runs[0].overall == result.runs[1].overall > 0
-    assert len(result.figure["data"]) == 6
-    plain, fed = ((tmp_path / f"{name}.txt").read_text() for name in result.files)
-    assert plain == f"record --traj {MOTION} --cycles 2 --pace lockstep --hidden 7 --out fig5b-plain.mcap"
-    assert fed == plain.replace("--out fig5b-plain", "--feedforward a.model.json --out fig5b-feedforward")
-    daq("import sys; sys.exit('error: stopped by SIGTERM')")
-    with pytest.raises(BadInput, match="SIGTERM"):
-        compare(folder, model, "a.model.json", {})
