@@ -16,7 +16,7 @@ from click.testing import CliRunner
 from sphinx.application import Sphinx
 from sphinx.pycode import ModuleAnalyzer
 
-import ident.cli
+import ident.program
 from ident.dynamics.effects.library import library
 
 sys.path.insert(0, str(Path(__file__).parent))  # for `typeset` and the two below
@@ -110,7 +110,7 @@ def _default(value: Any) -> str:
 
 def _effects(app: Sphinx, page: str) -> str:
     """One section per effect, as `ident effects --json` has it, with its picture and what imitates it."""
-    described = json.loads(CliRunner().invoke(ident.cli.program, ["effects", "--json"]).stdout)["effects"]
+    described = json.loads(CliRunner().invoke(ident.program.program, ["effects", "--json"]).stdout)["effects"]
     checked = {each.effect: each.confusable_with for each in ident.check(effect_pictures.SAMPLE).effects}
     folder = Path(app.outdir).parent / "effects"
     link = os.path.relpath(folder, (Path(app.srcdir) / page).parent)

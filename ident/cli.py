@@ -1,27 +1,12 @@
 """`ident`: identify the dynamic model of a recorded mechanism."""
 
 import gc
-import json
 import os
-import subprocess
-from typing import Any
+import signal
+import sys
 
-from ident import commands
-from recordings.command_line import CommandFolder, run
-from recordings.errors import BadInput, ForeignFile
-
-_LONGEST_GUESS = 60.0
-"""Time to read a file of another program [s]."""
 _COLLECTED = 50_000
 """New objects after which unused cycles of objects are searched."""
-
-program = CommandFolder(
-    commands,
-    name="ident",
-    help="Identify the dynamic model of a recorded mechanism and find where it fails.",
-    epilog="Example: ident fit fig5a.mcap --validate fig5b.mcap",
-    no_args_is_help=True,
-)
 
 
 def main() -> None:
@@ -30,29 +15,11 @@ def main() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Libraries and results are many objects that stay: searching them often for unused cycles takes 4 % of the time.
     gc.set_threshold(_COLLECTED)
-    run(_program)
-
-
-def _program(**options: Any) -> None:
-    """Run the program; for a file of another program, say the command that brings it in."""
     try:
-        program(**options)
-    except ForeignFile as error:
-        raise BadInput(_how_to_import(error)) from None
-
-
-def _how_to_import(foreign: ForeignFile) -> str:
-    """What was found, and the `daq import` command that reads it, or why none does, as far as `daq` says so."""
-    from ident.workbench.programs.running import daq_command
-
-    try:
-        arguments = [*daq_command(), "import", str(foreign.path), "--guess", "--json"]
-        done = subprocess.run(
-            arguments, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=_LONGEST_GUESS
-        )
-        if done.returncode:
-            return f"{foreign.found}\n{done.stderr.strip().removeprefix('error: ')}"
-        guess = json.loads(done.stdout)
-    except (BadInput, OSError, ValueError, subprocess.TimeoutExpired):
-        return foreign.for_command
-    return foreign.for_command if guess["missing"] else f"{foreign.for_command}\nnext: {guess['command']}"
+        # Here, because Ctrl-C may come while they are imported, which takes a moment.
+        from ident.program import answer
+        from recordings.command_line import run
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        sys.exit(128 + signal.SIGINT)
+    run(answer)

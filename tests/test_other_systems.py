@@ -34,7 +34,7 @@ def test_every_command_can_be_imported() -> None:
     done = without_unix(
         "import click\n"
         "from daq.program import program as daq\n"
-        "from ident.cli import program as ident\n"
+        "from ident.program import program as ident\n"
         "for program in (daq, ident):\n"
         "    context = click.Context(program)\n"
         "    for name in program.list_commands(context):\n"
@@ -46,7 +46,7 @@ def test_every_command_can_be_imported() -> None:
 def test_a_model_is_fitted(tmp_path: Path) -> None:
     out = tmp_path / "model.json"
     done = without_unix(
-        f"from ident.cli import program\nprogram(['fit', {str(SAMPLE)!r}, '--method', 'wls', '-o', {str(out)!r}])"
+        f"from ident.program import program\nprogram(['fit', {str(SAMPLE)!r}, '--method', 'wls', '-o', {str(out)!r}])"
     )
     assert done.returncode == 0, done.stderr
     assert out.is_file()

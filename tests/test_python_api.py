@@ -14,7 +14,7 @@ import pytest
 
 import ident
 from daq.program import program as daq_program
-from ident.cli import program as ident_program
+from ident.program import program as ident_program
 from tests.documents import ROOT
 from tests.running import printed
 

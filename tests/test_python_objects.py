@@ -17,8 +17,8 @@ import plotly
 import pytest
 
 import ident
-from ident.cli import program
 from ident.identification.model import Model
+from ident.program import program
 from recordings import reader
 from recordings.imported import measured_torque
 from recordings.importing import Description, import_data

@@ -1,26 +1,33 @@
-"""The entry point of `daq`."""
+"""The entry points of `daq` and `ident`."""
 
 import sys
+from types import ModuleType
 
 import pytest
 
-from daq.cli import main
+import daq.cli
+import ident.cli
 
 
 class Interrupt:
     """Finder that stands for Ctrl-C during the import of the commands."""
 
     def find_spec(self, name: str, *_: object) -> None:
-        if name == "daq.program":
+        if name in ("daq.program", "ident.program"):
             raise KeyboardInterrupt
 
 
+@pytest.mark.parametrize(
+    ("cli", "said"), [(daq.cli, "interrupted before anything moved\n"), (ident.cli, "interrupted\n")]
+)
 def test_ctrl_c_while_the_program_is_loaded_ends_it_with_a_word(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    cli: ModuleType, said: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.delitem(sys.modules, "daq.program", raising=False)
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")
+    for name in ("daq.program", "ident.program"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.setattr(sys, "meta_path", [Interrupt(), *sys.meta_path])
     with pytest.raises(SystemExit) as exit_:
-        main()
+        cli.main()
     assert exit_.value.code == 130
-    assert capsys.readouterr().err == "interrupted before anything moved\n"
+    assert capsys.readouterr().err == said

@@ -18,9 +18,9 @@ from drivers.eds import load_dictionary
 from drivers.simulated.config import ROBOTS, SimConfig, load_sim
 from drivers.simulated.seal import seal, sealed_path, unseal
 from ident import load_model
-from ident.cli import program as ident
 from ident.dynamics.effects.user_files import from_file
 from ident.fleet.store import SCHEMA, Store
+from ident.program import program as ident
 from recordings.importing import Description, formats, import_data
 from recordings.importing.mapping import sources
 from recordings.reader import read

@@ -15,7 +15,7 @@ import pytest
 from click.testing import CliRunner
 
 from daq.program import program as daq_program
-from ident.cli import program as ident_program
+from ident.program import program as ident_program
 from recordings.command_line import (
     CommandFolder,
     Date,

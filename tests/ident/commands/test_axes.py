@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.cli import program
+from ident.program import program
 from recordings.imported import imported_rig, measured_torque
 from recordings.rig import Torque
 from recordings.writer import RecordingWriter

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.cli import program
+from ident.program import program
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 from recordings.rig import Torque, load_rig, simulated_rig

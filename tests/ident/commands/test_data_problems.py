@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from ident.cli import program
+from ident.program import program
 from recordings.errors import BadInput
 from tests.ident.conftest import write_recording
 from tests.ident.data_problems.test_mistakes import MISTAKES, robot

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from ident.cli import program
+from ident.program import program
 from recordings.recording import Recording
 from recordings.rig import load_rig
 from tests.ident import building

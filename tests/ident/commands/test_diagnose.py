@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.cli import program
 from ident.diagnosis.document.document import Document
 from ident.dynamics.effects.library import names
+from ident.program import program
 from tests.foreign.pairs import TRAIN, VALIDATE, Setting, make
 from tests.running import ran
 

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.cli import program
 from ident.data.prepared_recording import prepare
 from ident.identification import model_file
 from ident.identification.goodness_of_fit import goodness_of_fit
+from ident.program import program
 from recordings.reader import read
 from recordings.recording import Floats, Recording
 from tests.running import ran
@@ -132,7 +132,7 @@ def test_settings_are_kept_in_the_model_and_json_is_one_document(folder: Path) -
 def test_help_is_instant(arguments: list[str]) -> None:
     """Help must not import the libraries of a fit."""
     code = (
-        f"import sys; from ident.cli import program; program({arguments!r}, standalone_mode=False); "
+        f"import sys; from ident.program import program; program({arguments!r}, standalone_mode=False); "
         "print([name for name in ('numpy', 'scipy', 'numba', 'matplotlib', 'pydantic') if name in sys.modules])"
     )
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

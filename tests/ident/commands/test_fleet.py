@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.cli import program
+from ident.program import program
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 from tests import running

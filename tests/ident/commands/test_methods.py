@@ -4,8 +4,8 @@ import pytest
 from click.testing import CliRunner, Result
 
 from ident.basics import plugins
-from ident.cli import program
 from ident.estimation import estimators
+from ident.program import program
 
 NAMES = plugins.names("ident.estimation.estimators")
 

@@ -12,8 +12,8 @@ import pytest
 from click.testing import Result
 
 import ident
-from ident.cli import program
 from ident.dynamics.effects import library
+from ident.program import program
 from recordings.errors import BadInput
 from recordings.recording import Recording
 from tests.ident import building

@@ -13,8 +13,8 @@ import pytest
 
 import ident.workbench.app
 from daq.program import program as daq
-from ident.cli import program as ident_program
 from ident.dynamics.effects import library
+from ident.program import program as ident_program
 from recordings.recording import Recording
 from tests.ident import building
 from tests.running import ran

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from ident.cli import program
 from ident.paper.methods import PAPER
+from ident.program import program
 from tests.running import ran
 
 table2 = partial(ran, program, "table2")

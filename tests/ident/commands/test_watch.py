@@ -8,7 +8,7 @@ from subprocess import PIPE, Popen
 
 import pytest
 
-from ident.cli import program
+from ident.program import program
 from tests.ident.conftest import write_recording
 from tests.ident.watch.test_watching import ONSET, changed, friction, record
 from tests.running import ran

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 import ident
-from ident.cli import program
 from ident.identification.model import Model
+from ident.program import program
 from recordings.errors import BadInput, ForeignFile
 from recordings.reader import read
 from recordings.recording import Recording

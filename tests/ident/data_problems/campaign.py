@@ -17,7 +17,7 @@ from typing import Any, get_args
 from unittest.mock import patch
 
 from daq.program import program as daq
-from ident.cli import program as ident
+from ident.program import program as ident
 from recordings.reader import read
 from tests.foreign import pairs, robots
 from tests.ident.conftest import write_recording

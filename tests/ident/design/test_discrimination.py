@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from ident.cli import program
 from ident.design.discrimination import discrimination_model
 from ident.design.model import DesignModel, mandatory_effects, with_effects
 from ident.design.motions import repeated_motion
 from ident.dynamics.effects.library import library, load
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import Term
+from ident.program import program
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Axis, Rig, simulated_rig

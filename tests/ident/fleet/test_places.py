@@ -8,7 +8,6 @@ import numpy as np
 import pyarrow.compute as pc
 import pytest
 
-from ident.cli import program
 from ident.diagnosis.diagnosis import DiagnosisOptions
 from ident.fleet import alarms, places
 from ident.fleet.cause import cause_between
@@ -16,6 +15,7 @@ from ident.fleet.follow import rebuild
 from ident.fleet.places import files, one_writer, place, reached, source, whole
 from ident.fleet.store import Store
 from ident.fleet.walk import walk
+from ident.program import program
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Recording

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from click.testing import CliRunner
 
-from ident.cli import program
 from ident.dynamics.effects.library import library
+from ident.program import program
 from recordings.errors import BadInput
 
 EXAMPLE = Path(__file__).parents[4] / "docs" / "examples" / "tight_spot.py"

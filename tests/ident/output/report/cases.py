@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from ident.cli import program
+from ident.program import program
 from recordings.rig import simulated_rig
 from tests.ident.conftest import make_recording, write_recording
 from tests.running import ran
