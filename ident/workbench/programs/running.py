@@ -18,7 +18,7 @@ _TIMEOUT = 900.0
 _IDENT = (sys.executable, "-c", "from ident.cli import main; main()")
 """The command `ident` of this program."""
 
-_OPTION = re.compile(r"(?<!\S)--?[a-z]")
+_OPTION = re.compile(r"(?<!\S)--?[a-z]|ident\.\w+\(")
 
 Result = TypeVar("Result")
 
@@ -124,7 +124,7 @@ def answer_of_daq(root: Path, *words: str) -> Mapping[str, Any]:
 
 
 def without_options(said: str) -> str:
-    """Return an error without the hints that name options: the page has none."""
+    """Return an error without the hints that name options or functions: the page has none."""
     return "; ".join(part for part in said.split("; ") if not _OPTION.search(part)) or said
 
 

@@ -39,6 +39,7 @@ def test_dropped_files_become_recordings(tmp_path: Path, serve: Serve, browser: 
         refusal.wait_for()
         said = refusal.inner_text()
         assert " --" not in said, "a page has no options"
+        assert "ident.read" not in said, "nor is it Python"
         assert str(tmp_path) not in said, "the folder is known"
         assert not (tmp_path / name).exists(), "it is not taken"
     chooser.set_input_files(samples / "foreign" / "joint_states_0.mcap")

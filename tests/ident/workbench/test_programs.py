@@ -171,6 +171,7 @@ def test_error_of_ident_is_told(tmp_path: Path) -> None:
 def test_page_has_no_options() -> None:
     said = "a rate expected, none found; give it with --rate, or choose another file"
     assert without_options(said) == "a rate expected, none found"
+    assert without_options('a.mcap is none; if another wrote it: ident.read("a.mcap")') == "a.mcap is none"
     assert without_options("To use it: ident effects --adopt law.py") == "To use it: ident effects --adopt law.py"
 
 
