@@ -83,7 +83,8 @@ class DriveOptions:
 def say_next_recording(rig: "Rig", drives: DriveOptions) -> None:
     """Say what records a first motion: the built-in ones move a delta robot, other joints need one of their own."""
     if rig.mechanism == "delta":
-        say_next("daq", "record", "--traj", "fig5a", *drives.words)
+        pace = ("--pace", drives.pace) if drives.pace else ()
+        say_next("daq", "record", "--traj", "fig5a", *drives.words, *pace)
     else:
         say_next("ident", "design", *replace(drives, sim_file=None).words)
 

@@ -79,7 +79,7 @@ def command(
         threading.Thread(target=_wait_for_eof, args=(machine.stop,), daemon=True).start()
     nodes = ", ".join(drive.address for drive in rig.drives)
     click.echo(f"simulated drives ({nodes}) on {simulations.of(rig).place(rig)}, {pace}; Ctrl-C ends")
-    say_next_recording(rig, DriveOptions(rig_file))
+    say_next_recording(rig, DriveOptions(rig_file, pace="lockstep" if pace == "lockstep" else None))
     try:
         machine.run()
     finally:

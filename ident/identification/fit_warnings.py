@@ -8,6 +8,8 @@ from ident.uncertainty.fit_warning import FitWarning, WarningKind
 
 _MOST_NAMED = 5
 """Parameters that a sentence lists at most."""
+_MOST_WORSE = 10.0
+"""Times the error in training up to which a held-out error is that of another motion."""
 _NOTABLE_ERROR = 0.03
 """Error, in standard deviations of the torque, that is not put down to noise while samples are missing."""
 
@@ -31,12 +33,14 @@ def _warnings(model: ModelFile) -> Iterator[FitWarning]:
             "conditional",
             "Structure is left: the true values may lie far outside of the intervals.",
         )
-    if model.validate_ and (held_out := max(errors[-1])) > 1:
-        yield _of_all(
-            "held-out",
-            f"Held out, the error of joint {errors[-1].index(held_out) + 1} is {held_out:.0%} of what its torque "
-            "varies by: another robot, payload or rig file?",
-        )
+    if model.validate_ and (held_out := max(errors[-1])) > _NOTABLE_ERROR:
+        joint = errors[-1].index(held_out)
+        if held_out > 1 or held_out > _MOST_WORSE * errors[0][joint]:
+            yield _of_all(
+                "held-out",
+                f"Held out, the error of joint {joint + 1} is {held_out:.0%} of what its torque varies by, in "
+                f"training {errors[0][joint]:.1%}: another robot, payload or rig file?",
+            )
     held = any(problem.kind == "held-samples" for problem in model.data_problems)
     if test and test.verdict == "within-noise" and (test.missing or held) and max(map(max, errors)) > _NOTABLE_ERROR:
         cause = f"{test.missing} samples are missing" if test.missing else "Samples are held"

@@ -110,8 +110,8 @@ def warnings(result: Identification) -> list[str]:
     proof = model.method.certified
     if proof and proof.excess > _MAX_EXCESS:
         lines.append(
-            f"{_UNFINISHED} {proof.excess:.2g} times the certified minimum above it, so the parameters are others: "
-            "choose --method lad, or wls."
+            f"{_UNFINISHED} too early: its objective is {1 + proof.excess:.3g} times the certified minimum, so these "
+            "are not the parameters of the best fit: choose --method lad, or wls."
         )
     lines += _out_of_range(result)
     return lines

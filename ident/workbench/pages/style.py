@@ -15,6 +15,8 @@ h1 { font-size: 1.125rem; font-weight: 500; line-height: 1.5; white-space: nowra
 .drop-area:focus-within { outline: 2px solid #fff; outline-offset: -4px; }
 .q-uploader__list { display: none; }
 .q-btn--dense { padding: 2px 10px; }
+/* STOP must be in reach whatever is asked. */
+.q-header { z-index: 7001; }
 .q-header .q-btn { flex-shrink: 0; }
 .q-tab__label { font-size: 0.95rem; }
 .nicegui-content { padding: 0.25rem 1rem; gap: 0; }

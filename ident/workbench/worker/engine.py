@@ -1,7 +1,7 @@
 """Manual stepwise selection in the worker process: fit the base model, rate candidates, add and remove effects.
 
 Every task is a generator of views, the most urgent first. A task brings the steps from which it starts: a process
-that has fitted their models continues at once, another one fits them again from their parameters. Models, errors and
+that has fitted their models continues at once, another one takes them from their parameters. Models, errors and
 improvements are those of `ident diagnose` (`ident.diagnosis.search`), one step at a time.
 """
 
@@ -140,11 +140,13 @@ class SelectionEngine:
         return _Data(files, inputs, Search(inputs.split, inputs.effects.observable, self._progress))
 
     def _models(self, data: _Data, base: StepsSpec) -> list[FittedModel]:
-        """Return the last two models of `base`, or the only one; those that are not known yet are fitted."""
-        bare, models = data.inputs.split.recordings[0].base_structure, []
+        """Return the last two models of `base`, or the only one, with the very parameters that they had."""
+        split, models = data.inputs.split, []
+        bare = split.recordings[0].base_structure
         for step in base.steps[-2:]:
             terms = (Term(name, self._library[name], tuple(j - 1 for j in joints)) for name, joints in step.terms)
-            models.append(data.search.fits.fit(replace(bare, terms=tuple(terms)), np.array(step.x)))
+            solution = split.at(replace(bare, terms=tuple(terms)), np.array(step.x))
+            models.append(data.search.fits.best(FittedModel(split, solution)))
         return models
 
     def _changed(

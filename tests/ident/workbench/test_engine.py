@@ -98,8 +98,8 @@ def test_new_process_goes_on_from_the_same_models(engine: Any) -> None:
     new_process: Any = SelectionEngine(lambda text: None)
     shown = next(new_process.show(spec_of(made, None)))
     for before, after in zip(series, shown, strict=True):
-        np.testing.assert_allclose(after.computed, before.computed, rtol=1e-6, atol=1e-6)
-        np.testing.assert_allclose(after.previous, before.previous, rtol=1e-6, atol=1e-6)
+        np.testing.assert_allclose(after.computed, before.computed, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(after.previous, before.previous, rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.slow

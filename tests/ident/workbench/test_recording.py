@@ -67,7 +67,10 @@ def test_stop_in_mid_motion_disables_the_drives_and_completes_the_file(
     browser.at("record-hidden").fill("")
     start_recording(browser, workbench.address)
     browser.screenshot("recording-from-here")
-    browser.click("stop")
+    browser.at("commission").get_by_text("Commission one joint").click()
+    browser.click("axis-check")
+    browser.at("question").wait_for()
+    browser.click("stop")  # in reach whatever is asked
     assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap"))
     browser.page.get_by_text("The simulated drives were disabled").wait_for()
 

@@ -1,8 +1,6 @@
 """Models next to the recordings: nothing is overwritten, and each file belongs to its model."""
 
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, cast
 
 import pytest
 
@@ -12,26 +10,31 @@ from ident.workbench.state.saved_models import SavedModels
 from ident.workbench.topics import Changes
 from recordings.errors import BadInput
 
-TRAIN = SimpleNamespace(recordings=[SimpleNamespace(name="a.mcap")])
-MODEL, OTHER = (cast(Any, SimpleNamespace(train=TRAIN, number=number)) for number in range(2))
+KEPT = Path("tests/ident/kept_models").resolve()
+MODEL, OTHER = (model_file.load(KEPT / f"{name}.model.json") for name in ("lad", "rls"))
+STEM = MODEL.train.recordings[0].name.removesuffix(".mcap")
 
 
 @pytest.fixture
-def saved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SavedModels:
-    """Return models that are empty files."""
-    monkeypatch.setattr(model_file, "save", lambda model, path: path.touch())
+def saved(tmp_path: Path) -> SavedModels:
     return SavedModels(Folder.at(tmp_path), Changes())
 
 
 def test_each_model_is_saved_once_under_a_name_of_its_own(saved: SavedModels, tmp_path: Path) -> None:
+    (tmp_path / "damaged.json").write_text("{")
     assert saved.name_of(MODEL) is saved.last is None
-    for model, name in ((MODEL, "a.model.json"), (OTHER, "a-2.model.json")):
+    for model, name in ((MODEL, f"{STEM}.model.json"), (OTHER, f"{STEM}-2.model.json")):
         assert [saved.ensure_saved(model) for _ in range(2)] == [name, name]
         assert saved.name_of(model) == saved.last == name
     with pytest.raises(BadInput, match="not overwritten"):
-        saved.save(MODEL, "a-2.model.json")
-    saved.add_report("a.model.json", "a.report.html")
+        saved.save(MODEL, f"{STEM}-2.model.json")
+    saved.add_report(f"{STEM}.model.json", "a.report.html")
     assert (saved.report_on(MODEL), saved.report_on(OTHER)) == ("a.report.html", None)
-    (tmp_path / "a.model.json").unlink()
-    with pytest.raises(BadInput, match="a file in"):  # what the user deleted meanwhile is named
-        saved.ensure_saved(MODEL)
+
+
+def test_another_workbench_knows_what_was_saved(saved: SavedModels, tmp_path: Path) -> None:
+    saved.save(MODEL, "mine.json")
+    again = SavedModels(Folder.at(tmp_path), Changes())
+    assert (again.name_of(MODEL), again.name_of(OTHER)) == ("mine.json", None)
+    (tmp_path / "mine.json").unlink()
+    assert again.ensure_saved(MODEL) == f"{STEM}.model.json"

@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 
 from ident.workbench.folder import Folder
-from ident.workbench.state.saved_models import SavedModels
 from ident.workbench.state.session import WorkbenchSession
 from tests.ident.commands.test_axes import write
 from tests.patience import patient
@@ -129,5 +128,5 @@ def test_terminal_goes_on_where_the_page_was_left(tmp_path: Path, monkeypatch: p
         (None, "a.model.json", "ident compare runs/a.model.json runs/a.mcap"),
     ):
         session.recordings.validate = validate
-        monkeypatch.setattr(SavedModels, "last", saved)
+        session.saved.last = saved
         assert " ".join(session.next_command()) == command
