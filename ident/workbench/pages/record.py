@@ -70,7 +70,7 @@ def draw(page: Page) -> None:
             lambda: session.recorder.start(arguments(), session.folder.new_file(str(out.value), SUFFIX)),
             icon="fiber_manual_record",
         )
-        safety = set_test_id(quiet(_SAFETY[True]), "safety")
+        safety = set_test_id(quiet(_SAFETY[rig.value == _SIMULATED]), "safety")
         rig.on_value_change(lambda: safety.set_text(_SAFETY[rig.value == _SIMULATED]))
 
     def move_on(page: Page) -> None:

@@ -20,7 +20,6 @@ h1 { font-size: 1.125rem; font-weight: 500; line-height: 1.5; white-space: nowra
 .q-header .q-btn { flex-shrink: 0; }
 .q-tab__label { font-size: 0.95rem; }
 .nicegui-content { padding: 0.25rem 1rem; gap: 0; }
-.q-tab-panel { padding: 0.5rem 0; gap: 0.5rem; }
 .head { font-size: 1.05rem; font-weight: 600; margin: 0.25rem 0; }
 .quiet { color: #4f5961; font-size: 0.88rem; }
 .body--dark .quiet { color: #b4bdc4; }
@@ -35,8 +34,6 @@ h1 { font-size: 1.125rem; font-weight: 500; line-height: 1.5; white-space: nowra
 .q-tab__icon { font-size: 20px !important; }
 .q-tab.next-step { color: var(--q-primary); font-weight: 600; }
 .q-tab.step:not(.last-step)::after { content: "›"; position: absolute; right: -4px; top: 8px; }
-.q-tab-panels { background: transparent !important; }
-.q-tab-panels, .q-tab-panels .q-panel, .q-tab-panel { overflow: visible; }
 .preview { position: sticky; top: 56px; z-index: 5; background: #fff; border-bottom: 1px solid #8886; }
 .preview:empty { display: none; }
 .candidates { flex-direction: row-reverse; }

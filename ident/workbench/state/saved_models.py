@@ -25,8 +25,7 @@ class SavedModels:
     def name_of(self, model: ModelFile) -> str | None:
         """Return the name of the file that holds `model`."""
         for name in self._folder.names(".json"):
-            path = self._folder.root / name
-            saved = _loaded(path, path.stat().st_mtime_ns)
+            saved = _loaded(self._folder.root / name)
             if saved and saved.effects == model.effects and saved.train.recordings == model.train.recordings:
                 known, here = ([each.value for each in file.parameters] for file in (saved, model))
                 if len(known) == len(here) and np.allclose(known, here, rtol=1e-9, atol=0):
@@ -64,9 +63,17 @@ class SavedModels:
         self._changes.mark("folder", "saved")
 
 
+def _loaded(path: Path) -> ModelFile | None:
+    """The model in a file; None where it holds none, or was deleted meanwhile."""
+    try:
+        return _unchanged(path, path.stat().st_mtime_ns)
+    except OSError:
+        return None
+
+
 @lru_cache(maxsize=64)
-def _loaded(path: Path, mtime_ns: int) -> ModelFile | None:
-    """The model in a file, kept while the file does not change; None where it cannot be read."""
+def _unchanged(path: Path, mtime_ns: int) -> ModelFile | None:
+    """The model in a file, kept while the file does not change; None where it holds none."""
     try:
         return model_file.load(path)
     except BadInput:

@@ -5,6 +5,7 @@ import io
 import sys
 import zipfile
 from collections.abc import Iterator
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,11 +19,13 @@ from nicegui.testing.user_interaction import UserInteraction
 from ident.diagnosis.judge.improvement import Improvement
 from ident.output.figures.time_plots import Span
 from ident.workbench.figure import Figure
-from ident.workbench.pages import command
+from ident.workbench.folder import Folder
+from ident.workbench.pages import command, record
 from ident.workbench.pages.missing_effects import improvement_text
 from ident.workbench.pages.page import Page, ZoomablePlot, in_background
 from ident.workbench.programs.running import run
 from ident.workbench.state.cli_equivalent import table2_command
+from ident.workbench.state.session import WorkbenchSession
 from ident.workbench.topics import Changes
 from recordings.errors import BadInput
 
@@ -114,6 +117,16 @@ def test_program_that_takes_long_can_be_cancelled_and_leaves_no_notice(
     assert len(client.elements) == {"nothing": before, "button": before - 1, "page": 0}[gone]
     said = [data["message"] for _, kind, data in client.outbox.messages if kind == "notify"]
     assert said == ["Cancelled (import)."]
+
+
+@pytest.mark.parametrize(("rig", "said"), [("bench.toml", "Real drives move"), ("simulated", "no real robot moves")])
+def test_form_of_a_recording_that_is_shown_again_says_which_drives_move(rig: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / "bench.toml").touch()
+    with closing(WorkbenchSession(Folder.at(tmp_path))) as session, Client(ui.page("/")) as client:
+        session.display.fields["record-rig"] = rig
+        record.draw(Page(session, ui.element()))
+        (safety,) = (item for item in client.elements.values() if item.props.get("data-test") == "safety")
+        assert said in cast(ui.label, safety).text
 
 
 def test_plots_of_a_recording_are_zoomed_together(page: Page) -> None:
