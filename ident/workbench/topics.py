@@ -13,6 +13,7 @@ Topic = Literal[
     "candidates",
     "previews",
     "residuals",
+    "advice",
     "diagnosis",
     "saved",
     "printed",

@@ -137,8 +137,18 @@ def step_entry(
             for entry, value, total, shape in entries
             if entry.free or entry.term >= 0  # not friction of the mechanism that an effect replaces
         },
-        **{name: _numbers(error) for name, error in ripple.errors(model, with_lines).items()},
+        **_errors(ripple, model, with_lines),
     )
+
+
+def on_rows(split: SplitData, entry: StepEntry, model: FittedModel) -> StepEntry:
+    """The `entry` of a `model` with its errors on the rows of `split` instead, below the low-pass."""
+    scored = FittedModel(split, model.solution)
+    return entry.model_copy(update=_errors(Ripple(scored), scored))
+
+
+def _errors(ripple: Ripple, model: FittedModel, with_lines: bool = False) -> dict[str, tuple[float, ...]]:
+    return {name: _numbers(error) for name, error in ripple.errors(model, with_lines).items()}
 
 
 def parameter_intervals(model: FittedModel, ripple: Ripple) -> tuple[Floats, Floats]:

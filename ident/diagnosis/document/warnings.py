@@ -70,9 +70,6 @@ def data_warnings(diagnosis: Diagnosis) -> tuple[str, ...]:
     truncated = file_names(split, [i for i, data in enumerate(split.recordings) if not data.recording.complete])
     falls = np.any([is_filtered(data) for data in split.recordings], axis=0)
     filtered = (np.flatnonzero(falls & (model.noise_floor.source == "spectrum")) + 1).tolist()
-    unjudged = " and ".join(
-        f"{share:.1%} (joint {joint})" for joint, share in enumerate(split.unjudged_shares, start=1) if share
-    )
     cases = (
         (
             diagnosis.unexplained.significant,
@@ -83,7 +80,7 @@ def data_warnings(diagnosis: Diagnosis) -> tuple[str, ...]:
             "Without weight the last model explains these data much better: the drives may have taken gravity out of "
             "the torque that they report, or the URDF has another direction of it.",
         ),
-        *((True, sentence) for sentence in _hardly_distinct(model)),
+        *((True, sentence) for sentence in hardly_distinct(model)),
         (
             filtered,
             f"The noise of {joint_numbers(filtered)} falls off towards high frequencies: "
@@ -102,13 +99,7 @@ def data_warnings(diagnosis: Diagnosis) -> tuple[str, ...]:
             f"{split.standstill_share:.0%} of the rows are left out of fits and errors: a joint is at or near "
             "standstill there, where dry friction may take any value up to its limit.",
         ),
-        (
-            unjudged,
-            f"Of the held-out rows, {unjudged} are not scored, where the model says nothing: outside of the travel "
-            "of the training data, for friction that changes along the travel; and where the amplifiers are so near "
-            "their limit, or in their dead band, that the voltage hardly depends on the torque. Train on a motion "
-            "that goes there, too, and a slower one.",
-        ),
+        *((True, sentence) for sentence in unjudged_rows(split)),
         (
             is_relative(recording),
             f"The torque gain is assumed, within ± {100 * NORMAL * recording.rig.torque.gain_uncertainty:.2g} %: it "
@@ -119,20 +110,40 @@ def data_warnings(diagnosis: Diagnosis) -> tuple[str, ...]:
     return tuple(sentence for applies, sentence in cases if applies)
 
 
-def _hardly_distinct(model: FittedModel) -> Iterator[str]:
-    """Yield which effects, and which parts of friction, the motion hardly distinguishes."""
+def unjudged_rows(split: SplitData) -> Iterator[str]:
+    """Yield how many of the held-out rows say nothing for or against the model, and why."""
+    shares = [f"{share:.1%} (joint {joint})" for joint, share in enumerate(split.unjudged_shares, start=1) if share]
+    if shares:
+        yield (
+            f"Of the held-out rows, {' and '.join(shares)} are not scored, where the model says nothing: outside of "
+            "the travel of the training data, for an effect that is a curve over it; and where the amplifiers are so "
+            "near their limit, or in their dead band, that the voltage hardly depends on the torque. Train on a "
+            "motion that goes there, too, and a slower one."
+        )
+
+
+def hardly_distinct(model: FittedModel) -> Iterator[str]:
+    """Yield which effects the motion hardly distinguishes, from each other or from the base model, and which parts
+    of friction; of each two the parameters whose errors correlate most.
+    """
     strengths = [
         (i, entry)
         for i, entry in enumerate(model.solution.structure.parameters)
-        if entry.term >= 0 and entry.linear and not model.terms[entry.term].effect.mandatory
+        if entry.linear and entry.free and not (entry.term >= 0 and model.terms[entry.term].effect.mandatory)
     ]
+    largest: dict[tuple[str | int, int], tuple[float, str]] = {}
     for (i, first), (j, second) in combinations(strengths, 2):
-        correlation = model.uncertainty.correlation[i, j]
-        if first.term != second.term and abs(correlation) > _MAX_CORRELATION:
-            yield (
+        correlation, of_base = model.uncertainty.correlation[i, j], first.term < 0
+        pair = (first.name if of_base else first.term, second.term)
+        least = max(_MAX_CORRELATION, largest.get(pair, (0.0, ""))[0])
+        if first.term != second.term and abs(correlation) > least:
+            so = "what one has too much, the other lacks" if of_base else "one of the two effects may be all there is"
+            sentence = (
                 f"{first.name} and {second.name} are known only together: this motion hardly distinguishes them "
-                f"(their errors correlate by {correlation:+.2f}), so one of the two effects may be all there is."
+                f"(their errors correlate by {correlation:+.2f}), so {so}."
             )
+            largest[pair] = abs(correlation), sentence
+    yield from (sentence for _, sentence in largest.values())
     for joint, share in enumerate(rarer_direction_share(model.split), start=1):
         if share < MAX_RARE_SHARE:
             yield (

@@ -8,7 +8,7 @@ from nicegui import ui
 from ident.workbench.pages.page import Page, heading, quiet, set_test_id
 from ident.workbench.worker.views import CandidateCard
 
-MIN_NOTABLE = 0.05
+_MIN_NOTABLE = 0.05
 """Improvement below which a card is folded away."""
 _COLUMNS = "grid-template-columns: repeat(auto-fill, minmax(min(290px, 100%), 1fr))"
 
@@ -76,14 +76,14 @@ class _Candidates:
         candidates = page.session.selection.analysis.candidates
         if candidates is None:
             return
-        count = sum(card.improvement >= MIN_NOTABLE for card in candidates.cards)  # they come in descending order
+        count = sum(card.improvement >= _MIN_NOTABLE for card in candidates.cards)  # they come in descending order
         notable, minor = candidates.cards[:count], candidates.cards[count:]
         if notable:
-            title = f"{_effects(len(notable))} {MIN_NOTABLE:.0%} or more"
+            title = f"{_effects(len(notable))} {_MIN_NOTABLE:.0%} or more"
             self._notable = self._draw_grid(notable, title, "notable-cards")
             self.fold(page)
         if minor:
-            title = f"{_effects(len(minor))} less than {MIN_NOTABLE:.0%}"
+            title = f"{_effects(len(minor))} less than {_MIN_NOTABLE:.0%}"
             self._draw_grid(minor, title, "minor-cards").value = False
         if candidates.not_excited:
             names = ", ".join(candidates.not_excited)
@@ -147,7 +147,7 @@ def _show_about(page: Page, name: str) -> None:
     dialog.open()
 
 
-def add_button(page: Page, effect: str) -> None:
+def add_button(page: Page, effect: str, test_id: str = "") -> None:
     """Draw a button that adds `effect` to the model."""
     add = (page.session.selection.extend, "add", effect)
-    page.button("Add", f"add-{effect}", *add, props="dense unelevated", label=f"Add {effect}")
+    page.button("Add", test_id or f"add-{effect}", *add, props="dense unelevated", label=f"Add {effect}")

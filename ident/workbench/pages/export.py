@@ -7,7 +7,7 @@ from ident.identification.model_file import ModelFile
 from ident.output.assessment import warning_lines
 from ident.output.tables.parameters import with_meanings
 from ident.workbench.pages import truth
-from ident.workbench.pages.candidates import MIN_NOTABLE
+from ident.workbench.pages.candidates import add_button
 from ident.workbench.pages.page import (
     Page,
     draw_code,
@@ -74,7 +74,7 @@ def _draw_report(page: Page, model: ModelFile, made: StepsView) -> None:
 def draw_verdict(page: Page) -> None:
     """Draw what is known of the current model, and the ways on: analyse, save, open the report."""
     page.draw_on_change(_draw_pending, "job", "residuals")
-    page.draw_on_change(_draw_floor, "candidates", "residuals", "saved")
+    page.draw_on_change(_draw_floor, "residuals", "advice", "saved")
 
 
 def _draw_pending(page: Page) -> None:
@@ -100,7 +100,7 @@ def _draw_floor(page: Page) -> None:
             ui.icon("check_circle", size="sm")
         set_test_id(ui.label(residuals.model.residual_test.sentence), "floor")
         if not good:
-            _draw_best_candidate(page)
+            _draw_advice(page)
         elif name := saved.name_of(residuals.model):
             ui.label(f"Saved as {name}.")
         else:
@@ -113,19 +113,13 @@ def _draw_floor(page: Page) -> None:
             set_test_id(quiet(line), "fit-warning")
 
 
-def _draw_best_candidate(page: Page) -> None:
-    """Say which effect would explain most, and ask whether to add it."""
-    candidates = page.session.selection.analysis.candidates
-    if candidates is None or not candidates.cards or candidates.cards[0].improvement < MIN_NOTABLE:
+def _draw_advice(page: Page) -> None:
+    """Say which effect would explain most, and ask whether to add it, unless the judge refuses it."""
+    advice = page.session.selection.analysis.advice
+    if advice is None or advice.effect is None:
         return
-    best = candidates.cards[0]
-    set_test_id(ui.label(f"{best.name} would explain {best.improvement:.0%} of the square. Add it?"), "best")
-    page.button(
-        "Add",
-        "add-best",
-        page.session.selection.extend,
-        "add",
-        best.name,
-        props="unelevated",
-        label=f"Add {best.name}",
-    )
+    what = f"{advice.effect} would explain {advice.improvement:.0%} of the square"
+    text = f"{what}, but {advice.refusal}." if advice.refusal else f"{what}. Add it?"
+    set_test_id(ui.label(text), "best")
+    if not advice.refusal:
+        add_button(page, advice.effect, "add-best")

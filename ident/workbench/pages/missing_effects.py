@@ -68,6 +68,8 @@ def _draw_steps(page: Page) -> None:
         f"Held out: {made.held_out}. Noise floor: what a correct model leaves, by noise and encoder resolution."
         f"{relative}{excerpt}"
     )
+    for warning in made.warnings:
+        set_test_id(quiet(warning), "steps-warning")
     _draw_terms(page, made)
 
 

@@ -19,6 +19,7 @@ _TOPICS: dict[type, Topic] = {
     views.CandidateList: "candidates",
     views.CandidatePreviews: "previews",
     views.ResidualView: "residuals",
+    views.Advice: "advice",
     views.FindingFigures: "diagnosis",
 }
 """Topic, which is also the part of an analysis, by what the worker sends."""
@@ -32,6 +33,7 @@ class ModelAnalysis:
     candidates: views.CandidateList | None = None
     previews: views.CandidatePreviews | None = None
     residuals: views.ResidualView | None = None
+    advice: views.Advice | None = None
     diagnosis: views.FindingFigures | None = None
     """Of a model that the full diagnosis has found."""
 
@@ -111,7 +113,7 @@ class Selection:
             self.history = history = to(self._require_history())
             self._keep(history.made, self.analysis)
             self._mark_all()
-            if self.analysis.residuals is None:
+            if self.analysis.advice is None:
                 receive = partial(self._receive, self.analysis, None)
                 self._jobs.submit("show", receive, "show", self._spec(history.made), blocking=False)
 
@@ -132,7 +134,7 @@ class Selection:
 
     def _complete_analysis(self, completed: bool) -> None:
         """Resume the analysis of the list of steps if another task has interrupted it."""
-        if completed and self.history and self.analysis.residuals is None:
+        if completed and self.history and self.analysis.advice is None:
             self.go()
         elif self.history is None:
             self._mark_all()

@@ -17,10 +17,12 @@ from ident.data.samples import holds_torque
 from ident.diagnosis.diagnosis import DiagnosisInputs, DiagnosisOptions, diagnose, prepare_inputs
 from ident.diagnosis.document import verdict
 from ident.diagnosis.document.formula import with_formula
+from ident.diagnosis.document.warnings import hardly_distinct, unjudged_rows
 from ident.diagnosis.judge.fitted_model import FittedModel
+from ident.diagnosis.judge.improvement import MIN_SHARE
 from ident.diagnosis.search.screening import Candidate
 from ident.diagnosis.search.search import Search
-from ident.diagnosis.search.selection import SelectionStep
+from ident.diagnosis.search.selection import WIDTH, SelectionStep
 from ident.diagnosis.unknown.residual_test import UnexplainedResidual
 from ident.dynamics.effects.library import library
 from ident.dynamics.structure import Term
@@ -30,7 +32,7 @@ from ident.workbench.figure import to_dict
 from ident.workbench.worker import views
 from ident.workbench.worker.model_views import candidate_previews, residual_view, torque_series
 from ident.workbench.worker.recording_view import mismatch, recording_views
-from ident.workbench.worker.step_view import step_view, step_views
+from ident.workbench.worker.step_view import on_rows_of, refusal, step_view, step_views
 from ident.workbench.worker.views import StepsSpec, StepView, View
 from recordings.errors import BadInput
 from recordings.files import sha256
@@ -85,26 +87,27 @@ class SelectionEngine:
     def add(self, base: StepsSpec, name: str) -> Iterator[View]:
         """Add an effect and refit all parameters."""
         data = self._data_of(base)
-        *_, model = self._models(data, base)
-        candidates, _ = self._screen(data, model)
+        models = self._models(data, base)
+        candidates, _ = self._screen(data, models[-1])
         if name not in candidates:
             raise BadInput(
                 f"an effect that this motion excites, with an admissible sign, expected, '{name}' found; "
                 "choose another card"
             )
         self._progress(f"fitting everything with {name}")
-        extended = data.search.candidates.add(model, candidates[name])
-        yield from self._changed(data, base, f"+ {name}", name, model, extended)
+        extended = data.search.candidates.add(models[-1], candidates[name])
+        yield from self._changed(data, base, f"+ {name}", name, [*models, extended])
 
     def remove(self, base: StepsSpec, index: int) -> Iterator[View]:
         """Remove effect `index` (from 0) of the current model and refit; the result is appended as a new step."""
         data = self._data_of(base)
-        *_, model = self._models(data, base)
-        if not 0 <= index < len(model.terms):
+        models = self._models(data, base)
+        if not 0 <= index < len(models[-1].terms):
             raise BadInput(f"an effect of the model expected, number {index + 1} found; reload the page")
-        name = model.terms[index].name
+        name = models[-1].terms[index].name
         self._progress(f"fitting everything without {name}")
-        yield from self._changed(data, base, f"− {name}", None, model, data.search.fits.without_effect(model, index))
+        without = data.search.fits.without_effect(models[-1], index)
+        yield from self._changed(data, base, f"− {name}", None, [*models, without])
 
     def diagnose(self, base: StepsSpec) -> Iterator[View]:
         """Run `ident diagnose`; its steps become the current list of steps."""
@@ -140,20 +143,21 @@ class SelectionEngine:
         return _Data(files, inputs, Search(inputs.split, inputs.effects.observable, self._progress))
 
     def _models(self, data: _Data, base: StepsSpec) -> list[FittedModel]:
-        """Return the last two models of `base`, or the only one, with the very parameters that they had."""
-        split, models = data.inputs.split, []
-        bare = split.recordings[0].base_structure
-        for step in base.steps[-2:]:
+        """Return the models of `base`, with the very parameters that they had."""
+        bare, models = data.inputs.split.recordings[0].base_structure, []
+        for step in base.steps:
             terms = (Term(name, self._library[name], tuple(j - 1 for j in joints)) for name, joints in step.terms)
-            solution = split.at(replace(bare, terms=tuple(terms)), np.array(step.x))
-            models.append(data.search.fits.best(FittedModel(split, solution)))
+            models.append(data.search.fits.at(replace(bare, terms=tuple(terms)), np.array(step.x)))
         return models
 
     def _changed(
-        self, data: _Data, base: StepsSpec, label: str, added: str | None, before: FittedModel, model: FittedModel
+        self, data: _Data, base: StepsSpec, label: str, added: str | None, models: Sequence[FittedModel]
     ) -> Iterator[View]:
-        step = SelectionStep(added, model, model.improvement_over(before))
-        yield from self._made(data, (*base.steps, step_view(label, step, before)), [before, model])
+        """Yield the views of the last of `models`, which a change, called `label`, has made of that before it."""
+        before, model = models[-2:]
+        step = step_view(label, SelectionStep(added, model, model.improvement_over(before)), before)
+        steps = on_rows_of(model, (*base.steps, step), models)
+        yield from self._made(data, steps, models)
 
     def _made(
         self,
@@ -169,15 +173,32 @@ class SelectionEngine:
         yield from self._views(data, models)
 
     def _views(self, data: _Data, models: Sequence[FittedModel]) -> Iterator[View]:
-        model = models[-1]
-        yield torque_series(model, models[-2] if len(models) > 1 else None)
+        model, judged = models[-1], models[-1].on_judged_rows
+        yield torque_series(judged, models[-2] if len(models) > 1 else None)
         self._progress("rating every effect of the library")
         candidates, view = self._screen(data, model)
         yield view
         self._progress("drawing the candidate previews")
         yield candidate_previews(model, candidates)
         self._progress("analysing the residual")
-        yield residual_view(model, self._unexplained.get(model))
+        residuals = residual_view(judged, self._unexplained.get(model))
+        yield residuals
+        test = residuals.model.residual_test
+        yield views.Advice(None) if test and test.verdict == "within-noise" else self._advice(data, model)
+
+    def _advice(self, data: _Data, model: FittedModel) -> views.Advice:
+        """Return the best effect that the judge accepts beside `model`, or else why it refuses the best one."""
+        candidates, view = self._screen(data, model)
+        advice = []
+        for card in view.cards[:WIDTH]:
+            if card.improvement < MIN_SHARE:
+                break
+            self._progress(f"testing {card.name}")
+            extended = data.search.candidates.add(model, candidates[card.name])
+            advice.append(views.Advice(card.name, card.improvement, refusal(model, extended)))
+            if not advice[-1].refusal:
+                return advice[-1]
+        return advice[0] if advice else views.Advice(None)
 
     def _steps_view(
         self, data: _Data, steps: tuple[StepView, ...], model: FittedModel, said: views.Findings | None
@@ -202,6 +223,7 @@ class SelectionEngine:
                 for name, effect in self._library.items()
                 if effect.mandatory and recording.rig.mechanism in effect.mechanisms
             ),
+            warnings=(*hardly_distinct(model), *unjudged_rows(model.on_judged_rows.split)),
             findings=said,
         )
 

@@ -1,6 +1,7 @@
 """What the page shows of the steps of a search: label, errors, and whether the judge accepts the change."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from ident.diagnosis.document import verdict
 from ident.diagnosis.document.document import labels
@@ -27,13 +28,21 @@ def step_view(label: str, step: SelectionStep, before: FittedModel | None) -> St
         terms=tuple((term.name, tuple(joint + 1 for joint in term.joints)) for term in model.terms),
         x=tuple(model.solution.x.tolist()),
         improvement=step.improvement,
-        refusal=_refusal(before, step) if before else "",
+        refusal=refusal(before, model) if before and step.added else "",
     )
 
 
-def _refusal(before: FittedModel, step: SelectionStep) -> str:
-    """Why the judge does not accept what `step` adds to the model `before`; empty if it does, or nothing is added."""
-    effect = added_term(before, step.model)
-    if step.added is None or step.model.terms[effect].effect.mandatory:
-        return ""
-    return judge(before, step.model, effect).reason
+def on_rows_of(last: FittedModel, steps: Sequence[StepView], models: Sequence[FittedModel]) -> tuple[StepView, ...]:
+    """Return the views of the steps to the `models` with the errors on the rows that the `last` one can be judged by.
+
+    So all errors of one table can be compared, as in the document of a diagnosis.
+    """
+    split = last.on_judged_rows.split
+    entries = (verdict.on_rows(split, step.entry, model) for step, model in zip(steps, models, strict=True))
+    return tuple(replace(step, entry=entry) for step, entry in zip(steps, entries, strict=True))
+
+
+def refusal(before: FittedModel, after: FittedModel) -> str:
+    """Return why the judge does not accept the effect that `after` adds to `before`; empty if it does."""
+    effect = added_term(before, after)
+    return "" if after.terms[effect].effect.mandatory else judge(before, after, effect).reason

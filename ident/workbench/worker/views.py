@@ -122,6 +122,8 @@ class StepsView:
     """Names of the mandatory effects."""
     findings: Findings | None
     """What the full diagnosis has said, whose final model is the current one."""
+    warnings: tuple[str, ...] = ()
+    """What limits the errors of the steps, and which parameters are known only together."""
 
     @property
     def added(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
@@ -146,6 +148,18 @@ class CandidateList:
     """Effects that this motion does not excite, or only with an inadmissible sign."""
     unobservable: dict[str, str]
     """Effects that such a recording cannot show, with the reason."""
+
+
+@dataclass(frozen=True)
+class Advice:
+    """Whether to add an effect next; the last view of a model."""
+
+    effect: str | None
+    """None where no effect explains enough."""
+    improvement: float = 0.0
+    """As that of its card."""
+    refusal: str = ""
+    """Why the judge does not accept it; empty if it does."""
 
 
 @dataclass(frozen=True)
@@ -184,6 +198,7 @@ View = (
     | CandidateList
     | CandidatePreviews
     | ResidualView
+    | Advice
     | FindingFigures
 )
 """What the worker sends to the page."""

@@ -55,7 +55,8 @@ def spec_of(made: views.StepsView, validate: Path | None = VALIDATE) -> views.St
 
 @pytest.mark.slow
 def test_fit_add_remove_and_return(engine: Any) -> None:
-    made, series, candidates, _, residuals = engine.fit(TRAIN, VALIDATE)
+    made, series, candidates, _, residuals, advice = engine.fit(TRAIN, VALIDATE)
+    assert advice == views.Advice(None), "within the noise"
     assert [step.label for step in made.steps] == ["base model", "+ rod_inertia"]
     assert [item.held_out for item in series] == [False, True]
     base, last = (step.entry for step in made.steps)
@@ -75,7 +76,8 @@ def test_fit_add_remove_and_return(engine: Any) -> None:
     before, after = (np.sum(np.square(step.entry.train_rms)) for step in added.steps[1:])
     assert after <= before * (1 + 1e-6), "at worst, the effect is not there"
     assert [bool(step.refusal) for step in added.steps] == [False, False, True], "nothing is hidden in the samples"
-    bare = next(engine.remove(spec_of(added), 0))
+    bare, *_, advice = engine.remove(spec_of(added), 0)
+    assert (advice.effect, advice.refusal) == ("rod_inertia", "")
     assert bare.steps[-1].label == "− rod_inertia"
     assert f"--only {best}" in shell_script(added, "m.json")
     assert "rod_inertia" not in shell_script(made, "m.json"), "ident fit includes it"
@@ -86,6 +88,29 @@ def test_fit_add_remove_and_return(engine: Any) -> None:
         next(engine.add(spec_of(made), "__import__('os')"))
     with pytest.raises(BadInput, match="number 8"):
         next(engine.remove(spec_of(made), 7))
+
+
+@pytest.mark.slow
+def test_all_errors_are_those_of_the_rows_that_the_last_model_can_be_judged_by(engine: Any) -> None:
+    """A curve over the position says nothing beyond the travel of training: thousands of N m where it continues."""
+    made = next(engine.fit(TRAIN, VALIDATE))
+    curve = next(engine.add(spec_of(made), "position_torque"))
+    *_, before, last = (step.entry.held_out_rms for step in curve.steps)
+    assert before != made.steps[-1].entry.held_out_rms
+    np.testing.assert_allclose(last, before, rtol=0.1)
+    assert "T_g and position_torque.g" in curve.warnings[0], "gravity is a curve over the position, too"
+    assert "5.7% (joint 2) are not scored" in curve.warnings[1]
+    without = next(engine.remove(spec_of(curve), 1))
+    assert without.steps[1].entry == made.steps[1].entry
+    assert not without.warnings
+
+
+@pytest.mark.slow
+def test_advice_says_what_the_judge_refuses(engine: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = next(engine.fit(TRAIN, VALIDATE))
+    monkeypatch.setattr("ident.workbench.worker.engine.refusal", lambda before, after: "chance does as much")
+    *_, advice = engine.remove(spec_of(made), 0)
+    assert (advice.effect, advice.refusal) == ("rod_inertia", "chance does as much")
 
 
 def residual_rms(series: tuple[TorqueSeries, ...]) -> Floats:
@@ -127,7 +152,7 @@ def test_swarm_is_the_command_that_fits_the_same_model(engine: Any) -> None:
 def test_long_recording_is_analysed_in_excerpts(engine: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ident.data.excerpts.MAX_DURATION", 8.0)
     monkeypatch.setattr("ident.data.excerpts.COUNT", 2)
-    made, series, *_, residuals = engine.fit(TRAIN, VALIDATE)
+    made, series, *_, residuals, _ = engine.fit(TRAIN, VALIDATE)
     assert made.excerpt
     assert [item.held_out for item in series] == [False, False, True, True]
     assert residuals.model.effects == ("rod_inertia",)

@@ -43,7 +43,7 @@ class Bench:
     def complete(self, label: str) -> views.StepsView:
         """Send all views of a task that makes the model `label`, and its end."""
         made = steps_view(label)
-        self.send(made, SERIES, CANDIDATES, PREVIEWS, residual_view(label), TaskEnd())
+        self.send(made, SERIES, CANDIDATES, PREVIEWS, residual_view(label), views.Advice(None), TaskEnd())
         return made
 
 

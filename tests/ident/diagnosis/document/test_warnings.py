@@ -85,6 +85,12 @@ def test_effects_that_the_motion_hardly_distinguishes_are_known_only_together() 
     assert "known only together" not in warnings(building.split([large]), "joint_spring", "quadratic_friction")
 
 
+def test_parameter_that_an_effect_imitates_is_known_only_together_with_it() -> None:
+    text = warnings(building.split([building.record(noise=0.05)]), "thermal_drift")
+    assert "c_v1 and thermal_drift.a1 are known only together" in text
+    assert "so what one has too much, the other lacks" in text
+
+
 def test_few_rows_for_many_parameters_are_too_short() -> None:
     short = building.split([building.record(cycles=1, noise=0.05)])
     assert "Too short" in warnings(short, "position_dependent_friction")
