@@ -13,6 +13,7 @@ from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.split.observability import MAX_RARE_SHARE, rarer_direction_share
 from ident.diagnosis.split.split_data import SplitData, outside_of_range, rms, training_range
 from ident.identification.model_description import is_relative
+from ident.uncertainty.identifiability import WEAK
 
 _MIN_ROWS_PER_PARAMETER = 20
 """With fewer independent rows per parameter, small effects are not significant."""
@@ -23,6 +24,9 @@ _MAX_ERROR_RATIO = 1.5
 _MAX_CORRELATION = 0.95
 """Parameters whose errors correlate by more are known only together: each variance is ten times what it would be
 without the other (variance inflation factor)."""
+_IMITATION = (WEAK**2 - 1) / (WEAK**2 + 1)
+"""Correlation from which an effect imitates a parameter of the base model: their two columns have the condition index
+from which a combination is weakly known. Effects that are really there correlate by up to 0.97 with friction."""
 _MIN_BLAME = 0.7
 """Share by which the error above the noise floor must be smaller in the rows inside of the range of the training data
 than in all rows."""
@@ -135,7 +139,7 @@ def hardly_distinct(model: FittedModel) -> Iterator[str]:
     for (i, first), (j, second) in combinations(strengths, 2):
         correlation, of_base = model.uncertainty.correlation[i, j], first.term < 0
         pair = (first.name if of_base else first.term, second.term)
-        least = max(_MAX_CORRELATION, largest.get(pair, (0.0, ""))[0])
+        least = max(_IMITATION if of_base else _MAX_CORRELATION, largest.get(pair, (0.0, ""))[0])
         if first.term != second.term and abs(correlation) > least:
             so = "what one has too much, the other lacks" if of_base else "one of the two effects may be all there is"
             sentence = (

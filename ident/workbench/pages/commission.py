@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 
 from nicegui import ui
 
-from ident.workbench.pages.forms import keep_fields
+from ident.workbench.pages.forms import as_word, keep_fields
 from ident.workbench.pages.live import run_summary
 from ident.workbench.pages.page import Page, set_test_id
 from ident.workbench.programs.recording_process import RunStatus
@@ -57,14 +57,14 @@ def draw(page: Page, options: Callable[[], Mapping[str, str]]) -> None:
     """Draw the controls; `options` returns those of a recording."""
     with set_test_id(ui.expansion("Commission one joint", icon="build"), "commission").classes("w-full"):
         with ui.row().classes("items-end gap-3"):
-            joint = ui.number("joint", value=1, min=1, step=1, format="%d").classes("w-20")
-            by = ui.number("by [rad, or m]", value=0.05, min=-0.5, max=0.5, step=0.01).classes("w-28")
+            joint = ui.number("joint", value=1, step=1).classes("w-20")
+            by = ui.number("by [rad, or m]", value=0.05, step=0.01).classes("w-28")
             keep_fields(page, "jog", joint=joint, by=by)
 
             def chosen() -> dict[str, str]:
-                return {**{k: v for k, v in options().items() if k in _OPTIONS}, "--joint": f"{joint.value or 0:.0f}"}
+                return {**{k: v for k, v in options().items() if k in _OPTIONS}, "--joint": as_word(joint) or ""}
 
-            _draw_hold_button(page, lambda: {**chosen(), "--by": f"{by.value or 0:g}"})
+            _draw_hold_button(page, lambda: {**chosen(), "--by": as_word(by) or ""})
             for name, label in (("home", "Home"), ("axis-check", "Axis check")):
                 page.button(label, name, _ask, page, name, chosen, props="outline")
         state = set_test_id(ui.label(_HINT), "jog-state")

@@ -14,6 +14,14 @@ def name_fields(form: str, **fields: ui.element) -> None:
         set_test_id(field, f"{form}-{name}").props("dense outlined")
 
 
+def as_word(field: ui.number) -> str | None:
+    """Return the number of a field as a command takes it, which says what is wrong with it; None: the field is empty.
+
+    The field itself has no limits: it would turn a wrong number into the nearest right one without a word.
+    """
+    return None if field.value is None else f"{field.value:.15g}"
+
+
 def keep_fields(page: Page, form: str, **fields: ValueElement[Any]) -> None:
     """As `name_fields`; they have the values that they had when their tab was left."""
     name_fields(form, **fields)

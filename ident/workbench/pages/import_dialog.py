@@ -43,7 +43,7 @@ class _Form:
             self._machine = ui.select(machines, value=made.machine, label="machine").classes("min-w-36")
             self._names = ui.input("joint names in order", value=made.options.get("--names", ""))
             self._names.visible = "--names" in made.options
-            self._torque = ui.number("torque per ampere [N m/A]", min=0).classes("w-48")
+            self._torque = ui.number("torque per ampere [N m/A]").classes("w-48")
             self._out = ui.input("recording", value=page.session.folder.free_name(Path(made.file).stem, SUFFIX))
         name_fields("import", machine=self._machine, names=self._names, kt=self._torque, out=self._out)
         self._machine.on_value_change(self._ask_what_is_needed)

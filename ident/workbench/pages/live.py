@@ -22,7 +22,8 @@ def draw(page: Page) -> None:
 
     def update(page: Page) -> None:
         run = page.session.recorder.run
-        state.text, bar.visible = run_summary(run), run is not None and "total" in run.status
+        state.text = (page.session.interrupted or "No run yet.") if run is None else run_summary(run)
+        bar.visible = run is not None and "total" in run.status
         if run is None:
             return
         if not has_plots(run):
@@ -50,10 +51,8 @@ def has_plots(run: RunStatus) -> bool:
     return bool(run.rows) and (run.file is not None or run.exit_code is not None)
 
 
-def run_summary(run: RunStatus | None) -> str:
+def run_summary(run: RunStatus) -> str:
     """Return a sentence about the progress or the end of the run."""
-    if run is None:
-        return "No run yet."
     if run.exit_code is None:
         word = {0: run.status.get("status", "starting"), 1: "stopping"}.get(run.stop_count, "quick stop")
         share = f", {_share_done(run):.1%}" if word == "stream" else ""

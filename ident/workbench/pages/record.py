@@ -8,7 +8,7 @@ from nicegui import ui
 
 from ident.workbench.folder import SUFFIX
 from ident.workbench.pages import commission, live, truth
-from ident.workbench.pages.forms import keep_fields, name_fields
+from ident.workbench.pages.forms import as_word, keep_fields, name_fields
 from ident.workbench.pages.page import Page, in_background, quiet, set_test_id
 from ident.workbench.programs.running import as_words, daq_command, errors, run
 from trajectories.library import names
@@ -31,9 +31,9 @@ def draw(page: Page) -> None:
         motion = ui.select([*names(), *files], value="fig5a", label="motion").classes("min-w-28")
         rig = ui.select([_SIMULATED, *files], value=_SIMULATED, label="rig").classes("min-w-36")
         pace = ui.select(_PACES, value="", label="pace").classes("min-w-28")
-        cycles = ui.number("cycles", min=1, step=1, placeholder="20 s").classes("w-20")
+        cycles = ui.number("cycles", step=1, placeholder="20 s").classes("w-20")
         sim = ui.select([_DEFAULT_MACHINE, *files], value=_DEFAULT_MACHINE, label="simulated machine")
-        hidden = ui.number("hidden seed", min=0, step=1, format="%d", placeholder="none").classes("w-28")
+        hidden = ui.number("hidden seed", step=1, placeholder="none").classes("w-28")
         hidden.tooltip("Hides effects drawn from this seed in the simulated robot; Reveal opens them")
         model = ui.select([_NO_MODEL, *session.folder.models()], value=_NO_MODEL, label="feed-forward")
         model.tooltip("Sends the torque of this model along with each target: does the robot follow better?")
@@ -48,12 +48,12 @@ def draw(page: Page) -> None:
             "--traj": motion.value,
             "--rig": rig.value if rig.value != _SIMULATED else None,
             "--pace": pace.value,
-            "--cycles": int(cycles.value) if cycles.value else None,
+            "--cycles": as_word(cycles),
             "--sim": sim.value if sim.value != _DEFAULT_MACHINE else None,
-            "--hidden": int(hidden.value) if hidden.value is not None and rig.value == _SIMULATED else None,
+            "--hidden": as_word(hidden) if rig.value == _SIMULATED else None,
             "--feedforward": model.value if model.value != _NO_MODEL else None,
         }
-        return {option: str(value) for option, value in values.items() if value not in (None, "")}
+        return {option: str(value) for option, value in values.items() if value}
 
     checked = ui.column().classes("gap-0")
     with ui.row().classes("items-center gap-3"):

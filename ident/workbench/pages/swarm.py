@@ -3,7 +3,7 @@
 from nicegui import ui
 
 from ident.workbench.pages.command import Command, draw_command
-from ident.workbench.pages.forms import name_fields
+from ident.workbench.pages.forms import as_word, name_fields
 from ident.workbench.pages.page import Page, heading, quiet
 from ident.workbench.state.cli_equivalent import swarm_command, table2_command
 
@@ -18,7 +18,7 @@ def draw(page: Page) -> None:
     """Draw the button of the swarm, and that of all methods."""
     session, folder = page.session, page.session.folder
     with ui.row().classes("items-center gap-3") as row:
-        seed = ui.number("seed", value=0, min=0, step=1, format="%d").classes("w-24")
+        seed = ui.number("seed", value=0, step=1).classes("w-24")
         name_fields("swarm", seed=seed)
     quiet(_ABOUT)
 
@@ -26,7 +26,7 @@ def draw(page: Page) -> None:
         train, validate = session.recordings.files
         stem = folder.free_name(f"{train.stem}.pso", ".model.json").removesuffix(".model.json")
         held_out = validate.name if validate else None
-        command = swarm_command(session.selection.steps, train.name, held_out, int(seed.value or 0), stem)
+        command = swarm_command(session.selection.steps, train.name, held_out, as_word(seed) or "0", stem)
         return command, (f"{stem}.model.json", f"{stem}.pictures")
 
     draw_command(page, row, "Fit by swarm", "swarm-fit", fit)

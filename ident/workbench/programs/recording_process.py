@@ -122,10 +122,10 @@ class RecordingProcess:
         Raises:
             BadInput: the rig file is invalid, or there is no such joint.
         """
-        rig, joint = self._rig(options), int(options["--joint"])
-        if not 1 <= joint <= rig.dof:
-            raise BadInput(f"joint: 1 to {rig.dof} expected, {joint} found")
-        return rig, joint
+        rig, joint = self._rig(options), options["--joint"]
+        if joint not in map(str, range(1, rig.dof + 1)):
+            raise BadInput(f"joint: 1 to {rig.dof} expected, {joint or 'nothing'} found")
+        return rig, int(joint)
 
     def keep_alive(self) -> None:
         """Tell a jog that its button is still held."""

@@ -24,12 +24,12 @@ def report_command(made: StepsView, model: str, out: str) -> list[str]:
     return ["ident", "report", model, *_recordings(made), "-o", out]
 
 
-def swarm_command(made: StepsView | None, train: str, validate: str | None, seed: int, stem: str) -> tuple[str, ...]:
+def swarm_command(made: StepsView | None, train: str, validate: str | None, seed: str, stem: str) -> tuple[str, ...]:
     """Return the words of the command that fits the model of `made`, or the base model, by particle swarm.
 
     stem: begin of the names of the model and of the folder of pictures that it writes.
     """
-    options = [*(("--validate", validate) if validate else ()), "--seed", str(seed)]
+    options = [*(("--validate", validate) if validate else ()), "--seed", seed]
     if made:
         options += ["--cutoff", f"{made.bandwidth:g}", *repeated("--with", effect_options(made))]
         options += repeated("--without", left_out(made))

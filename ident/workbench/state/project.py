@@ -5,7 +5,7 @@ import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from stat import S_ISREG
-from typing import Literal
+from typing import Any, Literal
 
 from filelock import FileLock, Timeout
 from pydantic import TypeAdapter, ValidationError
@@ -31,6 +31,8 @@ class Kept:
     notes: str = ""
     running: str | None = None
     """File that was being recorded, or the command that moved a joint."""
+    fields: dict[str, Any] = field(default_factory=dict)
+    """Values of the forms."""
     durations: dict[str, float] = field(default_factory=dict)
     """Time that each task of the worker took [s]."""
 

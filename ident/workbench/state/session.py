@@ -89,6 +89,7 @@ class WorkbenchSession:
         """
         kept = self.project.open()
         self.notes, self.display.dark, self.jobs.durations = kept.notes, kept.dark, {**kept.durations}
+        self.display.fields = {**kept.fields}
         if "fleet" not in (kept.tab, self.display.tab):
             self.display.tab = kept.tab
         pair = (chosen[0], chosen[1] if len(chosen) == 2 else None) if chosen else (kept.train, kept.validate)
@@ -136,6 +137,7 @@ class WorkbenchSession:
                 dark=display.dark,
                 notes=self.notes,
                 running=self.recorder.run.name if self.recorder.run and self.recorder.running else None,
+                fields=dict(display.fields),
                 durations=dict(self.jobs.durations),
             )
             self.project.save(kept)

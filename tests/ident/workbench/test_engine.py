@@ -138,12 +138,12 @@ def test_model_of_a_file_is_opened(engine: Any, tmp_path: Path) -> None:
 
 def test_swarm_is_the_command_that_fits_the_same_model(engine: Any) -> None:
     made = next(engine.fit(TRAIN, None))
-    command = swarm_command(made, "a.mcap", "b.mcap", 3, "a.pso")
+    command = swarm_command(made, "a.mcap", "b.mcap", "3", "a.pso")
     cutoff = f"{made.bandwidth:g}"
     assert " ".join(command) == (
         f"ident fit a.mcap --validate b.mcap --seed 3 --cutoff {cutoff} -o a.pso.model.json --pictures a.pso.pictures"
     )
-    assert " ".join(swarm_command(None, "a.mcap", None, 0, "a")) == (
+    assert " ".join(swarm_command(None, "a.mcap", None, "0", "a")) == (
         "ident fit a.mcap --seed 0 -o a.model.json --pictures a.pictures"
     )
 

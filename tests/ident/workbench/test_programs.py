@@ -92,8 +92,8 @@ def test_what_is_wrong_is_told_without_raw_usage(daq: Daq, tmp_path: Path) -> No
     process = daq("")
     with pytest.raises(BadInput, match=r"bad\.toml"):
         process.start({"--rig": "bad.toml"}, tmp_path / "run.mcap")
-    for joint in ("4", "0"):
-        with pytest.raises(BadInput, match=f"1 to 3 expected, {joint} found"):
+    for joint in ("4", "0", "1.5", ""):
+        with pytest.raises(BadInput, match=f"1 to 3 expected, {joint or 'nothing'} found"):
             process.commission("jog", {**JOG, "--joint": joint})
     assert process.run is None, "nothing has started"
 

@@ -73,6 +73,7 @@ def work(folder: Path) -> list[Any]:
         selection.go(lambda history: history.at(history.undo))
         session.notes = "joint 2 was warm"
         session.display.tab, session.display.dark = "missing", True
+        session.display.fields["record-cycles"] = 3
         session.changes.mark("tab")
         return told(session)
 
@@ -91,6 +92,7 @@ def test_another_workbench_goes_on_with_everything(folder: Path) -> None:
         assert session.selection.history
         assert (session.selection.history.current, session.selection.history.end) == (2, 3)
         assert (session.notes, session.display.tab, session.display.dark) == ("joint 2 was warm", "missing", True)
+        assert session.display.fields == {"record-cycles": 3}
         session.jobs.stop()
         session.selection.go(lambda history: history.at(history.redo))
         assert session.selection.steps
