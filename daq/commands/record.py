@@ -139,12 +139,18 @@ def _listen(
     as_json: bool,
 ) -> None:
     from daq.live.recording import record_heard
-    from trajectories import load
+    from trajectories import Trajectory, load
 
     if drives.rig_file is None:
         raise BadInput("--listen needs --rig; say on which bus to listen")
     rig = drives.rig()
-    record_heard(rig, load(trajectory, rig, cycles) if trajectory else None, out, duration, as_json=as_json)
+
+    def motion(found: int | None) -> Trajectory:
+        return load(str(trajectory), rig, cycles or found)
+
+    if trajectory is not None:
+        motion(None)  # an unknown one is refused before anything is heard
+    record_heard(rig, motion if trajectory else None, out, duration, as_json=as_json)
 
 
 def _refuse_conflicts() -> None:

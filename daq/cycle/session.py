@@ -148,8 +148,10 @@ class Session:
                     # Jog and axis check plan a small motion where the robot stands: it decides the unit of position.
                     drives.configure(decided=self._request.plan is None)
                     stream = self._stream(drives, self._recorder, stop)
-                    stream.run(self._request.trajectory, self._request.plan)
-                    self._report_loss(identities)
+                    try:
+                        stream.run(self._request.trajectory, self._request.plan)
+                    finally:  # what is missing may be why it ended early
+                        self._report_loss(identities)
                 status, reason = 0, "done"
             except Exception as error:
                 reason = str(error)

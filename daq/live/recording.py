@@ -19,6 +19,7 @@ from daq.live.status import LineSink, StatusLines, to_stdout
 from daq.live.terminal import ProgressBar, figures, heard_summary, summary
 from daq.live.viewers import viewers
 from daq.passive import listen
+from daq.passive.reconstruct import Motion
 from daq.watch import RunWatch
 from drivers import transports
 from recordings.command_line import output_name, say, say_next, say_report
@@ -141,9 +142,7 @@ def _dry_run(session: Session, rig: Rig, as_json: bool) -> None:
     console.print("dry run: everything but power and file worked; nothing has moved", style="bold")
 
 
-def record_heard(
-    rig: Rig, trajectory: Trajectory | None, out: Path | None, duration: float | None, *, as_json: bool
-) -> None:
+def record_heard(rig: Rig, motion: Motion | None, out: Path | None, duration: float | None, *, as_json: bool) -> None:
     """Record what another master makes the drives do, for `duration` [s] at most, and print what was found.
 
     Raises:
@@ -163,9 +162,9 @@ def record_heard(
                 say(f"listening on {rig.can.interface} '{rig.can.channel}', sending nothing; Ctrl-C ends")
             show(f"listening: {heard.syncs} SYNCs, {heard.frames} frames")
 
-        heard, reconstructed = listen.record(rig, out, trajectory, duration, show_heard)
-    if trajectory is not None and reconstructed.trajectory is None:
-        say(f"warning: the motion {trajectory.name} is not what was commanded; see what was found", "yellow")
+        heard, reconstructed = listen.record(rig, out, motion, duration, show_heard)
+    if motion is not None and reconstructed.trajectory is None:
+        say(f"warning: the motion {motion(None).name} is not what was commanded; see what was found", "yellow")
     for warning in filter(None, (reconstructed.other_rate(), reconstructed.loss())):
         say(f"warning: {warning}", "yellow")
     found = {"frames": heard.frames, "syncs": heard.syncs, **reconstructed.figures()}

@@ -14,7 +14,7 @@ from pathlib import Path
 import can
 
 from daq.cycle.stopping import StopRequest
-from daq.passive.reconstruct import Reconstructed, reconstruct
+from daq.passive.reconstruct import Motion, Reconstructed, reconstruct
 from daq.simulation import torque_age
 from drivers.canopen import emcy
 from drivers.canopen.bus import Link, open_bus
@@ -28,7 +28,6 @@ from recordings.recovery import rewrite
 from recordings.rig import Rig
 from recordings.schemas import Level
 from recordings.writer import RecordingWriter
-from trajectories import Trajectory
 
 TRAJECTORY_NAME = "listened"
 """Trajectory name of the run where the trajectory is unknown."""
@@ -130,7 +129,7 @@ def check(rig: Rig) -> None:
 def record(
     rig: Rig,
     out: Path,
-    trajectory: Trajectory | None,
+    motion: Motion | None,
     duration: float | None,
     show: Callable[[FrameRecorder], None],
 ) -> tuple[FrameRecorder, Reconstructed]:
@@ -144,7 +143,7 @@ def record(
         listener = Listener(bus, rig, out)
         reason = listener.listen(stop, math.inf if duration is None else duration, show)
         # Within the StopRequest, so that a signal cannot interrupt the reconstruction of the samples.
-        return listener, complete(out, rig, trajectory, {"exit_status": "0", "reason": reason})
+        return listener, complete(out, rig, motion, {"exit_status": "0", "reason": reason})
 
 
 def listened_run(rig: Rig) -> Run:
@@ -162,14 +161,14 @@ def listened_run(rig: Rig) -> Run:
     )
 
 
-def complete(path: Path, rig: Rig, trajectory: Trajectory | None, end: Mapping[str, str]) -> Reconstructed:
+def complete(path: Path, rig: Rig, motion: Motion | None, end: Mapping[str, str]) -> Reconstructed:
     """Add the samples to the recording `path`, which holds frames only; `end` is added to its last record `run`.
 
     Raises:
         RunFailed: there is no SYNC among the frames; the recording is unchanged.
         OSError: the new file cannot be written; the recording is unchanged.
     """
-    reconstructed = reconstruct(path, rig, trajectory)
+    reconstructed = reconstruct(path, rig, motion)
     if reconstructed is None:
         raise RunFailed(
             f"no SYNC was heard, so {path} holds frames but no samples; check the bus, its bit rate, and that a "

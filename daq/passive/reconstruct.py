@@ -27,6 +27,8 @@ _STATE_BITS = 0x6F
 """Bits of the statusword that encode the drive state."""
 _MAX_GAP = 500
 """Largest number of missing SYNCs in a row that count as lost samples; a longer gap is a pause of the master."""
+Motion = Callable[[int | None], Trajectory]
+"""Makes the trajectory of a motion with the number of cycles that the commands tell; None: as many as usual."""
 _ANCHOR_COUNT = 40
 """Number of rows of a trajectory that are compared with the commands to locate it."""
 _MIN_AGREEMENT = 0.9
@@ -54,7 +56,7 @@ class Reconstructed:
     """Period of the motion [s]; 0 if it does not repeat."""
     cycles: int
     trajectory: Trajectory | None
-    """The given trajectory if it was commanded, else None."""
+    """That of the given motion if it was commanded, else None."""
     simulated: bool
     """A device name says that the drive is simulated."""
 
@@ -97,10 +99,10 @@ class Reconstructed:
         return loss_of(lost, missing.size, cause)
 
 
-def reconstruct(path: Path, rig: Rig, trajectory: Trajectory | None = None) -> Reconstructed | None:
+def reconstruct(path: Path, rig: Rig, motion: Motion | None = None) -> Reconstructed | None:
     """Reconstruct the samples from the frames in the recording `path`; None if there is no SYNC among them.
 
-    The repetitions are those of `trajectory` if it was commanded; else they are detected in the motion. If the motion
+    The repetitions are those of `motion` if it was commanded; else they are detected in the motion. If the motion
     does not repeat, all samples with every drive enabled count as one repetition.
 
     Raises:
@@ -119,7 +121,7 @@ def reconstruct(path: Path, rig: Rig, trajectory: Trajectory | None = None) -> R
     stamp = start + np.rint(table.sync_number * period).astype(np.int64)
     log = stamp.copy()
     log[table.rows] = arrival
-    repeat, motion_period, matched_trajectory = _repeat(rig, joints, trajectory)
+    repeat, motion_period, matched_trajectory = _repeat(rig, joints, motion)
     measured: dict[str, Any] = joints if pdo.measures_effort(rig) else joints | {"effort": None}
     return Reconstructed(
         samples=SampleTable(rig.joint_names, stamp, log, table.sync_number, repeat, **measured),
@@ -222,17 +224,18 @@ def _joint_values(table: _FrameTable, rig: Rig, joint: int) -> dict[str, NDArray
 
 
 def _repeat(
-    rig: Rig, joints: dict[str, NDArray[Any]], trajectory: Trajectory | None
+    rig: Rig, joints: dict[str, NDArray[Any]], motion: Motion | None
 ) -> tuple[Ints, float, Trajectory | None]:
     """Repetition index of each sample (n,), the period [samples], and the trajectory if it was commanded."""
     command, n = joints["command"], len(joints["command"])
-    first = None if trajectory is None else _locate(rig, command, trajectory)
-    if trajectory is not None and first is not None:
-        repeat = np.full(n, -1)
-        repeat[first : first + len(trajectory.repeat)] = trajectory.repeat
-        return repeat, trajectory.period * trajectory.rate, trajectory
-    motion = command if np.isfinite(command).any() else joints["position"]
-    if cycles := find_cycles(motion):
+    cycles = find_cycles(command if np.isfinite(command).any() else joints["position"])
+    # Lost SYNCs may hide the repetitions: then it has its usual number of cycles, or was not commanded.
+    for trajectory in map(motion, (cycles.count if cycles else 1, None)) if motion else ():
+        if (first := _locate(rig, command, trajectory)) is not None:
+            repeat = np.full(n, -1)
+            repeat[first : first + len(trajectory.repeat)] = trajectory.repeat
+            return repeat, trajectory.period * trajectory.rate, trajectory
+    if cycles:
         return cycles.repeat(n), cycles.period, None
     enabled = (joints["statusword"] & _STATE_BITS) == cia402.STATUS_BITS[cia402.DriveState.ENABLED]
     return np.where(enabled.all(axis=1), 0, -1), 0.0, None

@@ -233,7 +233,7 @@ def record(
     progress: "WatchedProgress",
     settled: Callable[[int], bool] | None = None,
 ) -> tuple[int, str]:
-    """Exit code and reason of one run, "done" with its warnings; `settled`: see PatientClock, None: lockstep's own
+    """Exit code and reason of one run with its warnings; `settled`: see PatientClock, None: lockstep's own
     patience."""
     warnings: list[str] = []
     session = Session(request, lambda level, _, text: warnings.append(text) if level == "warning" else None)
@@ -246,7 +246,7 @@ def record(
     except BadInput as error:
         return 2, str(error)
     except RunFailed as error:
-        return 1, str(error)
+        return 1, "; ".join([str(error), *warnings])
     return 0, "; ".join(["done", *warnings])
 
 

@@ -124,6 +124,13 @@ FAULTS: tuple[Fault, ...] = (
     Fault("one answer dropped", TOLERATED, 0, cable=lambda: drop(TPDO_2, 1)),
     Fault("answers dropped for 40 ms", TOLERATED, 0, cable=lambda: drop(TPDO_2, 10)),
     Fault("answers dropped here and there", "done; .* answers are missing", 0, cable=_two_of_three),
+    Fault(
+        "answers dropped here and there, then a jam",
+        f"{FOLLOWING}.*; .* answers are missing",
+        1,
+        cable=_two_of_three,
+        rig=at(START + 240, _block),
+    ),
     Fault("all answers of a drive dropped", NO_ANSWER, 1, cable=lambda: drop(TPDO_2)),
     Fault("one setpoint dropped", TOLERATED, 0, cable=lambda: drop(RPDO_2, 1)),
     Fault("all setpoints of a drive dropped", FOLLOWING, 1, cable=lambda: drop(RPDO_2)),

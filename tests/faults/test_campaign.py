@@ -28,6 +28,7 @@ _TESTED = (
     "EMCY storm without fault",
     "joint blocked (collision)",
     "NMT stop by another master, heard",
+    "answers dropped here and there, then a jam",
     "TPDO a byte short",
     "TPDO a byte long",
     "drive fault without EMCY",

@@ -2,19 +2,20 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from daq.passive.reconstruct import Reconstructed, reconstruct
+from daq.passive.reconstruct import Motion, Reconstructed, _repeat, reconstruct
 from recordings.reader import read
 from recordings.recording import CanFrames, Ints, Recording
 from recordings.rig import Rig
 from recordings.writer import RecordingWriter
 from tests.daq.passive.listening import SAMPLE, START, arrivals, sample_frames, write
-from trajectories import Trajectory, load
+from trajectories import load
 
 PERIOD = 4e6
 Heard = Callable[..., Any]
@@ -32,8 +33,8 @@ def frames() -> CanFrames:
 
 
 @pytest.fixture(scope="module")
-def trajectory(sample: Recording) -> Trajectory:
-    return load("fig5a", sample.rig, 2)
+def motion(sample: Recording) -> Motion:
+    return lambda cycles: load("fig5a", sample.rig, 2)
 
 
 @pytest.fixture
@@ -43,19 +44,19 @@ def heard(tmp_path: Path, sample: Recording, frames: CanFrames) -> Heard:
     def reconstructed(
         log: Ints | None = None,
         keep: np.ndarray | None = None,
-        trajectory: Trajectory | None = None,
+        motion: Motion | None = None,
         heard_frames: CanFrames = frames,
     ) -> Reconstructed | None:
         path = tmp_path / "r.mcap"
         path.unlink(missing_ok=True)
         write(path, sample.rig, heard_frames, arrivals(frames, PERIOD, 0) if log is None else log, keep)
-        return reconstruct(path, sample.rig, trajectory)
+        return reconstruct(path, sample.rig, motion)
 
     return reconstructed
 
 
-def test_same_clock_reproduces_the_recorded_arrays(sample: Recording, trajectory: Trajectory, heard: Heard) -> None:
-    reconstructed = heard(trajectory=trajectory)
+def test_same_clock_reproduces_the_recorded_arrays(sample: Recording, motion: Motion, heard: Heard) -> None:
+    reconstructed = heard(motion=motion)
     samples = reconstructed.samples
     np.testing.assert_array_equal(samples.stamp - samples.stamp[0], np.arange(len(sample.time)) * 4_000_000)
     np.testing.assert_allclose(samples.position, sample.position, rtol=0, atol=1e-15)
@@ -66,13 +67,13 @@ def test_same_clock_reproduces_the_recorded_arrays(sample: Recording, trajectory
     assert (reconstructed.rate, reconstructed.other_rate(), reconstructed.missing) == (250.0, None, 0)
     assert reconstructed.figures()["stamps"] == "SYNC index x configured period"
     assert (reconstructed.period, reconstructed.cycles, reconstructed.simulated) == (4.0, 2, True)
-    assert reconstructed.trajectory is trajectory
+    assert (reconstructed.trajectory.name, reconstructed.trajectory.cycles) == ("fig5a", 2)
 
 
-def test_commands_with_torque_offsets_are_found(frames: CanFrames, trajectory: Trajectory, heard: Heard) -> None:
+def test_commands_with_torque_offsets_are_found(frames: CanFrames, motion: Motion, heard: Heard) -> None:
     commands = np.isin(frames.id, (0x201, 0x202, 0x203))
     longer = replace(frames, dlc=np.where(commands, 8, frames.dlc))
-    assert heard(trajectory=trajectory, heard_frames=longer).trajectory is trajectory
+    assert heard(motion=motion, heard_frames=longer).trajectory
 
 
 def test_different_clock_changes_the_estimated_period(frames: CanFrames, heard: Heard) -> None:
@@ -90,12 +91,10 @@ def test_another_rate_than_that_of_the_rig_file_is_told(frames: CanFrames, heard
     assert told.startswith("250 SYNCs per second expected, as `rate` of the rig file says, 125 found;")
 
 
-def test_lost_answers_and_syncs_are_gaps(
-    sample: Recording, frames: CanFrames, trajectory: Trajectory, heard: Heard
-) -> None:
+def test_lost_answers_and_syncs_are_gaps(sample: Recording, frames: CanFrames, motion: Motion, heard: Heard) -> None:
     cycle = np.cumsum(frames.id == 0x80) - 1
     keep = ((frames.id != 0x182) | (cycle != 900)) & ((cycle < 1500) | (cycle > 1504))
-    reconstructed = heard(arrivals(frames, PERIOD, 1), keep, trajectory)
+    reconstructed = heard(arrivals(frames, PERIOD, 1), keep, motion)
     lost = np.zeros(sample.position.shape, bool)
     lost[900, 1] = lost[1500:1505] = True
     np.testing.assert_array_equal(np.isnan(reconstructed.samples.position), lost)
@@ -134,7 +133,7 @@ def test_long_pause_is_not_counted_as_missing_syncs(sample: Recording, frames: C
 
 @pytest.mark.parametrize("given", [None, "fig5b"])
 def test_repetitions_are_detected_without_a_trajectory(given: str | None, sample: Recording, heard: Heard) -> None:
-    reconstructed = heard(trajectory=load(given, sample.rig, 2) if given else None)
+    reconstructed = heard(motion=partial(load, given, sample.rig) if given else None)
     assert reconstructed.trajectory is None
     assert (reconstructed.period, reconstructed.cycles) == (4.0, 2)
     # The commands determine the beginning of the repetitions to within a few counts.
@@ -202,3 +201,14 @@ def test_voltage_of_32_bits_is_known_by_the_length_of_its_frames(tmp_path: Path)
     reconstructed = reconstruct(tmp_path / "r.mcap", rig)
     assert reconstructed is not None
     np.testing.assert_allclose(reconstructed.samples.voltage, np.full((6, 1), 70.0))
+
+
+def test_the_number_of_cycles_is_that_of_the_commands(sample: Recording) -> None:
+    for cycles in (1, 3):
+        commanded = load("fig5b", sample.rig, cycles).joint_position
+        rest = np.zeros((100, 1), np.int64)
+        command = commanded[np.vstack([rest, np.arange(len(commanded))[:, None]])[:, 0]]
+        joints = {"command": command, "position": command}
+        repeat, period, found = _repeat(sample.rig, joints, partial(load, "fig5b", sample.rig))
+        assert found is not None
+        assert (found.cycles, repeat.max() + 1, period) == (cycles, cycles, 3.0 * sample.rig.rate)
