@@ -94,6 +94,7 @@ const figuresOnNarrowPages = (function () {
     const layout = { "margin.t": margin.t + extra, height: height + extra };
     plot.style.height = layout.height + "px";
     Plotly.relayout(plot, layout);
+    delete plot.layout.width; // Plotly has fixed it, together with the height.
   }
 
   return { copy, narrow, stacked, single, belowLegend };

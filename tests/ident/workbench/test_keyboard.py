@@ -47,6 +47,7 @@ def test_mission_with_the_keyboard(own_workbench: RunningWorkbench, browser: Bro
     browser.at("step-2").wait_for(state="detached")
     browser.page.set_viewport_size({"width": 400, "height": 800})
     browser.at("floor").filter(has_text="Above the noise").wait_for()
+    browser.check()  # plots that were drawn on the wide page
     for tab in ("data", "model", "residuals", "missing", "export", "use", "record"):
         browser.press(f"tab-{tab}")
         browser.check(f"narrow-{tab}")
