@@ -79,7 +79,9 @@ class Run(ConfigSection):
     @property
     def start_in_words(self) -> str:
         """When it began, where a clock said so."""
-        return "not known" if self.start.startswith("1970-01-01") else self.start
+        if not self.start.startswith("1970-01-01"):
+            return self.start
+        return "in simulated time" if self.simulated else "not known"
 
 
 IMPORTED = "imported"

@@ -22,6 +22,6 @@ def load(package: str, name: str) -> ModuleType:
         BadInput: there is no such module.
     """
     if name not in names(package):
-        folder = package.rpartition(".")[2]
-        raise BadInput(f"{folder}: one of {', '.join(names(package))} expected, '{name}' found; choose one of these")
+        known = f"{package.rpartition('.')[2]} {', '.join(names(package))}"
+        raise BadInput(f"one of the {known} expected, '{name}' found; choose one of these")
     return importlib.import_module(f"{package}.{name}")

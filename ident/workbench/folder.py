@@ -100,8 +100,8 @@ class Folder:
             raise BadInput(f"a report expected, '{name}' found; choose one from the list")
         return path
 
-    def new_file(self, name: str, suffix: str) -> Path:
-        """Return the path for a new file `name`.
+    def new_file(self, name: str, suffix: str, *, numbered: bool = False) -> Path:
+        """Return the path for a new file `name`; `numbered`: with a number where that exists.
 
         Raises:
             BadInput: the name leads out of the folder, does not end in `suffix`, or exists already.
@@ -109,7 +109,7 @@ class Folder:
         self._check_name(name)
         if not name.endswith(suffix) or name == suffix:
             raise BadInput(f"a file name ending in {suffix} expected, '{name}' found; choose another name")
-        path = self.root / name
+        path = free_name(self.root / name, suffix) if numbered else self.root / name
         if path.exists() or path.is_symlink():
             raise BadInput(f"a new file name expected, {name} exists and is not overwritten; choose another name")
         return path

@@ -276,6 +276,8 @@ async def in_background(action: Callable[..., Result], *arguments: Any) -> Resul
 def draw_code(text: str, test_id: str, language: str | None = "bash") -> None:
     """Draw commands for a terminal, or what one prints, with a button that copies it."""
     code = set_test_id(ui.code(text, language=language).classes("w-full"), test_id)
+    if language:
+        code.classes("command")  # all of it is seen beside the button
     code.copy_button.props('aria-label="Copy this"')
     code.markdown.props("tabindex=0")
 

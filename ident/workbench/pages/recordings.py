@@ -17,6 +17,9 @@ from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Recording
 
+_ACCEPTED = ",".join((SUFFIX, *FOREIGN_SUFFIXES))
+_NAMES_JS = "rejected => emit(rejected.map(each => each.file.name))"
+
 
 def draw(page: Page) -> None:
     """Draw the list and the area for uploads."""
@@ -33,15 +36,19 @@ def draw(page: Page) -> None:
     page.draw_on_change(_draw_foreign, "folder")
     page.draw_on_change(_draw_results, "folder")
     box = ui.upload(on_upload=add, auto_upload=True, multiple=True, max_file_size=MAX_BODY_BYTES)
-    accepted = ",".join((SUFFIX, *FOREIGN_SUFFIXES))
-    box.props(f'accept="{accepted}" flat bordered').classes("w-full q-mt-sm")
+    box.props(f'accept="{_ACCEPTED}" flat bordered').classes("w-full q-mt-sm")
     box.add_slot("header", style.UPLOAD_HEADER)
-    refusal = f"Recordings and tables ({accepted}) of up to 256 MiB are accepted; copy larger ones into the folder."
-    set_test_id(box, "upload").on("rejected", lambda: ui.notify(refusal))
+    set_test_id(box, "upload").on("rejected", _say_why_not, js_handler=_NAMES_JS)
     quiet("Recordings, ROS bags, or tables of any make: CSV, Parquet, NPZ, MAT.")
     notes = ui.textarea("notes", value=page.session.notes, on_change=partial(_take_notes, page))
     set_test_id(notes, "notes").props("dense outlined autogrow debounce=300").classes("w-full q-mt-sm")
     page.draw_on_change(_say_what_is_kept, "project")
+
+
+def _say_why_not(rejected: events.GenericEventArguments) -> None:
+    types = _ACCEPTED.replace(",", ", ")
+    text = f"{', '.join(rejected.args)}: a file of up to 256 MiB expected, of these types: {types}; copy a larger one"
+    notify(f"{text} into the folder.", "warning")
 
 
 def _say_what_is_kept(page: Page) -> None:
@@ -119,9 +126,9 @@ def _choice_buttons(page: Page, name: str, number: int) -> None:
 
 async def _take_upload(page: Page, upload: events.UploadEventArguments) -> None:
     """Save the file in the folder, unless it cannot be read; open the dialog that imports it if it is another's."""
-    session, suffix = page.session, Path(upload.file.name).suffix
+    session, name, suffix = page.session, upload.file.name, Path(upload.file.name).suffix
     try:
-        path = session.folder.new_file(upload.file.name, suffix if suffix in FOREIGN_SUFFIXES else SUFFIX)
+        path = session.folder.new_file(name, suffix if suffix in FOREIGN_SUFFIXES else SUFFIX, numbered=True)
         await upload.file.save(path)
     except BadInput as error:
         notify(str(error), "warning")
@@ -133,6 +140,8 @@ async def _take_upload(page: Page, upload: events.UploadEventArguments) -> None:
     if not taken:
         path.unlink(missing_ok=True)
         return
+    if path.name != name:
+        notify(f"{name} is here already: the new one is {path.name}.", "info")
     session.changes.mark("folder")
     session.choose_the_only_pair()
 

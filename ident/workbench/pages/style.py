@@ -8,6 +8,8 @@ h1 { font-size: 1.125rem; font-weight: 500; line-height: 1.5; white-space: nowra
 .q-btn { min-height: 28px; min-width: 28px; font-size: 14px; }
 .q-tooltip { font-size: 12px; background: #333; color: #fff; }
 .body--light .nicegui-code { background: #fff; border: 1px solid #8886; }
+.command pre, .command code { white-space: pre-wrap; overflow-wrap: anywhere; }
+.command pre { padding-right: 44px; }
 .picture { max-width: 900px; background: #fff; }
 .robot { width: 100% !important; max-width: 760px; }
 .modebar-btn, .nicegui-code .q-btn { min-height: 24px; min-width: 24px; font-size: 14px !important; }

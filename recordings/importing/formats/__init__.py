@@ -57,8 +57,8 @@ def read(path: Path, topic: str | None = None, names: tuple[str, ...] = ()) -> T
     else:
         table = _load(name).read(path)
         if table.columns and table.count < 2:
-            found = f"{table.count} found; export it again"
-            raise BadInput(f"{path}: rows of numbers of {table.listed()} expected, {found}")
+            found = f"{table.count} found below the names {table.listed()}; export it again"
+            raise BadInput(f"{path}: rows of numbers expected, {found}")
         table = long_tables.merged(long_tables.widened(table)).of_joints(names)
     return replace(table, digest=_digest(path))
 

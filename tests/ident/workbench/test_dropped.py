@@ -27,9 +27,12 @@ def test_dropped_files_become_recordings(tmp_path: Path, serve: Serve, browser: 
     assert (tmp_path / "fig5a.mcap").read_bytes() == (samples / "fig5a.mcap").read_bytes()
     (tmp_path / "fig5a.mcap").write_bytes(b"mine")
     chooser.set_input_files(samples / "fig5a.mcap")
-    browser.page.get_by_text("is not overwritten").wait_for()
+    browser.page.get_by_text("the new one is fig5a-2.mcap").wait_for()
     assert (tmp_path / "fig5a.mcap").read_bytes() == b"mine"
-    (tmp_path / "fig5a.mcap").unlink()
+    for name in ("fig5a", "fig5a-2"):
+        (tmp_path / f"{name}.mcap").unlink()
+    chooser.set_input_files({"name": "photo.jpg", "mimeType": "image/jpeg", "buffer": b"1"})
+    browser.page.get_by_text("photo.jpg: a file of up to 256 MiB expected, of these types: .mcap, ").wait_for()
 
     for name, text in (("garbage.mcap", "no recording"), ("prose.csv", "It was a dark and stormy night.\n")):
         (samples_of := tmp_path.parent / "elsewhere").mkdir(exist_ok=True)

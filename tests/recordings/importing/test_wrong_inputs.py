@@ -24,11 +24,11 @@ WRONG = {
     "empty": ("empty.csv", "empty.csv, line 1: a header row"),
     "a header only": (
         "header.csv --mechanism axes",
-        "rows of numbers of time, position_1, voltage_1 expected, 0 found; export",
+        "rows of numbers expected, 0 found below the names time, position_1, voltage_1; export",
     ),
     "guess of a header only": (
         "header.csv --guess",
-        "rows of numbers of time, position_1, voltage_1 expected, 0 found; export",
+        "rows of numbers expected, 0 found below the names time, position_1, voltage_1; export",
     ),
     "a short row": ("short-row.csv --mechanism axes", "line 7: 3 cells as in the header expected, 2 found; complete"),
     "text in a cell": ("text-cell.csv --mechanism axes", "line 7, column 'position_1': a number expected, 'oops"),
@@ -116,7 +116,7 @@ WRONG = {
         "measurements expected (csv, feather, hdf5, mat, mdf4, npz, parquet, ros, tdms, twincat)",
     ),
     "thinned to nothing": ("table.csv --mechanism axes --thin 30", "--thin: at most 20 expected, 30 found; keep at"),
-    "a document of another kind": ("deep.json", f"rows of numbers of {60 * '['} expected, 0 found"),
+    "a document of another kind": ("deep.json", f"rows of numbers expected, 0 found below the names {60 * '['}"),
     "a picture": ("photo.jpg", "a JPEG picture found; give the file of the measurements"),
     "a document": ("report.pdf", "a PDF document found; give the file of the measurements"),
     "a workbook": ("book.xlsx", "an Excel workbook found; save its sheet as CSV"),
@@ -138,7 +138,7 @@ WRONG = {
     "a folder that is no bag": ("folder", "a folder that is no bag found"),
     "a letter that is called a recording": (
         "letter.mcap",
-        "letter.mcap: rows of numbers of hello, world,, this, is, no, recording expected, 0 found",
+        "letter.mcap: rows of numbers expected, 0 found below the names hello, world,, this, is, no, recording",
     ),
     "angle of no joint": (
         "huge-angle.csv --mechanism axes",
