@@ -8,7 +8,7 @@ from ident.uncertainty.fit_warning import FitWarning, WarningKind
 
 _MOST_NAMED = 5
 """Parameters that a sentence lists at most."""
-_MOST_WORSE = 10.0
+_MAX_ERROR_RATIO = 10.0
 """Times the error in training up to which a held-out error is that of another motion."""
 _NOTABLE_ERROR = 0.03
 """Error, in standard deviations of the torque, that is not put down to noise while samples are missing."""
@@ -35,7 +35,7 @@ def _warnings(model: ModelFile) -> Iterator[FitWarning]:
         )
     if model.validate_ and (held_out := max(errors[-1])) > _NOTABLE_ERROR:
         joint = errors[-1].index(held_out)
-        if held_out > 1 or held_out > _MOST_WORSE * errors[0][joint]:
+        if held_out > 1 or held_out > _MAX_ERROR_RATIO * errors[0][joint]:
             yield _of_all(
                 "held-out",
                 f"Held out, the error of joint {joint + 1} is {held_out:.0%} of what its torque varies by, in "

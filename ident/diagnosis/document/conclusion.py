@@ -30,7 +30,7 @@ def conclusion(
     model, first, unexplained = diagnosis.ripple.whole, diagnosis.selection.steps[0].model, diagnosis.unexplained
     floor, torque, lines = model.noise_floor, diagnosis.split.torque_rms, diagnosis.ripple.lines
     exceeds = bool((rms(model.judged_residuals, diagnosis.split.scored) > floor.limit).any())
-    trifle = exceeds and missing and not lines and model.improvement_over(first).share < MIN_SHARE
+    negligible = exceeds and missing and not lines and model.improvement_over(first).share < MIN_SHARE
     hidden = bool((np.hypot(floor.rms, _DETECTABLE * torque) <= floor.limit).any())
     short = is_too_short(diagnosis.model)
     found, fall = (
@@ -45,7 +45,7 @@ def conclusion(
         open_question = f"No missing effect was confirmed, but {names} may be missing"
     rules: tuple[tuple[object, Verdict, str], ...] = (
         (
-            unexplained.significant or trifle,
+            unexplained.significant or negligible,
             "unknown-structure",
             f"{known}, but a {structure}" if missing else f"A {structure}",
         ),

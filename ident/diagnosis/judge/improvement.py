@@ -14,7 +14,7 @@ MIN_T = 3.5
 NONZERO_T = 1.96
 """Student's t above which the 95 % interval of an improvement does not hold zero."""
 MIN_SHARE = 0.1
-"""Share of the mean square above the noise floor that an effect must take: with much data, trifles are
+"""Share of the mean square above the noise floor that an effect must take: with much data, negligible effects are
 significant."""
 BLOCK_SECONDS = 0.25
 """Rows closer than this are not independent: they are averaged to one block [s]."""
@@ -29,7 +29,7 @@ class Improvement:
     """95 % interval, by Fieller's theorem from the blocks; simultaneous for all models that were compared."""
     t: float
     """Student's t over the blocks, as the standard score of the same probability: of the reduction, or, where that is
-    no trifle, of the logarithm of the ratio of both mean squares, which no block outweighs."""
+    not negligible, of the logarithm of the ratio of both mean squares, which no block outweighs."""
     reduction: float
     """Of the mean square, in units of the squared noise floor."""
     remaining: float

@@ -95,7 +95,7 @@ def judge(before: FittedModel, after: FittedModel, index: int, compared: int = 1
     if not _shows_in_training(before, after, term.joints):
         return judgement("training", "the rows of the fit show no more of it than chance would")
     if improvement.is_small:
-        reason = f"that is less than {MIN_SHARE:.0%}: a trifle beside what else is missing"
+        reason = f"that is less than {MIN_SHARE:.0%}: negligible beside what else is missing"
         return judgement("size", reason, refuted=improvement.interval[1] < MIN_SHARE)
     improvement = after.improvement_in_turn(before, compared, own)
     if not improvement.is_supported:

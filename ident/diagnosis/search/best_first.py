@@ -189,7 +189,7 @@ class BestFirst:
 
 
 def _is_large(model: FittedModel, other: FittedModel) -> bool:
-    """Whether `other` explains more than a trifle of what `model` leaves: many trifles imitate any unknown."""
+    """Whether `other` explains much of what `model` leaves: many small effects imitate any unknown."""
     return not all(other.improvement_over(model, rows).is_small for rows in (model.split.train, model.split.test))
 
 

@@ -54,7 +54,7 @@ def _is_over(finding: Finding, variables: Sequence[str]) -> bool:
 
 
 def _imitation(findings: Sequence[Finding], curves: FittedModel) -> str | None:
-    """The effect of which most is gone beside `curves`, if they explain all but a trifle of what it does without.
+    """The effect of which most is gone beside `curves`, if they explain almost all of what it does without.
 
     In its place, they have to be the better model at their price: a curve approximates a part of every effect.
     """

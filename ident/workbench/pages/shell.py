@@ -31,7 +31,7 @@ TABS: tuple[Tab, ...] = (
     ("residuals", "Where", "troubleshoot", residuals.draw, ("residuals",)),
     ("missing", "Add", "extension", missing_effects.draw, ()),
     ("export", "Save", "save_alt", export.draw, ("residuals", "saved")),
-    ("use", "Use it", "rocket_launch", use.draw, ()),
+    ("use", "Use it", "rocket_launch", use.draw, ("residuals",)),
     ("record", "Record", "fiber_manual_record", record.draw, ()),
     ("swarm", "Swarm", "bubble_chart", swarm.draw, ()),
     ("robot", "Robot", "precision_manufacturing", robot.draw, ("series", "recording")),

@@ -31,12 +31,6 @@ _OF_THE_FIT = "of the fit"
 
 def draw(page: Page) -> None:
     """Draw the uses of the current model."""
-    page.draw_on_change(_draw_causes, "residuals")
-    page.draw_on_change(_draw_torque, "residuals")
-    page.draw_on_change(_draw_export, "residuals")
-
-
-def _draw_causes(page: Page) -> None:
     view = page.session.selection.analysis.residuals
     if view is None:
         say_what_comes(page, "It can be put to use")
@@ -46,13 +40,12 @@ def _draw_causes(page: Page) -> None:
         set_test_id(ui.label(sentence), f"causes-{number}")
     page.draw_figure(view.causes_figure, "torque by cause over time, and the RMS of each cause")
     draw_result(view.causes)
+    _draw_torque(page, view.model)
+    _draw_export(page, view.model)
 
 
-def _draw_torque(page: Page) -> None:
-    view, folder, saved = page.session.selection.analysis.residuals, page.session.folder, page.session.saved
-    if view is None:
-        return
-    model = view.model
+def _draw_torque(page: Page, model: ModelFile) -> None:
+    folder, saved = page.session.folder, page.session.saved
     heading("Torque of another motion", "q-mt-md")
     recordings = folder.recordings()
     with ui.row().classes("items-end gap-3") as row:
@@ -72,11 +65,8 @@ def _trajectories(model: ModelFile) -> tuple[str, ...]:
     return names() if model.mechanism == "delta" else ()
 
 
-def _draw_export(page: Page) -> None:
-    view, folder, saved = page.session.selection.analysis.residuals, page.session.folder, page.session.saved
-    if view is None:
-        return
-    model = view.model
+def _draw_export(page: Page, model: ModelFile) -> None:
+    folder, saved = page.session.folder, page.session.saved
 
     def free_name() -> str:
         return folder.free_name(model_stem(saved.proposed_name(model)), _TARGETS[str(target.value)][1])

@@ -169,8 +169,8 @@ CASES = {
         verdict="undetermined",
         refused={"torque_offset": "held-out"},
     ),
-    "trifle beside a vibration": Case(
-        "a trifle beside what else is missing is not named",
+    "negligible beside a vibration": Case(
+        "negligible beside what else is missing is not named",
         lambda motion: 0.08 * motion.position + vibration(motion),
         verdict="unknown-structure",
         refused={"joint_spring": "size", "axis_weight": "size"},

@@ -142,7 +142,7 @@ def concluded(
         ({"error": 0.1, "found": True, "taken": 0.9}, "missing-effect"),
         ({"error": 0.1, "found": True, "taken": 0.09}, "missing-effect"),
         ({"error": 1.0, "found": True, "taken": 0.5}, "missing-effect"),
-        ({"error": 1.0, "found": True, "taken": 0.09}, "unknown-structure"),  # a trifle beside a large remainder
+        ({"error": 1.0, "found": True, "taken": 0.09}, "unknown-structure"),  # negligible beside a large remainder
         ({"error": 1.0}, "undetermined"),
         ({"error": 1.0, "structured": True}, "unknown-structure"),
         ({"error": 1.0, "structured": True, "found": True, "taken": 0.9}, "unknown-structure"),

@@ -201,7 +201,7 @@ def test_blocks_are_of_time_and_not_of_rows() -> None:
 
 
 @pytest.mark.parametrize(("taken", "small"), [(MIN_SHARE - 0.01, True), (MIN_SHARE + 0.01, False)])
-def test_trifle_is_measured_by_what_is_missing(taken: float, small: bool) -> None:
+def test_what_is_negligible_is_measured_by_what_is_missing(taken: float, small: bool) -> None:
     assert Improvement(0.0, (0.0, 0.0), 0.0, taken, 1 - taken).is_small is small
     assert Improvement(0.0, (0.0, 0.0), 9.0, 0.1, -0.2).is_small  # nothing is left above the floor
 

@@ -148,7 +148,7 @@ def test_interval_of_an_order_covers_what_a_delay_shifts() -> None:
 
 
 @pytest.mark.parametrize(("left", "pays"), [(0.97, False), (0.9, True)])
-def test_a_wave_that_is_a_trifle_in_its_band_does_not_pay(left: float, pays: bool) -> None:
+def test_a_wave_that_is_negligible_in_its_band_does_not_pay(left: float, pays: bool) -> None:
     """However certain it is that there is one."""
     recording = building.record(rate=RATE, extra=lambda motion: 0.3 * np.sin(160.0 * motion.position))
     model = building.fitted(building.split([recording]))

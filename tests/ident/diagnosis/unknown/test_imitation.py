@@ -67,7 +67,7 @@ def test_what_is_no_imitation_is_kept(torque: building.Torque, added: list[str],
     [
         (concave, ["drag", "cubic"], 1, ("velocity",), "curves over velocity leave nothing of it to explain."),
         # The joints move together.
-        (cable, ["spring"], 2, ("position", "joint_1"), "a trifle beside what else is missing."),
+        (cable, ["spring"], 2, ("position", "joint_1"), "negligible beside what else is missing."),
     ],
 )
 def test_effects_that_only_imitate_an_unknown_one_are_left_out(
