@@ -1,6 +1,6 @@
 """What a model file itself tells against the model: its bounds, its intervals, its errors and its noise floor."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import sqrt
 
 from ident.identification.model_file import FittedParameter, ModelFile
@@ -33,14 +33,8 @@ def _warnings(model: ModelFile) -> Iterator[FitWarning]:
             "conditional",
             "Structure is left: the true values may lie far outside of the intervals.",
         )
-    if model.validate_ and (held_out := max(errors[-1])) > _NOTABLE_ERROR:
-        joint = errors[-1].index(held_out)
-        if held_out > 1 or held_out > _MAX_ERROR_RATIO * errors[0][joint]:
-            yield _of_all(
-                "held-out",
-                f"Held out, the error of joint {joint + 1} is {held_out:.0%} of what its torque varies by, in "
-                f"training {errors[0][joint]:.1%}: another robot, payload or rig file?",
-            )
+    if model.validate_ and (sentence := about_held_out(errors[0], errors[-1])):
+        yield _of_all("held-out", sentence)
     held = any(problem.kind == "held-samples" for problem in model.data_problems)
     if test and test.verdict == "within-noise" and (test.missing or held) and max(map(max, errors)) > _NOTABLE_ERROR:
         cause = f"{test.missing} samples are missing" if test.missing else "Samples are held"
@@ -48,6 +42,21 @@ def _warnings(model: ModelFile) -> Iterator[FitWarning]:
             "noise-floor",
             f"{cause}: what differs between cycles for that counts as noise, and may hide an effect; record again.",
         )
+
+
+def about_held_out(training: Sequence[float], held_out: Sequence[float]) -> str | None:
+    """The question whether another machine was held out, if that error is no longer that of another motion.
+
+    training, held_out: errors of each joint, in standard deviations of its torque.
+    """
+    worst = max(held_out)
+    joint = [*held_out].index(worst)
+    if worst <= _NOTABLE_ERROR or (worst <= 1 and worst <= _MAX_ERROR_RATIO * training[joint]):
+        return None
+    return (
+        f"Held out, the error of joint {joint + 1} is {worst:.0%} of what its torque varies by, in training "
+        f"{training[joint]:.1%}: another robot, payload or rig file?"
+    )
 
 
 def _about(parameters: list[FittedParameter], kind: WarningKind, what: str) -> Iterator[FitWarning]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.document import FindingEntry, Verdict, joint_numbers
-from ident.diagnosis.document.warnings import is_too_short
+from ident.diagnosis.document.warnings import is_too_short, other_machine
 from ident.diagnosis.judge.improvement import MIN_SHARE
 from ident.diagnosis.ripple.ripple import Ripple
 from ident.diagnosis.split.split_data import rms
@@ -39,6 +39,7 @@ def conclusion(
     )
     known = f"{found} {fall}".strip()
     structure = f"structured residual is left that no effect of the library explains: {unexplained.sentence}"
+    other = other_machine(diagnosis.model)
     open_question = "No missing effect was found, but one may be missing"
     if diagnosis.selection.likely:
         names = " and ".join(dict.fromkeys(each.term.name for each in diagnosis.selection.likely))
@@ -47,7 +48,7 @@ def conclusion(
         (
             unexplained.significant or negligible,
             "unknown-structure",
-            f"{known}, but a {structure}" if missing else f"A {structure}",
+            " ".join(filter(None, (f"{known}, but a {structure}" if missing else f"A {structure}", other))),
         ),
         (
             (missing or lines) and short,

@@ -12,8 +12,10 @@ from ident.diagnosis.document.document import ParameterValue, joint_numbers
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.split.observability import MAX_RARE_SHARE, rarer_direction_share
 from ident.diagnosis.split.split_data import SplitData, outside_of_range, rms, training_range
+from ident.identification.fit_warnings import about_held_out
 from ident.identification.model_description import is_relative
 from ident.uncertainty.identifiability import WEAK
+from recordings.recording import Bools, Floats
 
 _MIN_ROWS_PER_PARAMETER = 20
 """With fewer independent rows per parameter, small effects are not significant."""
@@ -124,6 +126,24 @@ def unjudged_rows(split: SplitData) -> Iterator[str]:
             "near their limit, or in their dead band, that the voltage hardly depends on the torque. Train on a "
             "motion that goes there, too, and a slower one."
         )
+
+
+def other_machine(model: FittedModel) -> str | None:
+    """The question whether another machine was held out, if the last `model` predicts nothing there."""
+    split = model.split
+    if not split.other_motion:
+        return None
+    torque = [data.torque for data in split.recordings]
+    training, held_out = (
+        rms(model.residuals, rows) / rms([each - _mean(torque, rows) for each in torque], rows)
+        for rows in (split.train, split.test)
+    )
+    return about_held_out(training.tolist(), held_out.tolist())
+
+
+def _mean(values: Sequence[Floats], rows: Sequence[Bools]) -> Floats:
+    """(dof,) mean of `values` (m, dof) in the `rows`."""
+    return np.nanmean(np.concatenate([np.where(*each, np.nan) for each in zip(rows, values, strict=True)]), axis=0)
 
 
 def hardly_distinct(model: FittedModel) -> Iterator[str]:

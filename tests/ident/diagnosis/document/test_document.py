@@ -110,7 +110,7 @@ def concluded(
         judged_residuals=(np.array([[error]]),),
         noise_floor=floor,
         names=set(),
-        split=SimpleNamespace(independent_rows=rows),
+        split=SimpleNamespace(independent_rows=rows, other_motion=False),
         solution=SimpleNamespace(x=np.zeros(3)),
         improvement_over=lambda first: SimpleNamespace(share=taken),
     )

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ident.diagnosis.document.document import ParameterValue
-from ident.diagnosis.document.warnings import bound_warnings, data_warnings
+from ident.diagnosis.document.warnings import bound_warnings, data_warnings, other_machine
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.split.split_data import SplitData
 from recordings.recording import Bools, Floats, Recording
@@ -89,6 +89,14 @@ def test_parameter_that_an_effect_imitates_is_known_only_together_with_it() -> N
     text = warnings(building.split([building.record(noise=0.05)]), "thermal_drift")
     assert "c_v1 and thermal_drift.a1 are known only together" in text
     assert "so what one has too much, the other lacks" in text
+
+
+@pytest.mark.parametrize(("inertia", "asked"), [(0.0, False), (0.3, True)])
+def test_another_machine_that_is_held_out_is_asked_about(inertia: float, asked: bool) -> None:
+    other = building.record(noise=0.05, shape=1, name="other", extra=lambda motion: inertia * motion.acceleration)
+    sentence = other_machine(building.fitted(building.split([GOOD], [other]))) or ""
+    assert sentence.endswith("another robot, payload or rig file?") is asked
+    assert other_machine(building.fitted(building.split([GOOD]))) is None
 
 
 def test_few_rows_for_many_parameters_are_too_short() -> None:
