@@ -61,11 +61,12 @@ def _draw_steps(page: Page) -> None:
     joints = [f"j{joint} [{unit}]" for joint, unit in enumerate(made.units, start=1)]
     errors = [f"{kind} {joint}" for kind in ("training", "held out") for joint in joints]
     rows = (_row(number, step) for number, step in enumerate(made.steps))
-    draw_table(["model", *errors, "held-out improvement on the row above"], rows, classes="steps")
+    draw_table(["model", *errors, "improvement, held out"], rows, classes="steps")
     relative = " Torques are relative: the gain is assumed." if made.relative else ""
     excerpt = f" {100 * made.excerpt:.0f} % of these long recordings was analysed." if made.excerpt else ""
     quiet(
-        f"Held out: {made.held_out}. Noise floor: what a correct model leaves, by noise and encoder resolution."
+        f"Held out: {made.held_out}. Noise floor: what a correct model leaves, by noise and encoder resolution. "
+        "Improvement: share of the mean square above it that the row above leaves, on the joints that change."
         f"{relative}{excerpt}"
     )
     for warning in made.warnings:
