@@ -14,11 +14,11 @@ _NOTABLE_ERROR = 0.03
 """Error, in standard deviations of the torque, that is not put down to noise while samples are missing."""
 
 
-def with_warnings(model: ModelFile) -> ModelFile:
-    """The `model` with its warnings in its assessment, behind those about what no machine can be."""
+def with_warnings(model: ModelFile, *others: FitWarning) -> ModelFile:
+    """The `model` with its warnings and `others` in its assessment, behind those about what no machine can be."""
     if model.assessment is None:
         return model
-    warnings = (*model.assessment.warnings, *_warnings(model))
+    warnings = (*model.assessment.warnings, *_warnings(model), *others)
     return model.model_copy(update={"assessment": model.assessment.model_copy(update={"warnings": warnings})})
 
 

@@ -14,7 +14,7 @@ class GoodnessOfFit:
     nrmse: tuple[float, ...]
     """Eq. (41) as printed: 1 - RMS error / range of the *model's* torque; 1 is perfect."""
     rms: tuple[float, ...]
-    """RMS of the residual [N m]; of a model that was tested, in the rows that are scored, the others of all rows."""
+    """RMS of the residual [N m]; of a model that was tested, in the rows that are scored, as `r2`."""
     r2: tuple[float, ...]
     """Coefficient of determination: 1 is perfect, 0 is no better than the mean torque."""
 

@@ -4,7 +4,7 @@ The noise floor is that of `ident.diagnosis.split.noise_floor`, the rows are tho
 model alike. What is above the floor is structured, and may depend on the motion.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,15 +23,18 @@ from ident.diagnosis.split.split_data import rms as rms_of
 from ident.diagnosis.split.train_test_split import split_recordings
 from ident.diagnosis.unknown.residual_dependence import ResidualDependence, find_dependences
 from ident.dynamics.effects.base import Effect
+from ident.dynamics.effects.travel_curve import TRAVEL
 from ident.dynamics.structure import ModelStructure
 from ident.estimation import chunks
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.problem import Progress
 from ident.identification.fit_warnings import with_warnings
+from ident.identification.goodness_of_fit import goodness_of_fit
 from ident.identification.identify import FitOptions, Identification, identify
 from ident.identification.model import Model
 from ident.identification.model_file import FloorVerdict, ModelFile, RecordingSource, ResidualTest, recording_source
 from ident.identification.prediction import Prediction, structure_of
+from ident.uncertainty.fit_warning import FitWarning
 from recordings.errors import BadInput, expect
 from recordings.reader import Source
 from recordings.recording import Bools, Floats, Recording
@@ -196,12 +199,12 @@ def fit_and_test(
     expect(Callable, "a function", progress=progress)  # type: ignore[arg-type]
     result = identify(files, validate[0] if validate else None, options, progress)
     test = None if result.model.form else check_residual(result.predictions, result.structure, result.parameters)
-    model = with_warnings(_of_scored_rows(result, test))
+    model = with_warnings(_of_scored_rows(result, test), *_beyond_travel(result))
     return Model(model, options.library, result, result.train[0].prepared.recording)
 
 
 def _of_scored_rows(result: Identification, test: ResidualTest | None) -> ModelFile:
-    """The model of `result` with its `test`, and with the RMS errors in the rows that are scored, as all say them."""
+    """The model of `result` with its `test`, and with RMS errors and R² of the scored rows, as all say them."""
     model = result.model.model_copy(update={"residual_test": test})
     if model.form:
         return model
@@ -213,16 +216,38 @@ def _of_scored_rows(result: Identification, test: ResidualTest | None) -> ModelF
     ):
         if stated is not None:
             residual = np.concatenate([each.scored_residual for each in parts])
-            rms = tuple(np.sqrt(np.nanmean(residual**2, axis=0)).tolist())
-            changes[name] = stated.model_copy(update={"fitted": replace(stated.fitted, rms=rms)})
+            torque = np.concatenate([each.prepared.torque for each in parts])
+            fit = goodness_of_fit(torque, torque - residual)
+            changes[name] = stated.model_copy(update={"fitted": replace(stated.fitted, rms=fit.rms, r2=fit.r2)})
     return model.model_copy(update=changes)
+
+
+def _beyond_travel(result: Identification) -> Iterator[FitWarning]:
+    """Yield how many of the held-out rows are not scored, because a curve is not known there."""
+    held_out = result.predictions[len(result.train) :]
+    if result.model.form or not held_out:
+        return
+    known, moving = (
+        np.sum([rows(each).sum(axis=0) for each in held_out], axis=0)
+        for rows in (lambda each: _known(each, result.structure, result.parameters), _moving)
+    )
+    shares = [f"{share:.1%} (joint {joint})" for joint, share in enumerate(1 - known / moving, start=1) if share > 0]
+    if shares:
+        curves = " and ".join(term.name for term in result.structure.terms if term.effect.curve)
+        yield FitWarning(
+            "held-out",
+            True,
+            f"Of the held-out rows, {' and '.join(shares)} are not scored: {curves} is not known outside of the "
+            "travel in training.",
+            kind="held-out",
+        )
 
 
 def score(
     predictions: Sequence[Prediction], structure: ModelStructure, x: Floats, test: ResidualTest | None
 ) -> tuple[Prediction, ...]:
-    """The `predictions` of a model with the rows that are scored: those in motion, and not near saturation."""
-    rows: Sequence[Bools] = [_moving(prediction) for prediction in predictions]
+    """The `predictions` of a model with the rows that are scored: those in motion, where the model says something."""
+    rows: Sequence[Bools] = [_known(prediction, structure, x) for prediction in predictions]
     long = any(len(excerpts(prediction.prepared.recording)) > 1 for prediction in predictions)
     if test and not long and (model := _as_fitted(predictions, structure, x)):
         floor = np.array([value or 0.0 for value in test.noise_rms])
@@ -256,7 +281,7 @@ def _as_fitted(predictions: Sequence[Prediction], structure: ModelStructure, x: 
         split = split_recordings([each.prepared for each in predictions], [])
     except BadInput:
         return None
-    moving = tuple(map(_moving, predictions))
+    moving = tuple(_known(prediction, structure, x) for prediction in predictions)
     residuals, count = tuple(each.residual for each in predictions), sum(int(rows.sum()) for rows in moving)
     split = replace(split, train=moving, test=tuple(np.zeros_like(rows) for rows in moving))
     return FittedModel(split, Solution(structure, x, residuals, (), split.weights, count))
@@ -265,6 +290,21 @@ def _as_fitted(predictions: Sequence[Prediction], structure: ModelStructure, x: 
 def _moving(prediction: Prediction) -> Bools:
     """(m, dof) rows in which a joint moves; all usable ones of a joint that never does."""
     return moving_or_all(prediction.prepared, standstill_share(prediction.prepared))
+
+
+def _known(prediction: Prediction, structure: ModelStructure, x: Floats) -> Bools:
+    """(m, dof) rows in which a joint moves within the travel that the curves of the model are known for.
+
+    All rows in motion of a joint that hardly comes there.
+    """
+    rows = _moving(prediction)
+    inside = rows.copy()
+    for index, term in enumerate(structure.terms):
+        if [quantity.name for quantity in term.effect.shapes] == list(TRAVEL):
+            low, high = structure.shape_values(index, x).reshape(-1, len(TRAVEL)).T
+            position = prediction.prepared.motion.position[:, term.joints]
+            inside[:, term.joints] &= (low <= position) & (position <= high)
+    return np.where(inside.sum(axis=0) >= prediction.prepared.regressor.shape[2], inside, rows)
 
 
 def recording_sources(recordings: Sequence[Recording]) -> tuple[RecordingSource, ...]:

@@ -58,6 +58,8 @@ def c_code(factor: str = "") -> CCode:
     )
 
 
+TRAVEL = ("low", "high")
+"""Shapes that hold the ends of the travel."""
 SHAPES = tuple(
     Quantity(
         name=name,
@@ -66,6 +68,5 @@ SHAPES = tuple(
         initial_guesses=(guess,),
         searched=False,
     )
-    for name, place, extreme, guess in (("low", "first", "lowest", -1.0), ("high", "last", "highest", 1.0))
+    for name, place, extreme, guess in zip(TRAVEL, ("first", "last"), ("lowest", "highest"), (-1.0, 1.0), strict=True)
 )
-"""Ends of the travel."""

@@ -69,6 +69,19 @@ def test_rows_at_standstill_are_not_scored() -> None:
     assert np.isnan(scored.scored_residual).sum() >= (~scored.scored).sum()
 
 
+def test_rows_beyond_the_travel_of_a_curve_are_not_scored() -> None:
+    prediction, _, _ = predicted()
+    position = prediction.prepared.motion.position[:, 0]
+    structure = building.structure(prediction.prepared.recording, "position_torque")
+    for low, share in ((position.min(), 1.0), (np.median(position), 0.5), (position.max() + 1, 1.0)):
+        x = np.concatenate([building.parameters(), np.zeros(9), [low, position.max() + 1]])
+        (scored,) = score([prediction], structure, x, None)
+        (whole,) = score([prediction], building.structure(prediction.prepared.recording), building.parameters(), None)
+        assert scored.scored is not None
+        assert whole.scored is not None
+        assert scored.scored.sum() == pytest.approx(share * whole.scored.sum(), rel=0.1)
+
+
 def test_a_joint_that_never_moves_has_no_test() -> None:
     prediction, structure, x = predicted()
     still = replace(prediction.prepared, torque=np.full_like(prediction.prepared.torque, np.nan))
