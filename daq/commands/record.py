@@ -150,13 +150,14 @@ def _listen(
 
     if trajectory is not None:
         motion(None)  # an unknown one is refused before anything is heard
-    record_heard(rig, motion if trajectory else None, out, duration, as_json=as_json)
+    lockstep = drives.pace == "lockstep"
+    record_heard(rig, motion if trajectory else None, out, duration, lockstep=lockstep, as_json=as_json)
 
 
 def _refuse_conflicts() -> None:
     for option in ("--status", "--live", "--foxglove", "--watch"):
         refuse_together(option, "--listen", "--dry-run", because="it shows a motion")
-    for option in ("--pace", "--sim", "--hidden", "--feedforward", "--dry-run"):
+    for option in ("--sim", "--hidden", "--feedforward", "--dry-run"):
         refuse_together("--listen", option, because="nothing is sent while listening; drop one of them")
     refuse_together("--status", "--json", because="the lines of --status end with the figures of --json")
     refuse_together("--dry-run", "--hidden", because="nothing is recorded to hide an effect in; drop --hidden")

@@ -142,8 +142,18 @@ def _dry_run(session: Session, rig: Rig, as_json: bool) -> None:
     console.print("dry run: everything but power and file worked; nothing has moved", style="bold")
 
 
-def record_heard(rig: Rig, motion: Motion | None, out: Path | None, duration: float | None, *, as_json: bool) -> None:
+def record_heard(
+    rig: Rig,
+    motion: Motion | None,
+    out: Path | None,
+    duration: float | None,
+    *,
+    lockstep: bool = False,
+    as_json: bool,
+) -> None:
     """Record what another master makes the drives do, for `duration` [s] at most, and print what was found.
+
+    lockstep: the drives are simulated in lockstep, and the times of the SYNCs tell nothing.
 
     Raises:
         BadInput: the bus cannot be listened to or opened, or the file exists.
@@ -162,10 +172,11 @@ def record_heard(rig: Rig, motion: Motion | None, out: Path | None, duration: fl
                 say(f"listening on {rig.can.interface} '{rig.can.channel}', sending nothing; Ctrl-C ends")
             show(f"listening: {heard.syncs} SYNCs, {heard.frames} frames")
 
-        heard, reconstructed = listen.record(rig, out, motion, duration, show_heard)
+        heard, reconstructed = listen.record(rig, out, motion, duration, show_heard, lockstep=lockstep)
     if motion is not None and reconstructed.trajectory is None:
         say(f"warning: the motion {motion(None).name} is not what was commanded; see what was found", "yellow")
-    for warning in filter(None, (reconstructed.other_rate(), reconstructed.loss())):
+    warnings = [*filter(None, (reconstructed.other_rate(), reconstructed.loss()))]
+    for warning in warnings:
         say(f"warning: {warning}", "yellow")
     found = {"frames": heard.frames, "syncs": heard.syncs, **reconstructed.figures()}
     if as_json:
@@ -173,4 +184,5 @@ def record_heard(rig: Rig, motion: Motion | None, out: Path | None, duration: fl
         return
     Console(markup=False).print(heard_summary(found))
     click.echo(f"recorded {out} (listened)")
-    say_next("ident", "fit", out)
+    if not warnings:
+        say_next("ident", "fit", out)

@@ -132,8 +132,12 @@ def record(
     motion: Motion | None,
     duration: float | None,
     show: Callable[[FrameRecorder], None],
+    *,
+    lockstep: bool = False,
 ) -> tuple[FrameRecorder, Reconstructed]:
     """Listen on the bus of `rig` and write the new recording `out`; see `Listener.listen` for when it ends.
+
+    lockstep: as in `reconstruct`.
 
     Raises:
         BadInput: the bus cannot be opened, or `out` cannot be created.
@@ -143,7 +147,7 @@ def record(
         listener = Listener(bus, rig, out)
         reason = listener.listen(stop, math.inf if duration is None else duration, show)
         # Within the StopRequest, so that a signal cannot interrupt the reconstruction of the samples.
-        return listener, complete(out, rig, motion, {"exit_status": "0", "reason": reason})
+        return listener, complete(out, rig, motion, {"exit_status": "0", "reason": reason}, lockstep=lockstep)
 
 
 def listened_run(rig: Rig) -> Run:
@@ -161,14 +165,16 @@ def listened_run(rig: Rig) -> Run:
     )
 
 
-def complete(path: Path, rig: Rig, motion: Motion | None, end: Mapping[str, str]) -> Reconstructed:
+def complete(
+    path: Path, rig: Rig, motion: Motion | None, end: Mapping[str, str], *, lockstep: bool = False
+) -> Reconstructed:
     """Add the samples to the recording `path`, which holds frames only; `end` is added to its last record `run`.
 
     Raises:
         RunFailed: there is no SYNC among the frames; the recording is unchanged.
         OSError: the new file cannot be written; the recording is unchanged.
     """
-    reconstructed = reconstruct(path, rig, motion)
+    reconstructed = reconstruct(path, rig, motion, lockstep=lockstep)
     if reconstructed is None:
         raise RunFailed(
             f"no SYNC was heard, so {path} holds frames but no samples; check the bus, its bit rate, and that a "

@@ -81,9 +81,10 @@ class Reconstructed:
         """What is to be said where the rate is not that of the rig file; None: it is."""
         if abs(self.rate / self.configured_rate - 1) <= _CLOCKS:
             return None
+        lockstep = "; simulated drives in lockstep are recorded with --pace lockstep" if self.simulated else ""
         return (
             f"{self.configured_rate:g} SYNCs per second expected, as `rate` of the rig file says, {self.rate:.4g} "
-            "found; the recording has those found; correct the rig file, or the master"
+            f"found; the recording has those found; correct the rig file, or the master{lockstep}"
         )
 
     def loss(self) -> str | None:
@@ -99,11 +100,15 @@ class Reconstructed:
         return loss_of(lost, missing.size, cause)
 
 
-def reconstruct(path: Path, rig: Rig, motion: Motion | None = None) -> Reconstructed | None:
+def reconstruct(
+    path: Path, rig: Rig, motion: Motion | None = None, *, lockstep: bool = False
+) -> Reconstructed | None:
     """Reconstruct the samples from the frames in the recording `path`; None if there is no SYNC among them.
 
     The repetitions are those of `motion` if it was commanded; else they are detected in the motion. If the motion
     does not repeat, all samples with every drive enabled count as one repetition.
+
+    lockstep: each SYNC waits for the answers to the one before, and so tells no time: the rate is that of the rig.
 
     Raises:
         BadInput: the file cannot be read.
@@ -113,8 +118,10 @@ def reconstruct(path: Path, rig: Rig, motion: Motion | None = None) -> Reconstru
     if not len(sync_positions):
         return None
     arrival = frames["log"][sync_positions]
-    index = number_syncs(arrival)
-    start, period = fit_line(arrival, index, 1e9 / rig.rate)
+    index, start, period = np.arange(len(arrival)), int(arrival[0]), 1e9 / rig.rate
+    if not lockstep:
+        index = number_syncs(arrival)
+        start, period = fit_line(arrival, index, period)
     table = _FrameTable(frames, sync_positions, index)
     axes = [_joint_values(table, rig, joint) for joint in range(len(rig.drives))]
     joints = {name: np.column_stack([axis[name] for axis in axes]) for name in axes[0]}

@@ -212,3 +212,20 @@ def test_the_number_of_cycles_is_that_of_the_commands(sample: Recording) -> None
         repeat, period, found = _repeat(sample.rig, joints, partial(load, "fig5b", sample.rig))
         assert found is not None
         assert (found.cycles, repeat.max() + 1, period) == (cycles, cycles, 3.0 * sample.rig.rate)
+
+
+def test_syncs_of_a_lockstep_tell_no_time(
+    tmp_path: Path, sample: Recording, frames: CanFrames, motion: Motion, heard: Heard
+) -> None:
+    """Each waits for the answers to the one before, on a busy computer for long."""
+    waits = np.random.default_rng(0).exponential(3.0, np.count_nonzero(frames.id == 0x80))
+    waits[1000] = 50.0
+    log = arrivals(frames, PERIOD, 0) + np.rint(PERIOD * np.cumsum(waits)[np.cumsum(frames.id == 0x80) - 1]).astype(
+        int
+    )
+    assert heard(log).other_rate().endswith("are recorded with --pace lockstep")
+    made = reconstruct(tmp_path / "r.mcap", sample.rig, motion, lockstep=True)
+    assert made is not None
+    assert (made.rate, made.missing, made.other_rate(), made.loss()) == (250.0, 0, None, None)
+    np.testing.assert_allclose(made.samples.position, sample.position, rtol=0, atol=1e-15)
+    assert made.trajectory is not None

@@ -73,8 +73,8 @@ def test_rows_beyond_the_travel_of_a_curve_are_not_scored() -> None:
     prediction, _, _ = predicted()
     position = prediction.prepared.motion.position[:, 0]
     structure = building.structure(prediction.prepared.recording, "position_torque")
-    for low, share in ((position.min(), 1.0), (np.median(position), 0.5), (position.max() + 1, 1.0)):
-        x = np.concatenate([building.parameters(), np.zeros(9), [low, position.max() + 1]])
+    for low, share in ((np.nanmin(position), 1.0), (np.nanmedian(position), 0.5), (np.nanmax(position), 1.0)):
+        x = np.concatenate([building.parameters(), np.zeros(9), [low, np.nanmax(position) + 1]])
         (scored,) = score([prediction], structure, x, None)
         (whole,) = score([prediction], building.structure(prediction.prepared.recording), building.parameters(), None)
         assert scored.scored is not None
