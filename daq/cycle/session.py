@@ -84,6 +84,8 @@ def check_request(request: RunRequest) -> None:
             not suit the bus or the drives.
     """
     folder = request.out.resolve().parent
+    if request.out.suffix != ".mcap":
+        raise BadInput(f"a recording's name (.mcap) expected, {request.out} found; give another --out")
     if request.out.exists():
         raise BadInput(f"a new name expected, {request.out} exists and no recording is replaced; give another --out")
     if not folder.is_dir():

@@ -133,6 +133,8 @@ def command(
     given = _settings(method, settings, paper)
     check_choices((*effects, *without), effect_files, accept)
     out = output_name(out, files[0].with_suffix(".model.json"), force)
+    if out.suffix != ".json":
+        raise BadInput(f"-o: a model's name (.model.json) expected, {out} found; give it that ending")
     refuse_existing(out, pictures, force=force, read=inputs)
 
     import ident
@@ -160,7 +162,12 @@ def command(
     _write(model, out, pictures)
     _show(model, as_json, details)
     say_written(model=out, pictures=pictures)
-    say_next(*diagnosis(files, *again("--validate", "--effect-file", "--accept"), model=out))
+    repeated = again("--validate", "--effect-file", "--accept")
+    test = model.file.residual_test
+    if effects and test and test.verdict == "within-noise":  # nothing is missing beside what was chosen
+        say_next("ident", "report", out, *files, *repeated)
+    else:
+        say_next(*diagnosis(files, *repeated, model=out))
 
 
 def _settings(method: str | None, texts: tuple[str, ...], paper: bool) -> dict[str, object]:

@@ -268,8 +268,9 @@ def _usable_torque(recording: Recording, samples: Samples, preprocessed: Preproc
     dof, parameters = regressor.shape[1:]
     expected, count = -(-MIN_ROWS_PER_PARAMETER * parameters // dof), int(usable.sum(axis=0).min())
     if count < expected:
+        cut_off = "" if recording.complete else "; the file is cut off"
         raise BadInput(
             f"at least {expected} usable samples per joint expected after preprocessing, "
-            f"{count} of {len(recording.time)} recorded ones found; record longer or with fewer gaps"
+            f"{count} of {len(recording.time)} recorded ones found{cut_off}; record longer or with fewer gaps"
         )
     return np.where(usable, preprocessed.torque, np.nan)

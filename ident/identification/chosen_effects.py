@@ -64,7 +64,7 @@ def parse_terms(choices: Sequence[str], library: Mapping[str, Effect], recording
 
 def _parse_term(choice: str, library: Mapping[str, Effect], recording: Recording) -> Term:
     rig = recording.rig
-    name, _, joints = choice.partition(":")
+    name, colon, joints = choice.partition(":")
     check_effect_name(name, library)
     effect = library[name]
     if rig.mechanism not in effect.mechanisms:
@@ -75,7 +75,7 @@ def _parse_term(choice: str, library: Mapping[str, Effect], recording: Recording
     reason = effect.why_unobservable(rig, holds_torque(recording), temperature_measured)
     if reason:
         raise BadInput(f"effect {name} cannot be seen in such a recording: {reason} Leave it out")
-    if not joints:
+    if not colon:
         return Term.on_all_joints(name, effect, rig)
     numbers = _parse_joints(name, joints, rig.dof)
     for joint in numbers:

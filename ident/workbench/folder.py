@@ -132,7 +132,7 @@ class Folder:
         ):
             raise BadInput(
                 f'a plain file name of up to {_MAX_NAME_LENGTH} characters, without / \\ : * ? " < > |, expected, '
-                f"'{name[:_MAX_NAME_LENGTH]}' found; rename the file"
+                f"'{name[:_MAX_NAME_LENGTH]}' found; choose another name"
             )
 
     def _inside(self, path: Path) -> bool:

@@ -48,6 +48,7 @@ REFUSED = {
     "record --traj far.csv": "limb",
     "record": "--traj",
     "record --traj fig5a --rig slow.toml": "speed",
+    "record --traj fig5a --out run.csv": "a recording's name (.mcap) expected, run.csv found",
     "record --traj fig5a --rig none.toml": "none.toml does not exist",
     "record --traj fig5a --rig dcf.toml": "none.dcf",
     "record --traj fig5a --rig nocan.toml": "cannot be opened",

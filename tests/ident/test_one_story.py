@@ -91,7 +91,7 @@ def tell(write: Callable[[Recording], Path], tmp_path: Path) -> Tell:
         request = contents.ReportRequest((saved,), (train,), (other,), (), diagnose=True)
         analysed = {saved.name: ident.compare(model, [train])}, {saved.name: compared}
         report = page.render(contents.assemble(request, {saved.name: model.file}, *analysed, result))
-        view = residual_view(result.diagnosis.model, result.diagnosis.unexplained)
+        view = residual_view(result.diagnosis.model, True, result.diagnosis.unexplained)
         assert view.model.parameters == model.file.parameters
         texts = {
             "diagnose": printed(lambda console: console_diagnosis.show(result.document, console)),

@@ -12,7 +12,7 @@ from ident.data.cycle_statistics import repeating_share
 from ident.data.prepared_recording import PreparedRecording
 from ident.data.quantization import with_encoder_errors
 from ident.data.row_weights import MAX_STANDSTILL
-from ident.dynamics.structure import ModelStructure
+from ident.dynamics.structure import ModelStructure, Term
 from ident.estimation.nonlinear_fit import (
     Solution,
     escape_local_minima,
@@ -196,18 +196,18 @@ class SplitData(WithoutCaches):
         """
         unknown = self._saturated(solution, error)
         for term in solution.structure.terms:
-            if term.effect.curve:
-                signals = [
-                    each.motion.velocity if term.effect.axis == "velocity" else each.motion.position
-                    for each in self.recordings
-                ]
-                outside = outside_of_range(signals, *training_range(signals, self.train))
-                unknown = tuple(
-                    rows | beyond & np.isin(np.arange(len(error)), term.joints)
-                    for rows, beyond in zip(unknown, outside, strict=True)
-                )
+            unknown = tuple(rows | beyond for rows, beyond in zip(unknown, self.beyond(term), strict=True))
         kept = row_count([test & ~rows for test, rows in zip(self.test, unknown, strict=True)])
         return tuple(rows & (kept >= self.recordings[0].regressor.shape[2]) for rows in unknown)
+
+    def beyond(self, term: Term) -> tuple[Bools, ...]:
+        """(m, dof) rows of each recording out of the range of training, where the curve of a `term` is not known."""
+        if not term.effect.curve:
+            return tuple(np.zeros_like(rows) for rows in self.train)
+        velocity = term.effect.axis == "velocity"
+        signals = [each.motion.velocity if velocity else each.motion.position for each in self.recordings]
+        joints = np.isin(np.arange(signals[0].shape[1]), term.joints)
+        return tuple(rows & joints for rows in outside_of_range(signals, *training_range(signals, self.train)))
 
     def _saturated(self, solution: Solution, error: Floats) -> tuple[Bools, ...]:
         """(m, dof) rows of each recording in which the reported signal hardly depends on the torque."""

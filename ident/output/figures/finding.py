@@ -65,7 +65,7 @@ def before_after(diagnosis: Diagnosis, finding: Finding) -> go.Figure:
 def effect_contribution(
     model: FittedModel, term: Term, contribution: Sequence[Floats], noise: Sequence[float | None]
 ) -> go.Figure:
-    """Draw per joint the residual of `model`, and the part of it that `term` would explain.
+    """Draw per joint the residual of `model` where it can be judged, and the part of it that `term` would explain.
 
     contribution: (m, dof) that part in each recording [N m]; noise: (dof,) noise floor [N m]; None: unknown.
     """
@@ -75,7 +75,7 @@ def effect_contribution(
     for joint in range(rig.dof):
         x = axis_values(axis, predictions, joint)
         residual, explained = (
-            np.concatenate([array[:, joint] for array in arrays]) for arrays in (model.residuals, contribution)
+            np.concatenate([array[:, joint] for array in arrays]) for arrays in (model.judged_residuals, contribution)
         )
         _samples(figure, x, residual, theme.MEASURED, joint + 1)
         known = np.where(np.isfinite(residual), explained, np.nan)

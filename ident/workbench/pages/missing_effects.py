@@ -121,7 +121,7 @@ def _draw_errors(page: Page) -> None:
     if len(history.ends) == 1:
         return
     heading("Branches", "q-mt-sm")
-    quiet("What was tried after an undo stays here, to be compared.")
+    quiet("What was tried after an undo stays here. Errors are of the rows that the last model can be judged by.")
     page.draw_figure(branches_figure(history), "error of each branch, training and held out")
     with ui.row().classes("items-center gap-2"):
         for end in history.ends:

@@ -33,15 +33,18 @@ def draw(page: Page) -> None:
         pace = ui.select(_PACES, value="", label="pace").classes("min-w-28")
         cycles = ui.number("cycles", step=1, placeholder="20 s").classes("w-20")
         sim = ui.select([_DEFAULT_MACHINE, *files], value=_DEFAULT_MACHINE, label="simulated machine")
-        hidden = ui.number("hidden seed", step=1, placeholder="none").classes("w-28")
+        hidden = ui.input("hidden seed", placeholder="none").classes("w-28")
         hidden.tooltip("Hides effects drawn from this seed in the simulated robot; Reveal opens them")
         model = ui.select([_NO_MODEL, *session.folder.models()], value=_NO_MODEL, label="feed-forward")
         model.tooltip("Sends the torque of this model along with each target: does the robot follow better?")
         out = ui.input("file", value=session.folder.free_name("fig5a", SUFFIX))
-        motion.on_value_change(lambda: out.set_value(session.folder.free_name(Path(str(motion.value)).stem, SUFFIX)))
+        motion.on_value_change(lambda: out.set_value(proposed()))
         machine = {"sim": sim.classes("min-w-36"), "hidden": hidden, "model": model.classes("min-w-36")}
         keep_fields(page, "record", motion=motion, rig=rig, pace=pace, cycles=cycles, **machine)
         name_fields("record", out=out)
+
+    def proposed() -> str:
+        return session.folder.free_name(Path(str(motion.value)).stem, SUFFIX)
 
     def arguments() -> dict[str, str]:
         values = {
@@ -50,7 +53,7 @@ def draw(page: Page) -> None:
             "--pace": pace.value,
             "--cycles": as_word(cycles),
             "--sim": sim.value if sim.value != _DEFAULT_MACHINE else None,
-            "--hidden": as_word(hidden) if rig.value == _SIMULATED else None,
+            "--hidden": hidden.value if rig.value == _SIMULATED else None,
             "--feedforward": model.value if model.value != _NO_MODEL else None,
         }
         return {option: str(value) for option, value in values.items() if value}
@@ -67,7 +70,7 @@ def draw(page: Page) -> None:
         page.button(
             "Record",
             "record",
-            lambda: session.recorder.start(arguments(), session.folder.new_file(str(out.value), SUFFIX)),
+            lambda: session.recorder.start(arguments(), session.folder.new_file(out.value or proposed(), SUFFIX)),
             icon="fiber_manual_record",
         )
         safety = set_test_id(quiet(_SAFETY[rig.value == _SIMULATED]), "safety")
@@ -75,9 +78,8 @@ def draw(page: Page) -> None:
 
     def move_on(page: Page) -> None:
         """Propose another file when the one named has been recorded."""
-        stem, name = Path(str(motion.value)).stem, str(out.value)
-        if name in session.folder.names(SUFFIX):
-            out.value = session.folder.free_name(stem, SUFFIX)
+        if out.value in session.folder.names(SUFFIX):
+            out.value = proposed()
 
     page.watch(move_on, "folder", now=False)
     commission.draw(page, arguments)

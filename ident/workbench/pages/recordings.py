@@ -14,6 +14,7 @@ from ident.workbench.pages.import_dialog import open_dialog
 from ident.workbench.pages.page import Page, heading, in_background, notify, quiet, set_test_id
 from ident.workbench.worker.recording_view import PREVIEW_BYTES
 from recordings.errors import BadInput
+from recordings.files import sha256
 from recordings.reader import read
 from recordings.recording import Recording
 
@@ -140,7 +141,10 @@ async def _take_upload(page: Page, upload: events.UploadEventArguments) -> None:
     if not taken:
         path.unlink(missing_ok=True)
         return
-    if path.name != name:
+    if path.name != name and sha256(path) == sha256(session.folder.root / name):
+        path.unlink()
+        notify(f"{name} is here already.", "info")
+    elif path.name != name:
         notify(f"{name} is here already: the new one is {path.name}.", "info")
     session.changes.mark("folder")
     session.choose_the_only_pair()

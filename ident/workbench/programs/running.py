@@ -132,7 +132,7 @@ def messages(stderr: Iterable[str]) -> Iterator[str]:
     """Yield the lines of standard error without hints on the command line; errors begin with "error:"."""
     for line in map(str.rstrip, stderr):
         if line and not line.startswith(("Usage:", "Try '")):
-            yield line.replace("Error:", "error:", 1) if line.startswith("Error:") else line
+            yield re.sub(r"^Error: (Invalid value for '--(\S+)'(?=:))?", r"error: \2", line)
 
 
 def errors(stderr: Iterable[str]) -> list[str]:

@@ -123,7 +123,7 @@ class Selection:
         return self.history
 
     def _spec(self, steps: views.StepsView) -> views.StepsSpec:
-        return views.StepsSpec(*self._recordings.files, steps.steps)
+        return views.StepsSpec(*self._recordings.files, steps.steps, steps.findings is not None)
 
     def _keep(self, steps: views.StepsView, analysis: ModelAnalysis) -> None:
         """Keep the `analysis` of `steps`, and discard the oldest of too many."""

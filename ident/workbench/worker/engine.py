@@ -82,7 +82,7 @@ class SelectionEngine:
     def show(self, base: StepsSpec) -> Iterator[View]:
         """Yield the views of the last model of `base`."""
         data = self._data_of(base)
-        yield from self._views(data, self._models(data, base))
+        yield from self._views(data, self._models(data, base), base.diagnosed)
 
     def add(self, base: StepsSpec, name: str) -> Iterator[View]:
         """Add an effect and refit all parameters."""
@@ -170,9 +170,9 @@ class SelectionEngine:
         """Yield the `steps` to the last of the `models`, what the diagnosis has `said` of it, and its views."""
         yield self._steps_view(data, steps, models[-1], said)
         yield from () if figures is None else (figures,)
-        yield from self._views(data, models)
+        yield from self._views(data, models, said is not None)
 
-    def _views(self, data: _Data, models: Sequence[FittedModel]) -> Iterator[View]:
+    def _views(self, data: _Data, models: Sequence[FittedModel], diagnosed: bool) -> Iterator[View]:
         model, judged = models[-1], models[-1].on_judged_rows
         yield torque_series(judged, models[-2] if len(models) > 1 else None)
         self._progress("rating every effect of the library")
@@ -181,7 +181,7 @@ class SelectionEngine:
         self._progress("drawing the candidate previews")
         yield candidate_previews(model, candidates)
         self._progress("analysing the residual")
-        residuals = residual_view(judged, self._unexplained.get(model))
+        residuals = residual_view(judged, diagnosed, self._unexplained.get(model))
         yield residuals
         test = residuals.model.residual_test
         yield views.Advice(None) if test and test.verdict == "within-noise" else self._advice(data, model)

@@ -59,6 +59,8 @@ def candidate_previews(model: FittedModel, candidates: Mapping[str, Candidate]) 
     contributions, figures = {}, {}
     removed = removed_torques(model.split, model.solution, candidates.values())
     for (name, candidate), torques in zip(candidates.items(), removed, strict=True):
+        beyond = model.split.beyond(candidate.term)
+        torques = tuple(np.where(rows, np.nan, torque) for rows, torque in zip(beyond, torques, strict=True))
         contributions[name] = tuple(torque.astype(np.float32) for torque in torques)
         figures[name] = to_dict(effect_contribution(model, candidate.term, torques, noise_rms))
     return CandidatePreviews(contributions, figures)
@@ -88,14 +90,17 @@ def removed_torques(
         yield tuple(torque - slopes @ adjustment for torque, (_, slopes) in zip(torques, linear, strict=True))
 
 
-def residual_view(model: FittedModel, unexplained: UnexplainedResidual | None = None) -> ResidualView:
+def residual_view(
+    model: FittedModel, diagnosed: bool, unexplained: UnexplainedResidual | None = None
+) -> ResidualView:
     """Analyse the residual of `model` on the validation recording, or else on the training recording.
 
     It is the analysis of `ident compare`.
 
-    unexplained: its residual above the noise floor as the full diagnosis says; None: there was none, it is estimated.
+    diagnosed: whether the full diagnosis has found it; unexplained: what it has said of its residual above the noise
+    floor; None: that is estimated.
     """
-    file = model_file(model, unexplained or estimate_unexplained(model), diagnosed=unexplained is not None)
+    file = model_file(model, unexplained or estimate_unexplained(model), diagnosed=diagnosed)
     split = model.split
     shown = [i for i, rows in enumerate(split.test) if rows.any() or not split.other_motion]
     predictions = [Prediction(split.recordings[i], model.computed[i], split.scored[i]) for i in shown]

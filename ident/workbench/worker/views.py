@@ -82,6 +82,8 @@ class StepsSpec:
     train: Path
     validate: Path | None
     steps: tuple[StepView, ...]
+    diagnosed: bool = False
+    """Whether the full diagnosis has found the last model."""
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,8 @@ WRONG = [
     ("fit rest.mcap", "joint 2"),
     ("fit slide.mcap volts.mcap", "effort in slide.mcap, voltage in volts.mcap"),
     ("fit slide.mcap --method rls", "delta"),
+    ("fit a.mcap -o a.txt", r"a model's name \(.model.json\) expected, a.txt found"),
+    ("fit a.mcap --with cogging:", "joint"),
     ("fit a.mcap --without stribeck", r"an effect of the base model \(rod_inertia\) expected, 'stribeck' found"),
     ("fit a.mcap --cutoff 400", "a fifth of the rate"),
     ("fit a.mcap --cutoff 20 --preprocess central", "no cut-off"),

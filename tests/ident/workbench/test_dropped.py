@@ -29,6 +29,9 @@ def test_dropped_files_become_recordings(tmp_path: Path, serve: Serve, browser: 
     chooser.set_input_files(samples / "fig5a.mcap")
     browser.page.get_by_text("the new one is fig5a-2.mcap").wait_for()
     assert (tmp_path / "fig5a.mcap").read_bytes() == b"mine"
+    chooser.set_input_files(tmp_path / "fig5a-2.mcap")
+    browser.page.get_by_text("fig5a-2.mcap is here already.").wait_for()
+    assert not (tmp_path / "fig5a-2-2.mcap").exists()
     for name in ("fig5a", "fig5a-2"):
         (tmp_path / f"{name}.mcap").unlink()
     chooser.set_input_files({"name": "photo.jpg", "mimeType": "image/jpeg", "buffer": b"1"})

@@ -1,5 +1,6 @@
 """Manual stepwise selection without a page: the same models and numbers as `ident diagnose`."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -121,7 +122,8 @@ def residual_rms(series: tuple[TorqueSeries, ...]) -> Floats:
 def test_new_process_goes_on_from_the_same_models(engine: Any) -> None:
     made, series, *_ = engine.fit(TRAIN, None)
     new_process: Any = SelectionEngine(lambda text: None)
-    shown = next(new_process.show(spec_of(made, None)))
+    shown, *_, residuals, _ = new_process.show(replace(spec_of(made, None), diagnosed=True))
+    assert residuals.model.residual_test.diagnosed, "as it was said before"
     for before, after in zip(series, shown, strict=True):
         np.testing.assert_allclose(after.computed, before.computed, rtol=1e-12, atol=1e-12)
         np.testing.assert_allclose(after.previous, before.previous, rtol=1e-12, atol=1e-12)

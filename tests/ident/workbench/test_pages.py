@@ -132,14 +132,16 @@ def test_form_of_a_recording_that_is_shown_again_says_which_drives_move(rig: str
 def test_form_changes_no_number_and_says_what_a_killed_workbench_left(tmp_path: Path) -> None:
     with closing(WorkbenchSession(Folder.at(tmp_path))) as session, Client(ui.page("/")) as client:
         session.interrupted = "The workbench ended while a.mcap was running"
-        session.display.fields |= {"record-cycles": 0, "record-hidden": -3}
+        session.display.fields |= {"record-cycles": 0, "record-hidden": "-3"}
         start = session.recorder.start = Mock()  # type: ignore[method-assign]
         record.draw(Page(session, ui.element()))
         items: dict[str, Any] = {item.props.get("data-test"): item for item in client.elements.values()}
         assert items["run-state"].text == session.interrupted
         items["record-cycles"].sanitize()  # as it does when it is left
+        items["record-out"].value = ""
         UserInteraction(cast(Any, SimpleNamespace(client=client)), {items["record"]}, None).click()
-        assert start.call_args.args[0] == {"--traj": "fig5a", "--cycles": "0", "--hidden": "-3"}
+        options = {"--traj": "fig5a", "--cycles": "0", "--hidden": "-3"}
+        start.assert_called_once_with(options, tmp_path / "fig5a.mcap")
 
 
 def test_plots_of_a_recording_are_zoomed_together(page: Page) -> None:

@@ -84,10 +84,10 @@ def test_status_lines_and_text_for_people_are_told_apart(daq: Daq, tmp_path: Pat
 
 
 def test_what_is_wrong_is_told_without_raw_usage(daq: Daq, tmp_path: Path) -> None:
-    error = "Error: '--cycles': -3 is too small."
+    error = "Error: Invalid value for '--cycles': -3 is too small."
     lines = ["Usage: daq record [OPTIONS]", "Try 'daq record --help' for help.", "", error]
     run = recorded(daq(f"import sys; print(*{lines!r}, sep=chr(10), file=sys.stderr); sys.exit(2)"), tmp_path)
-    assert run_summary(run) == "run.mcap: did not start. error: '--cycles': -3 is too small."
+    assert run_summary(run) == "run.mcap: did not start. error: cycles: -3 is too small."
     (tmp_path / "bad.toml").write_text("nonsense = 1")
     process = daq("")
     with pytest.raises(BadInput, match=r"bad\.toml"):
