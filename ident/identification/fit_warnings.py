@@ -3,8 +3,11 @@
 from collections.abc import Iterator, Sequence
 from math import sqrt
 
+import numpy as np
+
 from ident.identification.model_file import FittedParameter, ModelFile
 from ident.uncertainty.fit_warning import FitWarning, WarningKind
+from ident.uncertainty.identifiability import known_together
 
 _MOST_NAMED = 5
 """Parameters that a sentence lists at most."""
@@ -27,6 +30,10 @@ def _warnings(model: ModelFile) -> Iterator[FitWarning]:
     yield from _about(at_bound, "at-bound", "At a limit, so not determined by these data")
     unknown = [each for each in model.parameters if not each.at_bound and not _is_known(each)]
     yield from _about(unknown, "not-determined", "Hardly determined by these data")
+    if model.assessment:
+        names = [each.name for each in model.parameters]
+        for sentence in known_together(names, np.array(model.assessment.correlation, dtype=float)):
+            yield FitWarning(sentence.partition(" are ")[0], True, sentence, kind="not-determined")
     test, errors = model.residual_test, _errors(model)
     if test and test.verdict == "above-noise":
         yield _of_all(

@@ -5,8 +5,8 @@ from typing import Literal
 
 WarningKind = Literal["not-physical", "at-bound", "not-determined", "conditional", "held-out", "noise-floor"]
 """not-physical: no machine has such values; at-bound: the search ended at its limit; not-determined: the interval
-holds zero; conditional: the intervals hold for a right model only, and structure is left; held-out: the model
-predicts nothing there; noise-floor: what counts as noise may be none."""
+holds zero, or an effect imitates the parameter; conditional: the intervals hold for a right model only, and structure
+is left; held-out: the model predicts nothing there, or is silent; noise-floor: what counts as noise may be none."""
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,9 @@ combination of parameters that hardly changes the torque. A parameter is affecte
 comes from such a combination: Belsley, Kuh, Welsch, "Regression Diagnostics" (1980), section 3.2.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Literal
 
 import numpy as np
@@ -24,6 +25,12 @@ _ROUNDING = np.sqrt(np.finfo(np.float64).eps)
 """Relative accuracy of singular values computed from products of columns."""
 _AFFECTED_SHARE = 0.5
 """A parameter is affected from this share of its variance on."""
+_MAX_CORRELATION = 0.95
+"""Parameters whose errors correlate by more are known only together: each variance is ten times what it would be
+without the other (variance inflation factor)."""
+_IMITATION = (WEAK**2 - 1) / (WEAK**2 + 1)
+"""The same for an effect and a parameter of the base model: their two columns have the condition index from which a
+combination is weakly known. Effects that are really there correlate by up to 0.97 with friction."""
 _MEMBER_SHARE = 0.3
 """A parameter belongs to a combination from this share of the largest entry on."""
 
@@ -69,6 +76,31 @@ def identifiability(gram: Floats, parameters: Sequence[Parameter]) -> Identifiab
         for i in np.flatnonzero(index >= WEAK)
     ]
     return Identifiability(float(index[-1]), tuple(singular.tolist()), status, tuple(combinations))
+
+
+def known_together(names: Sequence[str], correlation: Floats) -> Iterator[str]:
+    """Yield which effects a motion hardly distinguishes, from each other or from a parameter of the base model; of
+    each two the parameters whose errors correlate most.
+
+    names: of k parameters, behind that of their effect and a dot; correlation: (k, k) of their errors.
+    """
+    effects = [name.rpartition(".")[0] for name in names]
+    largest: dict[tuple[str, str], tuple[float, str]] = {}
+    for i, j in combinations(range(len(names)), 2):
+        value, pair = correlation[i, j], (effects[i] or names[i], effects[j])
+        least = max(_MAX_CORRELATION if effects[i] else _IMITATION, largest.get(pair, (0.0, ""))[0])
+        if effects[j] and effects[i] != effects[j] and abs(value) > least:
+            so = (
+                "one of the two effects may be all there is"
+                if effects[i]
+                else "what one has too much, the other lacks"
+            )
+            sentence = (
+                f"{names[i]} and {names[j]} are known only together: this motion hardly distinguishes them (their "
+                f"errors correlate by {value:+.2f}), so {so}."
+            )
+            largest[pair] = abs(value), sentence
+    yield from (sentence for _, sentence in largest.values())
 
 
 def _status(weak: float, unidentifiable: float) -> Status:

@@ -1,7 +1,6 @@
 """Warnings about recordings, and about what follows from them, that limit the validity of a diagnosis."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import combinations
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from ident.diagnosis.split.observability import MAX_RARE_SHARE, rarer_direction_
 from ident.diagnosis.split.split_data import SplitData, outside_of_range, rms, training_range
 from ident.identification.fit_warnings import about_held_out
 from ident.identification.model_description import is_relative
-from ident.uncertainty.identifiability import WEAK
+from ident.uncertainty.identifiability import known_together
 from recordings.recording import Bools, Floats
 
 _MIN_ROWS_PER_PARAMETER = 20
@@ -23,12 +22,6 @@ _MIN_STANDSTILL = 0.01
 """Below this share of all rows, those near standstill are not reported."""
 _MAX_ERROR_RATIO = 1.5
 """Largest plausible ratio between the errors on different recordings."""
-_MAX_CORRELATION = 0.95
-"""Parameters whose errors correlate by more are known only together: each variance is ten times what it would be
-without the other (variance inflation factor)."""
-_IMITATION = (WEAK**2 - 1) / (WEAK**2 + 1)
-"""Correlation from which an effect imitates a parameter of the base model: their two columns have the condition index
-from which a combination is weakly known. Effects that are really there correlate by up to 0.97 with friction."""
 _MIN_BLAME = 0.7
 """Share by which the error above the noise floor must be smaller in the rows inside of the range of the training data
 than in all rows."""
@@ -86,7 +79,7 @@ def data_warnings(diagnosis: Diagnosis) -> tuple[str, ...]:
             "Without weight the last model explains these data much better: the drives may have taken gravity out of "
             "the torque that they report, or the URDF has another direction of it.",
         ),
-        *((True, sentence) for sentence in hardly_distinct(model)),
+        *((True, sentence) for sentence in _hardly_distinct(model)),
         (
             filtered,
             f"The noise of {joint_numbers(filtered)} falls off towards high frequencies: "
@@ -146,28 +139,17 @@ def _mean(values: Sequence[Floats], rows: Sequence[Bools]) -> Floats:
     return np.nanmean(np.concatenate([np.where(*each, np.nan) for each in zip(rows, values, strict=True)]), axis=0)
 
 
-def hardly_distinct(model: FittedModel) -> Iterator[str]:
+def _hardly_distinct(model: FittedModel) -> Iterator[str]:
     """Yield which effects the motion hardly distinguishes, from each other or from the base model, and which parts
-    of friction; of each two the parameters whose errors correlate most.
+    of friction.
     """
     strengths = [
-        (i, entry)
+        i
         for i, entry in enumerate(model.solution.structure.parameters)
         if entry.linear and entry.free and not (entry.term >= 0 and model.terms[entry.term].effect.mandatory)
     ]
-    largest: dict[tuple[str | int, int], tuple[float, str]] = {}
-    for (i, first), (j, second) in combinations(strengths, 2):
-        correlation, of_base = model.uncertainty.correlation[i, j], first.term < 0
-        pair = (first.name if of_base else first.term, second.term)
-        least = max(_IMITATION if of_base else _MAX_CORRELATION, largest.get(pair, (0.0, ""))[0])
-        if first.term != second.term and abs(correlation) > least:
-            so = "what one has too much, the other lacks" if of_base else "one of the two effects may be all there is"
-            sentence = (
-                f"{first.name} and {second.name} are known only together: this motion hardly distinguishes them "
-                f"(their errors correlate by {correlation:+.2f}), so {so}."
-            )
-            largest[pair] = abs(correlation), sentence
-    yield from (sentence for _, sentence in largest.values())
+    names = [model.solution.structure.parameters[i].name for i in strengths]
+    yield from known_together(names, model.uncertainty.correlation[np.ix_(strengths, strengths)])
     for joint, share in enumerate(rarer_direction_share(model.split), start=1):
         if share < MAX_RARE_SHARE:
             yield (

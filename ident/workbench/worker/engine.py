@@ -17,7 +17,7 @@ from ident.data.samples import holds_torque
 from ident.diagnosis.diagnosis import DiagnosisInputs, DiagnosisOptions, diagnose, prepare_inputs
 from ident.diagnosis.document import verdict
 from ident.diagnosis.document.formula import with_formula
-from ident.diagnosis.document.warnings import hardly_distinct, unjudged_rows
+from ident.diagnosis.document.warnings import unjudged_rows
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.improvement import MIN_SHARE
 from ident.diagnosis.search.screening import Candidate
@@ -223,7 +223,7 @@ class SelectionEngine:
                 for name, effect in self._library.items()
                 if effect.mandatory and recording.rig.mechanism in effect.mechanisms
             ),
-            warnings=(*hardly_distinct(model), *unjudged_rows(model.on_judged_rows.split)),
+            warnings=tuple(unjudged_rows(model.on_judged_rows.split)),
             findings=said,
         )
 

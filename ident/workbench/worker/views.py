@@ -125,7 +125,7 @@ class StepsView:
     findings: Findings | None
     """What the full diagnosis has said, whose final model is the current one."""
     warnings: tuple[str, ...] = ()
-    """What limits the errors of the steps, and which parameters are known only together."""
+    """What limits the errors of the steps."""
 
     @property
     def added(self) -> tuple[tuple[str, tuple[int, ...]], ...]:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from ident.dynamics import mechanisms
 from ident.dynamics.mechanisms import Parameter
-from ident.uncertainty.identifiability import UNIDENTIFIABLE, WEAK, identifiability
+from ident.uncertainty.identifiability import UNIDENTIFIABLE, WEAK, identifiability, known_together
 from ident.uncertainty.physical_consistency import coupling, violations
 from recordings.recording import Floats
 from tests.ident import building
@@ -101,3 +101,22 @@ def test_independent_axes_are_not_coupled(inertias: list[float], positive: bool)
         assert result.share == pytest.approx(0.0, abs=1e-12)
     single = mechanisms.create(building.bench()).regressor
     assert coupling(lambda moved: single(moved) @ building.parameters(), building.motion_of()) is None
+
+
+@pytest.mark.parametrize(
+    ("names", "value", "said"),
+    [
+        (("spring.k1", "offset.a1"), -0.96, "one of the two effects may be all there is"),
+        (("spring.k1", "offset.a1"), 0.94, None),
+        (("T_g", "curve.g_1"), 0.999, "what one has too much, the other lacks"),
+        (("c_v1", "drag.a1"), -0.97, None),
+        (("T_g", "m_p"), 0.999, None),
+        (("curve.g_1", "curve.g_2"), 0.999, None),
+        (("T_g", "curve.g_1"), np.nan, None),
+    ],
+)
+def test_what_imitates_each_other_is_known_only_together(
+    names: tuple[str, str], value: float, said: str | None
+) -> None:
+    sentences = [*known_together(names, np.array([[1.0, value], [value, 1.0]]))]
+    assert [sentence.partition(", so ")[2] for sentence in sentences] == ([f"{said}."] if said else [])
