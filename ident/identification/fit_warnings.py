@@ -40,8 +40,8 @@ def _warnings(model: ModelFile) -> Iterator[FitWarning]:
             "conditional",
             "Structure is left: the true values may lie far outside of the intervals.",
         )
-    if model.validate_ and (sentence := about_held_out(errors[0], errors[-1])):
-        yield _of_all("held-out", sentence)
+    if model.validate_ and (question := about_held_out(errors[0], errors[-1])):
+        yield _of_all("held-out", question)
     held = any(problem.kind == "held-samples" for problem in model.data_problems)
     if test and test.verdict == "within-noise" and (test.missing or held) and max(map(max, errors)) > _NOTABLE_ERROR:
         cause = f"{test.missing} samples are missing" if test.missing else "Samples are held"

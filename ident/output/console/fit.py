@@ -79,8 +79,7 @@ def _error_table(model: ModelFile, evaluated: Mapping[str, Sequence[JointResidua
         for role, joints in evaluated.items()
     ]
     if model.residual_test and None not in model.residual_test.noise_rms:
-        role = "noise floor, held out" if "held out" in evaluated else "noise floor"
-        rows.append((role, *(f"{noise:.3g}" for noise in model.residual_test.noise_rms)))
+        rows.append(("noise floor", *(f"{noise:.3g}" for noise in model.residual_test.noise_rms)))
     unit = ", ".join(dict.fromkeys(model.effort_units))
     effects = f" with {', '.join(model.effects)}" if model.effects else ""
     title = f"RMS residual [{unit}], {model.method.name}{effects}, up to {model.preprocessing.bandwidth:g} Hz"

@@ -30,7 +30,7 @@ def summary(analyses: Mapping[str, ResidualAnalysis]) -> ResultTable:
         ("model", *head) if several else head,
         rows,
         "RMS where the joint moves. All rows: RMS with those near standstill, where dry friction is not determined. "
-        "Noise floor: differences between repetitions, and quantization.",
+        "Noise floor: differences between repetitions, and quantization, which the model passes on to its torque.",
         words=(0,) if several else (),
         title="Residual",
     )
