@@ -10,7 +10,7 @@ from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.document import ParameterValue, joint_numbers
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.split.observability import MAX_RARE_SHARE, rarer_direction_share
-from ident.diagnosis.split.split_data import SplitData, outside_of_range, rms, training_range
+from ident.diagnosis.split.split_data import SplitData, outside_of_range, rms, row_count, training_range
 from ident.identification.fit_warnings import about_held_out
 from ident.identification.model_description import is_relative
 from ident.uncertainty.identifiability import known_together
@@ -127,16 +127,18 @@ def other_machine(model: FittedModel) -> str | None:
     if not split.other_motion:
         return None
     torque = [data.torque for data in split.recordings]
-    training, held_out = (
-        rms(model.residuals, rows) / rms([each - _mean(torque, rows) for each in torque], rows)
-        for rows in (split.train, split.test)
-    )
+    with np.errstate(divide="ignore", invalid="ignore"):  # of a joint that was not moved, or whose torque is constant
+        training, held_out = (
+            np.nan_to_num(rms(model.residuals, rows) / _spread(torque, rows), posinf=0.0)
+            for rows in (split.train, split.test)
+        )
     return about_held_out(training.tolist(), held_out.tolist())
 
 
-def _mean(values: Sequence[Floats], rows: Sequence[Bools]) -> Floats:
-    """(dof,) mean of `values` (m, dof) in the `rows`."""
-    return np.nanmean(np.concatenate([np.where(*each, np.nan) for each in zip(rows, values, strict=True)]), axis=0)
+def _spread(values: Sequence[Floats], rows: Sequence[Bools]) -> Floats:
+    """(dof,) standard deviation of `values` (m, dof) in the `rows`."""
+    total = sum(np.nansum(np.where(*each, 0.0), axis=0) for each in zip(rows, values, strict=True))
+    return rms([each - total / np.maximum(row_count(rows), 1) for each in values], rows)
 
 
 def _hardly_distinct(model: FittedModel) -> Iterator[str]:
