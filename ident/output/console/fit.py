@@ -22,11 +22,12 @@ _MAX_EXCESS = 0.01
 
 
 def show(model: ModelFile, result: Identification, console: Console, details: bool = False) -> None:
-    """Print the error of each joint, the verdict and the worst joint; with `details`, all that is known.
+    """Print the verdict and the worst joint, then the error of each joint; with `details`, all that is known.
 
     model: that of the `result`, with the test of its residual.
     """
     show_problems(model.data_problems, console)
+    print_plain(console, " ".join(sentences(model, result)), "bold")
     for line in warnings(result):
         if details or line.startswith(_ALWAYS):
             print_plain(console, line, "bold yellow")
@@ -36,8 +37,6 @@ def show(model: ModelFile, result: Identification, console: Console, details: bo
         for sentence in assessment.warning_lines(model.assessment, certain=True):
             print_plain(console, sentence, "bold yellow")
     print_table(console, _error_table(model, _evaluated(model, result)), box=None)
-    for sentence in sentences(model, result):
-        print_plain(console, sentence)
 
 
 def _show_details(model: ModelFile, result: Identification, console: Console) -> None:
