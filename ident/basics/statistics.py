@@ -29,7 +29,11 @@ def least_squares(matrix: Floats, targets: Floats) -> Floats:
 
     Columns may be of any size, and those that others reproduce may be among them.
     """
-    gram = matrix.T @ matrix
+    return solve_normal(matrix.T @ matrix, matrix.T @ targets)
+
+
+def solve_normal(gram: Floats, products: Floats) -> Floats:
+    """(c, ...) solution of the normal equations `gram` (c, c) . x = `products` (c, ...), as `least_squares`."""
     size = nonzero(np.sqrt(np.diag(gram)))
-    scaled = np.linalg.lstsq(gram / np.outer(size, size), (matrix / size).T @ targets, rcond=1e-12)[0]
+    scaled = np.linalg.lstsq(gram / np.outer(size, size), (products.T / size).T, rcond=1e-12)[0]
     return np.asarray((scaled.T / size).T, np.float64)

@@ -16,6 +16,7 @@ from ident.data.samples import Samples, drive_signal, sample
 from ident.dynamics import mechanisms
 from ident.dynamics.mechanism_motion import MechanismMotion
 from ident.dynamics.mechanisms import RigidMechanism, torque_of_masses
+from ident.dynamics.mechanisms.urdf import Urdf
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import ModelStructure
 from recordings.errors import BadInput
@@ -60,7 +61,13 @@ class PreparedRecording(WithoutCaches):
         """Pickle the recording and how it is prepared, which is done again; with other positions, the fields."""
         if self.moved:
             return super().__reduce__()
-        return prepare, (self.recording, self.method, self.cutoff, self.start, self.end, self.form)
+        fields = (self.recording, self.method, self.cutoff, self.start, self.end, self.form)
+        return prepare, (*fields, isinstance(self.mechanism, Urdf) and self.mechanism.of_bodies)
+
+    def of_bodies(self) -> "PreparedRecording":
+        """Return the recording of a tree of links that fits allow to be bodies alone."""
+        assert isinstance(self.mechanism, Urdf)
+        return replace(self, mechanism=replace(self.mechanism, of_bodies=True))
 
     @cached_property
     def as_recorded(self) -> MechanismMotion:
@@ -189,13 +196,14 @@ def prepare(
     start: float = 0.0,
     end: float | None = None,
     form: str | None = None,
+    of_bodies: bool = False,
 ) -> PreparedRecording:
     """Preprocess `recording`, which begins at `start` [s] of a longer one that ends at `end` [s], by `method`.
 
     Only the repeated motion is used, if the recording has one. Approach and stop serve as run-in of the filters.
 
     cutoff: [Hz], or as chosen for several recordings; None: chosen by the method.
-    form: another linear model of the mechanism.
+    form: another linear model of the mechanism. of_bodies: as `PreparedRecording.of_bodies`.
 
     Raises:
         BadInput: the recording contains no usable data, the method does not accept the cut-off, or the mechanism
@@ -216,9 +224,10 @@ def prepare(
             torque = torque - _in_blocks(preprocessed, partial(torque_of_masses, mechanism, recording.beyond))
     except BadInput as error:
         raise BadInput(f"{recording.path.name}: {error}") from None
-    return PreparedRecording(
+    prepared = PreparedRecording(
         recording, method, mechanism, samples, preprocessed, regressor, torque, start, end, form=form
     )
+    return prepared.of_bodies() if of_bodies else prepared
 
 
 def prepare_all(

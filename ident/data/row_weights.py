@@ -30,6 +30,13 @@ def moving_or_all(recording: PreparedRecording, standstill: Floats) -> Bools:
     return np.where(moving.any(axis=0), moving, recording.usable)
 
 
+def fitted_rows(recordings: Sequence[PreparedRecording]) -> tuple[list[Bools], list[Floats]]:
+    """(m, dof) rows of each recording that a weighted fit uses, and their weights."""
+    standstill = list(map(standstill_share, recordings))
+    rows = list(map(moving_or_all, recordings, standstill))
+    return rows, row_weights(recordings, rows, standstill)
+
+
 def row_weights(
     recordings: Sequence[PreparedRecording], train: Sequence[Bools], standstill: Sequence[Floats]
 ) -> list[Floats]:

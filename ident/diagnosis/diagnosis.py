@@ -1,7 +1,7 @@
 """Diagnose recordings: missing effects, their alternatives, and the residual that remains unexplained."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain, islice
 from numbers import Real
@@ -85,7 +85,8 @@ class DiagnosisInputs:
                 f"a model of the mechanism itself expected, found one of the form '{model.form}', which the method "
                 f"{model.method.name} fits; choose another method"
             )
-        return below_low_pass(*structure_of(model, prepared.recording.rig, library), self.split.recordings)
+        structure, x = structure_of(model, prepared.recording.rig, library)
+        return below_low_pass(replace(structure, mechanism=prepared.mechanism), x, self.split.recordings)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,82 +1,69 @@
-"""Bodies with given base parameters: links whose pseudo-inertia is positive definite, nearest to them.
-
-Every link's matrix is L L' with a small addition, and every motor's inertia a square, so that any L is a body. What
-the base parameters leave open stays near the URDF's values.
+"""Bodies of a tree of links: pseudo-inertias that are positive semidefinite, and motors of positive inertia.
 
 P. M. Wensing, S. Kim, J.-J. E. Slotine, "Linear matrix inequalities for physically consistent inertial parameter
 identification" (2018): a link's ten parameters belong to a body exactly where its pseudo-inertia [[S, h], [h', m]] is
-positive definite, with the mass m, the first moments h, and S = tr(I) / 2 - I.
+positive definite, with the mass m, the first moments h, and S = tr(I) / 2 - I. What is nearest is a convex problem.
 """
+
+from functools import cache
 
 import numpy as np
 
-from ident.dynamics.mechanisms.urdf import Urdf
-from ident.dynamics.rigid_chain import LINK_PARAMETERS
 from recordings.recording import Floats
 
-_LEAST = np.diag([1e-6, 1e-6, 1e-6, 1e-4])
-"""Addition to each pseudo-inertia [kg m^2, kg], for simulators, which refuse bodies of no mass."""
-_NEAR = (1e-2, 1e-5)
-"""Weights of the distance [kg, kg m, kg m^2] from the beginning, beside the errors of the base parameters: the first
-leads the search, the second leaves them free."""
-_ENTRIES = np.tril_indices(4)
+LEAST = np.diag([1e-6, 1e-6, 1e-6, 1e-4])
+"""Part of each pseudo-inertia [kg m^2, kg] of links for simulators, which refuse bodies of no mass."""
+_OPEN = 1e-8
+"""Weight of the distance from known parameters, beside the torque: it decides only what the torque leaves open."""
+_UPPER = np.triu_indices(4)
+_ORDER = np.lexsort(_UPPER)
+_ROWS, _COLUMNS = _UPPER[0][_ORDER], _UPPER[1][_ORDER]
+"""Entries of a triangle, column by column, as the solver takes them."""
 _INERTIA = (np.array([0, 0, 1, 0, 1, 2]), np.array([0, 1, 1, 2, 2, 2]))
 """Rows and columns of Ixx, Ixy, Iyy, Ixz, Iyz, Izz."""
 
 
-def nearest_bodies(mechanism: Urdf, base: Floats, root: Floats, *, massless: bool = False) -> Floats:
-    """(k,) physical parameters: of the links, and of the motors where they are parameters.
+def nearest_bodies(
+    per_parameter: Floats, target: Floats, known: Floats, links: int, least: Floats | None = None
+) -> Floats:
+    """(k,) physical parameters, of so many `links`, then of motors, whose torque is nearest to the `target` (r,).
 
-    root: (r, b) whose product with an error of the `base` parameters (b,) has the square that is minimised.
-    massless: links may have no mass, as those that no torque tells.
+    per_parameter: (r, k) torque per unit of each. known: (k,) where the torque leaves it open.
+    least: (4, 4) part of every link's pseudo-inertia; None: links may have no mass, as those that no torque tells.
     """
-    from scipy.optimize import least_squares
+    import clarabel
+    import scipy.sparse as sp
 
-    per_parameter = root @ mechanism.base.combination
-    wanted = mechanism.physical_parameters(base)
-    least = np.zeros_like(_LEAST) if massless else _LEAST
-    theta = _beginning(mechanism, wanted)
-    reference = _physical(mechanism, theta, least)[0]
-    for weight in _NEAR:
-
-        def residual(x: Floats, weight: float = weight) -> Floats:
-            parameters = _physical(mechanism, x, least)[0]
-            return np.concatenate([per_parameter @ (parameters - wanted), weight * (parameters - reference)])
-
-        def derivative(x: Floats, weight: float = weight) -> Floats:
-            slopes = _physical(mechanism, x, least)[1]
-            return np.concatenate([per_parameter @ slopes, weight * slopes])
-
-        theta = least_squares(residual, theta, derivative, x_scale="jac", max_nfev=500).x
-    return _physical(mechanism, theta, least)[0]
-
-
-def _beginning(mechanism: Urdf, parameters: Floats) -> Floats:
-    """Entries of L and roots of the motors' inertias, near the `parameters`, which no body may have."""
-    count = mechanism.links.nominal_parameters.size
-    values, vectors = np.linalg.eigh(pseudo_inertia(parameters[:count].reshape(-1, len(LINK_PARAMETERS))))
-    kept = np.maximum(values, 1e-3 * max(1.0, float(values.max())))
-    factors = np.linalg.cholesky(np.einsum("nij,nj,nkj->nik", vectors, kept, vectors))
-    entries = factors[:, _ENTRIES[0], _ENTRIES[1]].ravel()
-    return np.concatenate([entries, np.sqrt(np.maximum(parameters[count:], 1e-3))])
+    rows, count = per_parameter.shape
+    # In units in which the torque is 1, and so is the parameter that it takes to make it.
+    size = float(np.linalg.norm(target)) or 1.0
+    unit = size / (float(np.linalg.norm(per_parameter, axis=0).max()) or 1.0)
+    weights = np.concatenate([np.full(count, _OPEN), np.ones(rows)])
+    linear = np.concatenate([-_OPEN * known / unit, np.zeros(rows)])
+    fitted = sp.hstack([sp.csc_array(per_parameter * (unit / size)), -sp.eye_array(rows)])
+    motors = count - 10 * links
+    bodies = sp.block_diag([_packing()] * links + [sp.eye_array(motors)] * bool(motors))
+    within = sp.hstack([-bodies, sp.csc_array((10 * links + motors, rows))])
+    floor = np.zeros(10) if least is None else _packed(least)
+    limits = np.concatenate([target / size, -np.tile(floor / unit, links), np.zeros(motors)])
+    cones = [clarabel.ZeroConeT(rows), *[clarabel.PSDTriangleConeT(4)] * links]
+    cones += [clarabel.NonnegativeConeT(motors)] * bool(motors)
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    quadratic, constraints = (sp.csc_matrix(each) for each in (sp.diags_array(weights), sp.vstack([fitted, within])))
+    solver = clarabel.DefaultSolver(quadratic, linear, constraints, limits, cones, settings)
+    return unit * np.array(solver.solve().x)[:count]
 
 
-def _physical(mechanism: Urdf, theta: Floats, least: Floats) -> tuple[Floats, Floats]:
-    """Physical parameters (k,) of `theta` (k,), and their derivatives (k, k)."""
-    count = mechanism.links.nominal_parameters.size
-    factors = np.zeros((count // 10, 4, 4))
-    factors[:, _ENTRIES[0], _ENTRIES[1]] = theta[:count].reshape(-1, 10)
-    motors = theta[count:]
-    slopes = np.zeros((len(theta), len(theta)))
-    units = np.zeros((10, 4, 4))
-    units[np.arange(10), _ENTRIES[0], _ENTRIES[1]] = 1.0
-    for link, L in enumerate(factors):
-        turned = units @ L.T
-        here = slice(10 * link, 10 * link + 10)
-        slopes[here, here] = link_parameters(turned + turned.swapaxes(1, 2)).T
-    slopes[count:, count:] = np.diag(2 * motors)
-    links = link_parameters(factors @ factors.swapaxes(1, 2) + least)
-    return np.concatenate([links.ravel(), motors**2]), slopes
+@cache
+def _packing() -> Floats:
+    """(10, 10) packed pseudo-inertia per unit of each of the `LINK_PARAMETERS`."""
+    return np.array([_packed(pseudo_inertia(unit)) for unit in np.eye(10)]).T
+
+
+def _packed(matrix: Floats) -> Floats:
+    """(10,) triangle of a symmetric `matrix` (4, 4), of the same norm."""
+    return matrix[_ROWS, _COLUMNS] * np.where(_ROWS == _COLUMNS, 1.0, np.sqrt(2))
 
 
 def pseudo_inertia(parameters: Floats) -> Floats:

@@ -12,6 +12,7 @@ from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Effect, Quantity, Shapes, Signal, Values
 from ident.dynamics.effects.reading import PositionCorrection
 from ident.dynamics.mechanisms import Parameter, RigidMechanism
+from ident.dynamics.mechanisms.urdf import Urdf
 from ident.dynamics.term import Term as Term
 from recordings.recording import Bools, Floats, Ints
 from recordings.rig import Rig
@@ -61,6 +62,11 @@ class ModelStructure:
         """Return the structure with `effect`, which has the same parameters, in the term `index`."""
         term = replace(self.terms[index], effect=effect)
         return replace(self, terms=(*self.terms[:index], term, *self.terms[index + 1 :]))
+
+    @property
+    def bodies(self) -> Urdf | None:
+        """The links, where fits allow only such that are bodies; else None."""
+        return self.mechanism if isinstance(self.mechanism, Urdf) and self.mechanism.of_bodies else None
 
     @cached_property
     def parameters(self) -> tuple[ParameterEntry, ...]:

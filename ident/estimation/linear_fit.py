@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from ident.data.row_weights import moving_or_all, row_weights, standstill_share
+from ident.data.row_weights import fitted_rows
 from ident.dynamics.mechanisms import Parameter
+from ident.dynamics.mechanisms.urdf import Urdf
 from ident.estimation import estimators
 from ident.estimation.problem import Estimate, Problem, Progress
 from ident.estimation.regression import Regression
@@ -53,10 +54,12 @@ def fit(
     generator: Generator,
     progress: Progress,
     physical: bool = False,
+    links: Urdf | None = None,
 ) -> Fit:
     """Estimate the linear `parameters` (k,) from all `regressions`, by the estimator `method` with its `settings`.
 
     physical: friction must oppose motion too; masses and inertias are never searched below zero.
+    links: that least squares allows to be bodies alone.
 
     Raises:
         BadInput: a parameter has no effect on the torque; or the result must be `physical`, but the method ignores
@@ -66,7 +69,7 @@ def fit(
     bounds = search_region(parameters, regressor, torque, physical)
     deviation = _deviation(regressions) if estimators.declares(method, "WEIGHTED") else None
     instant = _instants(regressions) if estimators.declares(method, "RECURSIVE") else None
-    problem = Problem(regressor, torque, bounds, deviation, instant)
+    problem = Problem(regressor, torque, bounds, deviation, instant, links)
     estimate = estimators.load(method).estimate(problem, generator, progress, settings)
     if physical:
         _check_physical(parameters, estimate.parameters, bounds, method)
@@ -104,14 +107,10 @@ def _check_physical(parameters: Sequence[Parameter], values: Floats, bounds: Flo
 
 def _deviation(regressions: Sequence[Regression]) -> Floats:
     """Standard deviation (r,) [N m] of the residual in each row; infinite where the joint stands still."""
-    prepared = [regression.prepared for regression in regressions]
-    standstill = list(map(standstill_share, prepared))
-    rows = list(map(moving_or_all, prepared, standstill))
+    rows = fitted_rows([regression.prepared for regression in regressions])
     deviations = [
         np.where(moving, 1 / weights, np.inf).T[np.isfinite(regression.torque).T]
-        for regression, moving, weights in zip(
-            regressions, rows, row_weights(prepared, rows, standstill), strict=True
-        )
+        for regression, moving, weights in zip(regressions, *rows, strict=True)
     ]
     return np.concatenate(deviations)
 

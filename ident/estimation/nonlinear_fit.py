@@ -12,6 +12,7 @@ import numpy as np
 from ident.basics.statistics import nonzero
 from ident.basics.threads import in_threads
 from ident.dynamics.structure import ModelStructure
+from ident.estimation import possible_links
 from ident.estimation.predicted_torque import TorquePredictor
 from recordings.recording import Bools, Floats
 
@@ -226,9 +227,13 @@ def _solve(solution: Solution, free: Bools, damping: float = 0.0) -> Floats:
     with np.errstate(over="ignore"):  # a search that diverges takes no step along what is too large
         size = nonzero(np.sqrt((regressor**2).sum(axis=0)))
     scaled = regressor / size
-    gram, right = scaled.T @ scaled, scaled.T @ residual
+    gram, right = scaled.T @ scaled + damping * np.eye(len(size)), scaled.T @ residual
     step = np.zeros(len(free))
-    step[free] = np.linalg.lstsq(gram + damping * np.eye(len(gram)), right, rcond=1e-12)[0] / size
+    if links := solution.structure.bodies:
+        now = solution.x[: len(links.base.columns)]
+        step[free] = possible_links.step(links, gram * np.outer(size, size), right * size, now)
+    else:
+        step[free] = np.linalg.lstsq(gram, right, rcond=1e-12)[0] / size
     return step
 
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from ident.dynamics.mechanisms.urdf import Urdf
 from ident.estimation.lad_certificate import Certificate
 from recordings.recording import Floats, Ints
 
@@ -29,6 +30,8 @@ class Problem:
     """(m,) standard deviation of the residual in each row [N m], for estimators that are WEIGHTED."""
     instant: Ints | None = None
     """(m,) number of the instant to which each row belongs, for estimators that are RECURSIVE."""
+    links: Urdf | None = None
+    """Links that least squares allows to be bodies alone; their base parameters come first."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,14 +9,17 @@ import numpy as np
 
 from ident.data.compatibility import check_no_overlap, check_same_rig, of_one_set_up, reference_payload
 from ident.data.prepared_recording import PreparedRecording, prepare_all
+from ident.data.row_weights import fitted_rows
 from ident.data_problems import examined, listed
 from ident.dynamics.effects import unknown_payload
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.library import library as load_library
+from ident.dynamics.mechanisms.urdf import Urdf
 from ident.dynamics.structure import ModelStructure, Term
 from ident.estimation import estimators, nonlinear_swarm
 from ident.estimation.linear_fit import Fit, fit
 from ident.estimation.nonlinear_swarm import SwarmSearch
+from ident.estimation.possible_links import of_bodies
 from ident.estimation.problem import Progress
 from ident.estimation.regression import Regression, linearize
 from ident.estimation.shape_parameters import fit_shape_parameters
@@ -146,7 +149,7 @@ def identify(
 
     usable = examined(recordings, prepare, options.accept)
     prepared = [excerpt for each in usable for excerpt in each.excerpts]
-    train = prepared[: len(files)]
+    train = _possible(prepared[: len(files)])
     searched = None
     if estimators.declares(options.method, "NONLINEAR"):
         generator = np.random.default_rng(options.seed)
@@ -165,6 +168,7 @@ def identify(
         generator,
         progress,
         options.physical,
+        structure.bodies,
     )
     if searched:
         result = _with_search(result, searched)
@@ -174,6 +178,11 @@ def identify(
     problems = listed(recordings, [each.problems for each in usable])
     model = model.model_copy(update={"form": form, "data_problems": problems})
     return Identification(model, structure, x, result, train_rows, validation)
+
+
+def _possible(train: Sequence[PreparedRecording]) -> Sequence[PreparedRecording]:
+    """The recordings `train`, with links that stay bodies if they speak for that."""
+    return of_bodies(train, *fitted_rows(train)) if isinstance(train[0].mechanism, Urdf) else train
 
 
 def _fit_method(options: FitOptions, result: Fit) -> FitMethod:

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.basics.statistics import LEVEL
-from ident.dynamics.bodies import nearest_bodies
 from ident.dynamics.mechanisms import Parameter, RigidMechanism
 from ident.dynamics.mechanisms.urdf import Urdf
 from ident.dynamics.motion import Motion, inertia_matrix
@@ -62,7 +61,7 @@ def no_bodies(mechanism: RigidMechanism, linear: Floats, covariance: Floats) -> 
     root = np.zeros((len(std), len(base)))
     # Directions without any error of their own are those of rounding.
     root[:, known] = (vectors / np.sqrt(np.maximum(values, _ROUNDING * values[-1]))).T / std
-    difference = mechanism.base.combination @ nearest_bodies(mechanism, base, root, massless=True) - base
+    difference = mechanism.base.combination @ mechanism.nearest_bodies(root, root @ base) - base
     if np.sum((root @ difference) ** 2) <= chdtri(len(std), 1 - LEVEL):
         return None
     sentence = (

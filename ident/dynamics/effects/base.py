@@ -74,6 +74,8 @@ class Quantity:
     """Effect that is left if this parameter is zero: one that the effect contains."""
     max_durations: float | None = None
     """Largest plausible size of a time constant, in durations of the longest training recording."""
+    least: float = 0.0
+    """Smallest plausible size of a time constant [s]."""
     min_use: float | None = None
     """Smallest plausible product of the inverse of a voltage with the largest recorded voltage, held-out recordings
     included: a limit that was never approached is not known."""

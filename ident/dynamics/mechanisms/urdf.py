@@ -13,6 +13,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from ident.dynamics.base_parameters import BaseParameters, base_parameters
+from ident.dynamics.bodies import nearest_bodies
 from ident.dynamics.mechanisms import Parameter, friction_parameters, units
 from ident.dynamics.motion import Motion, inertia_matrix
 from ident.dynamics.rigid_chain import LINK_PARAMETERS, RigidChain, rigid_chain
@@ -53,6 +54,8 @@ class Urdf:
     chain: Chain
     links: RigidChain
     base: BaseParameters
+    of_bodies: bool = False
+    """Whether fits allow only base parameters that bodies have."""
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -115,10 +118,23 @@ class Urdf:
 
     def physical_parameters(self, parameters: Floats) -> Floats:
         """(k,) parameters of links and motors that have the base `parameters`: those nearest to the URDF's."""
+        known = self.known_parameters
+        return known + self._inverse @ (parameters[: len(self.base.columns)] - self.base.combination @ known)
+
+    @property
+    def known_parameters(self) -> Floats:
+        """(k,) physical parameters of links as the URDF has them, and motors without inertia."""
         known = np.zeros(self.base.combination.shape[1])
         known[: self.links.nominal_parameters.size] = self.links.nominal_parameters
-        excess = parameters[: len(self.base.columns)] - self.base.combination @ known
-        return known + self._inverse @ excess
+        return known
+
+    def nearest_bodies(self, root: Floats, target: Floats, least: Floats | None = None) -> Floats:
+        """(k,) physical parameters of bodies: `root` (r, b) times their base parameters is nearest to `target` (r,).
+
+        least: as in `bodies.nearest_bodies`.
+        """
+        links = self.links.nominal_parameters.size // len(LINK_PARAMETERS)
+        return nearest_bodies(root @ self.base.combination, target, self.known_parameters, links, least)
 
     @cached_property
     def _inverse(self) -> Floats:

@@ -1,7 +1,7 @@
 """Weighted least squares on the mechanism's own model, the 11 parameters of (30).
 
 Not in the paper. The voltage is noisy, so torque samples differ in precision (`ident.data.noise`); each residual is
-divided by its standard deviation. The search region is ignored.
+divided by its standard deviation. The search region is ignored, but links that shall be bodies are.
 """
 
 from dataclasses import replace

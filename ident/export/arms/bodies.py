@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.dynamics.bodies import nearest_bodies
+from ident.dynamics.bodies import LEAST
 from ident.dynamics.mechanisms.urdf import Urdf
 from ident.dynamics.motion import Motion
 from ident.export.losses import Carried, sorted_by
@@ -130,4 +130,4 @@ def _nearest(mechanism: Urdf, base: Floats, motion: Motion, error: Floats) -> Fl
     columns = mechanism.regressor(thinned)[:, :, : len(base)] / error[:, None]
     known = columns[np.isfinite(columns).all(axis=(1, 2))]
     root = np.linalg.qr(known.reshape(-1, len(base)), mode="r") / np.sqrt(len(known))
-    return nearest_bodies(mechanism, base, root)
+    return mechanism.nearest_bodies(root, root @ base, LEAST)

@@ -113,14 +113,16 @@ def rms(residual: Floats) -> Floats:
     return result
 
 
-@pytest.mark.parametrize("arm", [kuka, pendulum])
+@pytest.mark.parametrize(("arm", "gained"), [(kuka, 0.85), (pendulum, 1.0)])
 def test_first_step_is_no_worse_than_plain_least_squares(
-    arm: Callable[[Path], tuple[Path, list[Recording]]], tmp_path: Path
+    arm: Callable[[Path], tuple[Path, list[Recording]]], gained: float, tmp_path: Path
 ) -> None:
+    """Links that stay bodies tell another motion better, but not every joint of it."""
     urdf, (train, *held_out) = arm(tmp_path)
     model = ident.fit([train], method="wls")
     assert model.identification is not None
     baseline = Baseline(urdf, model.identification.train[0].prepared)
     for prediction in predict(model.file, held_out, model.library):
         ours, theirs = rms(prediction.residual), rms(baseline.residual(prediction.prepared))
-        assert (ours <= 1.02 * theirs).all(), (prediction.prepared.recording.path.name, ours / theirs)
+        assert (ours <= 1.05 * theirs).all(), (prediction.prepared.recording.path.name, ours / theirs)
+        assert np.exp(np.mean(np.log(ours / theirs))) <= 1.01 * gained

@@ -1,4 +1,4 @@
-"""Recordings that are too short, slow or narrow do not show time constants, limits and waves."""
+"""Recordings that are too short, slow or narrow show no time constants, limits and waves; transients are no warmth."""
 
 import numpy as np
 
@@ -14,6 +14,8 @@ def reason(before: FittedModel, after: FittedModel, index: int) -> str | None:
     for shape, value in zip(term.shapes, shapes, strict=True):
         if shape.max_durations is not None and abs(value) > shape.max_durations * longest:
             return f"its {shape.name} of {value:.3g} {shape.unit} is far longer than the recording of {longest:.3g} s"
+        if abs(value) < shape.least:
+            return f"its {shape.name} of {value:.3g} {shape.unit} is shorter than the {shape.least:g} s that it takes"
     for column, quantity in enumerate(term.local_parameters):
         if quantity.min_use is not None and _largest_use(model, index, column) < quantity.min_use:
             return "the level that it would need was never approached"

@@ -51,6 +51,7 @@ effect = Additive(
             lower=0.5,
             upper=1e4,
             max_durations=3.0,  # slower warming is a straight line over time
+            least=2.0,  # no gear, brake or grease warms up sooner
             initial_guesses=(2.0, 6.0, 20.0, 60.0),
         ),
     ),

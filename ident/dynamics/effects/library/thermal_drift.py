@@ -46,6 +46,7 @@ effect = Additive(
             lower=-1e4,
             upper=1e4,
             max_durations=3.0,  # a slower drift is a straight line over time
+            least=2.0,  # what fades sooner is no warmth, but how a motion begins
             initial_guesses=(3.0, 8.0, 20.0, 60.0, 300.0, -10.0, -60.0),
         ),
     ),

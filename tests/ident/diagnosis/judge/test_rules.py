@@ -55,6 +55,7 @@ def with_values(before: FittedModel, name: str, effect: Effect, *values: float) 
         ("encoder_eccentricity", (0.012, 0.012, 1.0), None),
         ("thermal_drift", (0.1, 0.1, -40.0), None),
         ("thermal_drift", (0.1, 0.1, -6014.0), "far longer than the recording of 1"),
+        ("thermal_drift", (0.1, 0.1, 0.5), "shorter than the 2 s that it takes"),
         ("amplifier_saturation", (0.6, 6.0), None),
         ("amplifier_saturation", (0.001, 6.0), "never approached"),
         ("joint_spring", (-0.1, 0.2), "a sign that is not possible"),
