@@ -29,6 +29,10 @@ _MOSTLY = 0.9
 """A time increases in more than this share of its steps."""
 _NEAR = 0.5
 """Steps that nearly repeat differ from their median by less than this share of it."""
+_AT_ONCE = 0.1
+"""Share of the usual step below which a row follows another one at once."""
+_FEW = 10
+"""Rows that may follow others at once by chance."""
 _SET_BACK = 1e-3
 """Share of rows at which a clock is set back; more of them are rows out of order."""
 
@@ -83,8 +87,10 @@ def is_counter(values: Floats) -> bool:
 
 
 def _increases(values: Floats) -> float:
-    """Share of the steps of `values` (n,) that increase; a counter that wraps increases all the same."""
-    return float((np.diff(values) > 0).mean()) if len(values) > 1 and np.isfinite(values).all() else 0.0
+    """Share of the steps of `values` (n,) that increase; a counter that wraps does, and one that stands twice."""
+    steps = np.diff(values) if np.isfinite(values).all() else np.zeros(0)
+    moving = steps[steps != 0]
+    return float((moving > 0).mean()) if len(moving) and 2 * len(moving) + 1 >= len(steps) else 0.0
 
 
 def _repeats(values: Floats) -> bool:
@@ -128,7 +134,7 @@ def _with_unit(table: Table, name: str, values: Floats) -> TimeGuess:
     unknown = table.units.get(name, "")
     if not is_none(unknown):
         return TimeGuess(Source(name, NO_UNIT), f"unit {unknown!r} is not known", tuple(UNITS))
-    first, step = float(values[0]), float(np.median(np.diff(values)))
+    first, step = float(values[0]), float(np.median(np.diff(np.unique(values))))
     since_1970 = [text for text, unit in UNITS.items() if _DATES[0] < first * unit.factor < _DATES[1]]
     fitting = [text for text, unit in UNITS.items() if step > 0 and RATES[0] <= 1 / (step * unit.factor) <= RATES[1]]
     if name == "time" and "s" in fitting:
@@ -145,7 +151,7 @@ def read(table: Table, source: Source | None) -> Clock:
     """Time of the rows of `table`: a clock that starts late, wraps or is set back is healed, and named.
 
     Raises:
-        BadInput: there is no time, it has gaps, or rows are out of order.
+        BadInput: there is no time, it has gaps, or rows are out of order or stand twice with different values.
     """
     if source is None:
         raise BadInput(
@@ -163,6 +169,10 @@ def read(table: Table, source: Source | None) -> Clock:
         problems.append(_healed("clock-set-back", why))
         table, time = table.of_rows(table_rows), time[first:]
     time, healed = _continued(table, source, time)
+    if len(rows := _once(table, source, time)) < len(time):
+        why = f"{len(time) - len(rows)} rows stand twice: all but the first of each are left out"
+        problems.append(_healed("repeated-rows", f"{table.path.name}: {why}"))
+        table, time = table.of_rows(rows), time[rows]
     if abs(time[-1] - time[0]) >= _MAX_TIME:
         raise BadInput(
             f"{table.path}, column {source.column!r}: times within {_MAX_TIME} s expected, {time[-1] - time[0]:g} s "
@@ -227,6 +237,22 @@ def _out_of_order(time: Floats, typical: float) -> bool:
     """Whether the rows make an even time when they are sorted."""
     steps = np.diff(np.sort(time))
     return bool(steps.min() > _NEAR * typical and steps.max() <= np.diff(time).max())
+
+
+def _once(table: Table, source: Source, time: Floats) -> Ints:
+    """Rows (m,) without those that hold what the one before does, at the same time or at once beside the usual step.
+
+    Rows that follow at once are kept where they are few, or others hold the same, too, as of a joint at rest.
+    """
+    steps = np.diff(time)
+    at_once = steps < _AT_ONCE * np.quantile(steps, _MOSTLY)
+    same = (steps >= 0) if at_once.any() else np.zeros(len(steps), bool)
+    for name, values in table.columns.items() if same.any() else ():
+        if name not in source.columns and not is_counter(values):
+            same &= (values[1:] == values[:-1]) | (np.isnan(values[1:]) & np.isnan(values[:-1]))
+    if (same & at_once).sum() < _FEW or same[~at_once].mean() >= _NEAR:
+        at_once = steps == 0
+    return np.flatnonzero(np.concatenate([[True], ~(same & at_once)]))
 
 
 def _rows(table: Table, source: Source, rows: Ints) -> str:

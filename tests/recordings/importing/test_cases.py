@@ -173,6 +173,26 @@ def test_a_clock_that_jumps_is_continued_and_named(
     assert "line " in problem.why
 
 
+@pytest.mark.parametrize("late", [0.0, 1e-6])
+@pytest.mark.parametrize("every", [1, 2])
+def test_rows_that_stand_twice_are_taken_once(late: float, every: int, tmp_path: Path) -> None:
+    rows = np.sort(np.concatenate([np.arange(len(TIME)), np.arange(0, len(TIME), every)]))
+    time = TIME[rows] + late * np.append(False, np.diff(rows) == 0)
+    columns = [[f"{value:.6f}" for value in time], *(values[rows] for values in axis(0)[::2])]
+    path = write(tmp_path, "t [s],q,tau,row", [*columns, np.arange(len(rows))])
+    imported = accepted(path)
+    np.testing.assert_allclose(imported.samples.stamp / 1e9, TIME, atol=1e-6)
+    (problem,) = imported.healed
+    assert (problem.kind, problem.blocks) == ("repeated-rows", False)
+    assert f"{len(rows) - len(TIME)} rows stand twice" in problem.why
+
+
+def test_two_values_at_one_time_are_refused(tmp_path: Path) -> None:
+    q, _, tau = axis(0)
+    with pytest.raises(BadInput, match=r"line 4, column 't': a time after 0\.\d+ s expected"):
+        accepted(write(tmp_path, "t [s],q,tau", [np.append(TIME[:2], TIME[1:-1]), q, tau]))
+
+
 def test_a_wrong_time_among_right_ones_is_refused_with_its_line(tmp_path: Path) -> None:
     cells = TIME.copy()
     cells[200] = 99.0

@@ -1,4 +1,4 @@
-"""Recordings that are too short, slow or narrow show no time constants, limits and waves; transients are no warmth."""
+"""Recordings that are too short, slow or narrow show no time constants, limits and waves; transients no warmth."""
 
 import numpy as np
 
