@@ -10,10 +10,12 @@ import click
 
 from daq.hidden_seed import HiddenSeed, hidden_seed
 from recordings.command_line import FiniteRange, IntegerRange, NameChoice, say_next
+from recordings.errors import BadInput
 
 if TYPE_CHECKING:
     from daq.bench import Bench
     from recordings.rig import Rig
+    from recordings.urdf import Payload
 
 FILE = click.Path(path_type=Path)
 
@@ -43,6 +45,32 @@ ACCEPT = click.option(
     type=NameChoice(["pose"]),
     help="Accept by name what is refused: a pose that is whole motor turns from the last one.",
 )
+
+
+def _payload(context: click.Context, option: click.Parameter, text: str | None) -> "Payload | None":
+    """What is mounted: a mass, with its centre behind @, or that both are unknown."""
+    from recordings.urdf import Payload
+
+    if text is None:
+        return None
+    mass, _, place = text.partition("@")
+    content = {"mass": mass} | ({"com": place.split(",")} if place else {})
+    try:
+        return Payload.read(text, lambda _: Payload.model_validate(content, strict=False))
+    except ValueError:
+        raise BadInput(
+            f"--payload: a mass [kg] as 1.5, with its centre [m] as 1.5@0,0,0.1, or unknown expected, {text!r} "
+            "found; correct it"
+        ) from None
+
+
+PAYLOAD = click.option(
+    "--payload",
+    "mounted",
+    metavar="KG[@X,Y,Z]",
+    callback=_payload,
+    help="What is mounted on the tool, with its centre [m] there; or unknown.  [default: as the rig file says]",
+)
 JSON = click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
 
 Command = Callable[..., None]
@@ -59,12 +87,15 @@ class DriveOptions:
     hidden: HiddenSeed | None = None
     seed: int = 0
     accept: tuple[str, ...] = ()
+    mounted: "Payload | None" = None
+    """The payload."""
 
     def rig(self) -> "Rig":
         """The rig; raises BadInput where its file or the rate is not valid."""
         from recordings.rig import load_rig, simulated_rig
 
         rig = load_rig(self.rig_file) if self.rig_file else simulated_rig()
+        rig = rig.model_copy(update={"payload": self.mounted}) if self.mounted else rig
         return rig if self.rate is None else rig.at_rate(self.rate)
 
     def bench(self) -> "Bench":

@@ -2,14 +2,15 @@
 
 import math
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 from xml.etree import ElementTree
 
-from pydantic import Field, model_validator
+from pydantic import Field, Strict, WrapValidator, model_validator
 
 from recordings.config import ConfigSection, Positive
 from recordings.errors import BadInput
@@ -73,14 +74,31 @@ class Payload(ConfigSection):
 
     mass: Positive | Literal["unknown"]
     """[kg]. "unknown" makes it a parameter of a fit together with a recording of a known payload, or of none."""
-    com: Vector = (0.0, 0.0, 0.0)
+    com: Annotated[Vector, Strict(False)] | Literal["unknown"] = (0.0, 0.0, 0.0)
     """Its centre of mass [m]: in the frame of the last link, or of the rig's `tool`; of an axis with x along the arm
-    at angle zero and y along the axis. On a delta robot's platform, which does not turn, any place is the same."""
+    at angle zero and y along the axis. On a delta robot's platform, which does not turn, any place is the same.
+    "unknown" makes it parameters, too, beside a mass that is "unknown"."""
+
+    @classmethod
+    def read(cls, content: Any, validate: Callable[[Any], Any]) -> Any:
+        """Read `content` of a file; "unknown" alone stands for all of it."""
+        return cls(mass="unknown", com="unknown") if content == "unknown" else validate(content)
 
     @property
     def known_mass(self) -> float:
         """[kg]; NaN where it is unknown."""
         return math.nan if self.mass == "unknown" else self.mass
+
+    @property
+    def place(self) -> Vector:
+        """Its centre of mass [m]; NaN where it is unknown."""
+        return (math.nan,) * 3 if self.com == "unknown" else self.com
+
+    @model_validator(mode="after")
+    def _check_place(self) -> Self:
+        if self.com == "unknown" and self.mass != "unknown":
+            raise ValueError('payload.com: three lengths [m] of a known mass expected, "unknown" found; give them')
+        return self
 
 
 class Chain(ConfigSection):
@@ -106,9 +124,10 @@ class Chain(ConfigSection):
     """Motors that turn with another joint."""
     motor_inertia: bool = True
     """Whether the inertia of each motor is a parameter of its own."""
-    payload: Payload | None = None
-    """What is mounted. Identified parameters include it, and so does the reference model. Where recordings differ,
-    they include that of the first one, and what the others have beyond it is known."""
+    payload: Annotated[Payload | None, WrapValidator(Payload.read)] = None
+    """What is mounted; "unknown" alone: neither mass nor centre is known. Identified parameters include it, and so
+    does the reference model. Where recordings differ, they include that of the first one, and what the others have
+    beyond it is known."""
 
     @property
     def chain(self) -> "Chain":

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from daq import import_options
-from daq.command_options import FILE, JSON
+from daq.command_options import FILE, JSON, PAYLOAD
 from recordings.command_line import IntegerRange, NameChoice, is_given, refuse_together, say_next
 from recordings.errors import BadInput
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from recordings.importing.healing import TimeSpan
     from recordings.importing.observations import Observation
     from recordings.importing.proposal import ImportProposal
+    from recordings.urdf import Payload
 
 _DESCRIBING = ("--mechanism", "--joints", "--torque-map", "--gain", "--kt", "--gravity")
 """Options that stand for a rig file."""
@@ -25,7 +26,7 @@ _OF_LOGS = ("--rig", "--out", "--topic", "--start", "--robot", "--simulated", "-
 _HEALING = ("--trim", "--exclude", "--unwrap", "--thin", "--drop-outliers")
 _OF_OURS = ("--rig", "--out", "--map", *_HEALING, "--json")
 """Options that mend a recording of ours."""
-_REPEATED = {"--rig", *_DESCRIBING, "--start", "--robot", "--simulated", *_HEALING}
+_REPEATED = {"--rig", *_DESCRIBING, "--payload", "--start", "--robot", "--simulated", *_HEALING}
 """Options that a proposed command repeats."""
 _EPILOG = """\b
 Examples:
@@ -95,6 +96,7 @@ Examples:
 )
 @click.option("--thin", type=IntegerRange(1), default=1, help="Keep one of so many samples: where new values come.")
 @click.option("--drop-outliers", is_flag=True, help="Make gaps of single samples far outside of all others.")
+@PAYLOAD
 @click.option("--start", metavar="DATE", help="Time of the first sample, such as 2026-01-05T08:00:00Z.")
 @click.option(
     "--robot", metavar="NAME", callback=import_options.name, help="Name of the robot, kept in the recording."
@@ -206,6 +208,7 @@ def _description(
     gain: list[float] | None,
     kt: list[float] | None,
     gravity: bool,
+    mounted: "Payload | None",
     start: str | None,
     robot: str | None,
     simulated: bool,
@@ -229,6 +232,7 @@ def _description(
         joints=joints,
         torque={key: value for key, value in torque.items() if value is not None},
         gravity=gravity,
+        payload=mounted,
         simulated=simulated,
         start=None if start is None else iso_date("--start", start),
         robot=robot,

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from daq.command_options import FILE, HIDDEN, JSON, PACE, RATE, RIG, SEED, SIM, DriveOptions, drive_options
+from daq.command_options import FILE, HIDDEN, JSON, PACE, PAYLOAD, RATE, RIG, SEED, SIM, DriveOptions, drive_options
 from recordings.command_line import FiniteRange, IntegerRange, NameChoice, refuse_together, say_next
 from recordings.errors import BadInput
 
@@ -30,6 +30,7 @@ from recordings.errors import BadInput
         help="Accept by name what is refused: an assumed gain with --feedforward on real drives, a pose "
         "that is whole motor turns from the last one.",
     ),
+    PAYLOAD,
 )
 @click.option("--cycles", type=IntegerRange(1), help="Repetitions of the motion.  [default: about 20 s]")
 @click.option("--out", type=FILE, help="Recording to write.  [default: TRAJ.mcap]")

@@ -33,7 +33,7 @@ def of_one_set_up(recording: Recording, payload: Payload | None) -> Recording:
     own = recording.rig.payload
     if own == payload:
         return recording
-    loads = [(sign * load.known_mass, load.com) for sign, load in ((1, own), (-1, payload)) if load]
+    loads = [(sign * load.known_mass, load.place) for sign, load in ((1, own), (-1, payload)) if load]
     return replace(recording, rig=recording.rig.model_copy(update={"payload": payload}), beyond=tuple(loads))
 
 

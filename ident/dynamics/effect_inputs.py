@@ -78,7 +78,7 @@ class EffectInputs:
     @cached_property
     def torque_per_mass(self) -> Floats:
         """(n, dof) torque that moves and holds 1 kg where the payload is [N m/kg]."""
-        place = self.rig.payload.com if self.rig.payload else (0.0, 0.0, 0.0)
+        place = self.rig.payload.place if self.rig.payload else (0.0, 0.0, 0.0)
         return mechanisms.create(self.rig).torque_per_mass(self.motion, place)
 
     def low_passed(self, share: float = 1.0) -> "EffectInputs":

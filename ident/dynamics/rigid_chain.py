@@ -173,7 +173,7 @@ def _built(described: str) -> RigidChain:
     order = np.array([model.idx_vs[model.getJointId(name)] for name in names])
     tool = model.getFrameId(f"link:{chain.tool}" if chain.tool else f"joint:{chain.joints[-1]}")
     if chain.payload and chain.payload.mass != "unknown":
-        load, frame = chain.payload.mass * point_mass(chain.payload.com), model.frames[tool]
+        load, frame = chain.payload.mass * point_mass(chain.payload.place), model.frames[tool]
         model.appendBodyToJoint(frame.parentJoint, pinocchio.Inertia.FromDynamicParameters(load), frame.placement)
     if not chain.loops:
         return RigidChain(model, order, tool, None)

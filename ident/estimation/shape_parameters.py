@@ -8,7 +8,7 @@ import numpy as np
 from ident.data.prepared_recording import PreparedRecording
 from ident.dynamics.effects.base import Effect, Suggestion
 from ident.dynamics.structure import ModelStructure, Term
-from ident.estimation.nonlinear_fit import Solution, nonlinear_least_squares
+from ident.estimation.nonlinear_fit import Solution, levenberg_marquardt, nonlinear_least_squares
 from ident.estimation.predicted_torque import TorquePredictor
 from recordings.recording import Floats
 
@@ -35,6 +35,9 @@ def fit_shape_parameters(
             for start in _initial_guesses(term, term.shape_guesses(suggested))
         ]
         solution = min(candidates, key=lambda candidate: candidate.loss)
+    # A narrow valley, as of a mass and its place, takes more steps than a search among many models has.
+    while (better := levenberg_marquardt(predictors, solution, weights)).loss < solution.loss:
+        solution = better
     return solution.structure, solution.x
 
 

@@ -228,7 +228,7 @@ def _with_linear(structure: ModelStructure, x: Floats, result: Fit) -> Floats:
 def _structure(train: Sequence[PreparedRecording], options: FitOptions) -> tuple[ModelStructure, Floats]:
     """The mechanism with the chosen effects, whose shapes are fitted to `train`, and all parameters (K,)."""
     terms = _terms(train, options)
-    if options.effects:
+    if options.effects or any(term.shapes for term in terms):
         return fit_shape_parameters(train, terms)
     structure = replace(train[0].base_structure, terms=terms)
     return structure, np.zeros(len(structure.parameters))
@@ -248,8 +248,8 @@ def _terms(train: Sequence[PreparedRecording], options: FitOptions) -> tuple[Ter
     base: tuple[Term, ...] = ()
     if options.base_effects and estimators.form(options.method) is None:
         base = mandatory_terms(options.library, recording, options.without)
-    if any(np.isnan(mass) for each in train for mass, _ in each.recording.beyond):
-        base = (*base, Term.on_all_joints(unknown_payload.NAME, unknown_payload.effect, recording.rig))
+    if payload := unknown_payload.needed_by([each.recording for each in train]):
+        base = (*base, Term.on_all_joints(unknown_payload.NAME, payload, recording.rig))
     return (*(term for term in base if term.name not in {other.name for other in chosen}), *chosen)
 
 

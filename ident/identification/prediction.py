@@ -111,7 +111,7 @@ def structure_of(model: ModelFile, rig: Rig, library: Mapping[str, Effect]) -> t
 def _effect_of(term: EffectTerm, library: Mapping[str, Effect]) -> Effect:
     """The effect of a `term`: of the library, or by the formula that the model holds."""
     if term.name == unknown_payload.NAME:
-        return unknown_payload.effect
+        return unknown_payload.of_unknown_place if term.shapes else unknown_payload.of_known_place
     if term.name not in library:
         if term.formula is None:
             raise BadInput(

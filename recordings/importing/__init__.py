@@ -32,6 +32,7 @@ from recordings.plausible import LARGEST, first_implausible
 from recordings.reader import is_foreign, read
 from recordings.recording import IMPORTED, Floats, Ints, Recording, Run
 from recordings.rig import JointType, MechanismName, Rig, Torque
+from recordings.urdf import Payload
 
 _MAX_RATE = 4000.0
 """Highest rate that a rig description permits [Hz]."""
@@ -50,6 +51,8 @@ class Description:
     for all joints."""
     gravity: bool = False
     """Whether gravity loads the joint of a single axis."""
+    payload: Payload | None = None
+    """What is mounted; None: as the rig says."""
     simulated: bool = False
     start: str | None = None
     """ISO 8601 time of the first sample; None: as the file says."""
@@ -154,6 +157,7 @@ def of_table(table: Table, description: Description, mapping: Sequence[str] = ()
     values = quantities(table, columns, description.hints)
     rate = 1e9 / mean_step(time.stamp)
     rig = _rig(table, description, values.joints, rate)
+    rig = rig.model_copy(update={"payload": description.payload}) if description.payload else rig
     joints = dict(values.joints)
     if not {"voltage", "effort"} & joints.keys():
         joints["effort"] = _effort(table, joints["current"], rig)

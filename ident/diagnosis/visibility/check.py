@@ -135,6 +135,7 @@ class Adviser:
     ) -> None:
         self._facts, self._library, self._share = facts, library, share
         self._files, self._recording = [recording.path for recording in recordings], recordings[0]
+        self._set_ups = {(recording.rig.payload, recording.beyond) for recording in recordings}
 
     def judged(self, visibility: EffectVisibility) -> CheckedEffect:
         """The entry of an effect that was judged."""
@@ -166,7 +167,12 @@ class Adviser:
         if not timeless or not self._can_design(name):
             return why, "Rule the others out at the machine: a motion does not tell them apart.", None
         pairs = [word for other in timeless for word in ("--discriminate", name, other)]
-        return why, f"Record a motion that tells it from {', '.join(timeless)}.", design(self._files, *pairs)
+        # What the load does, another load tells from all that it does not.
+        others = [each for each in imitations if self._library[each].axis != self._library[name].axis]
+        loaded = others and "load" in {self._library[each].axis for each in (name, *others)}
+        payload = ", or this one with another payload (--payload)" if loaded and len(self._set_ups) == 1 else ""
+        record = f"Record a motion that tells it from {', '.join(timeless)}{payload}."
+        return why, record, design(self._files, *pairs)
 
     def _hidden(self, visibility: EffectVisibility) -> tuple[str, str, str | None]:
         """The same for an effect that this motion, or the noise, hides."""

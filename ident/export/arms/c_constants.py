@@ -52,7 +52,7 @@ def constants(model: Model, carried: Collection[str]) -> Iterator[tuple[str, Flo
     yield "inertial", physical[:count].reshape(dof, -1)[order]
     if chain["of_tool"]:
         payload = mechanism.chain.payload
-        tool = links.mass_at(payload.com if payload else (0.0, 0.0, 0.0))
+        tool = links.mass_at(payload.place if payload else (0.0, 0.0, 0.0))
         yield "tool", tool.reshape(dof, -1)[order]
     if chain["of_tilt"]:
         yield "across", mechanism.across

@@ -1,5 +1,6 @@
 """Recordings with different payloads are fitted together: what is known enters the model, all else is shared."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +96,20 @@ def test_an_unknown_payload_is_a_parameter(kind: str, tmp_path: Path) -> None:
     assert high - low < 0.3
     comparison = ident.compare(model, record(kind, 2.2, 5, told=False))
     assert all(joint.summary.share < 0.02 for joint in comparison.joints)
+
+
+@pytest.mark.parametrize(("kind", "known"), [("axes", "xz"), ("urdf", "xyz")])
+def test_the_place_of_an_unknown_payload_is_found_too(kind: str, known: str, tmp_path: Path) -> None:
+    empty, loaded, other = record(kind, 0.0, 1), record(kind, 2.2, 2), record(kind, 2.2, 3)
+    unknown = Rig.model_validate({**rig(kind, 0.0).model_dump(), "payload": "unknown"})
+    model = ident.fit([empty, replace(loaded, rig=unknown)], validate=replace(other, rig=unknown), method="wls")
+    model.save(tmp_path / "model.json")
+    parameters = ident.load_model(tmp_path / "model.json").parameters
+    for name, true in {"m": 2.2, **{axis: PLACE["xyz".index(axis)] for axis in known}}.items():
+        low, high = parameters[f"unknown_payload.{name}"].ci95 or (np.nan, np.nan)
+        assert low - 0.01 < true < high + 0.01
+        assert high - low < 0.1
+    assert all(joint.summary.share < 0.02 for joint in ident.compare(model, replace(other, rig=unknown)).joints)
 
 
 def test_an_unknown_payload_needs_another_set_up_and_is_fitted_before_a_diagnosis() -> None:
