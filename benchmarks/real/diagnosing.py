@@ -42,6 +42,21 @@ class DiagnosedSet:
         others = [entry["effect"] for entry in self.document["findings"] if entry["effect"] not in names]
         return [*known, *((f"{name} (found)", "unknown") for name in others)]
 
+    @property
+    def plain(self) -> Floats | None:
+        """(dof,) held-out error of plain regression, at the same band and rows; None of single axes."""
+        if self.diagnosis is None or not self.manifest.urdf:
+            return None
+        from benchmarks.real.plain_regression import PlainRegression, rms
+
+        split = self.diagnosis.split
+        train = [split.recordings[index] for index in split.train_indices]
+        rig = train[0].recording.rig
+        plain = PlainRegression(rig.urdf, rig.joints, train)
+        held_out = zip(split.recordings, split.test, strict=True)
+        residuals = [np.where(rows, plain.residual(each), np.nan) for each, rows in held_out if rows.any()]
+        return rms(np.concatenate(residuals))
+
 
 def diagnose(manifest: Manifest, folder: Path, scratch: Path) -> DiagnosedSet:
     """Diagnose the data set of `manifest` in `folder`.

@@ -18,6 +18,8 @@ def lines(outcomes: Sequence[DiagnosedSet]) -> Iterator[str]:
             yield f"  get it: {manifest.get}"
             continue
         yield f"  verdict {document['verdict']}; held-out error {_errors(document)}"
+        if (plain := outcome.plain) is not None:
+            yield f"  plain regression: held-out error {', '.join(f'{error:.3g}' for error in plain)}"
         if manifest.published:
             yield f"  published: {manifest.published}"
         for text, judgement in outcome.claims:

@@ -32,7 +32,7 @@ def nearest_bodies(
     least: (4, 4) part of every link's pseudo-inertia; None: links may have no mass, as those that no torque tells.
     """
     import clarabel
-    import scipy.sparse as sp
+    from scipy.sparse import csc_matrix
 
     rows, count = per_parameter.shape
     # In units in which the torque is 1, and so is the parameter that it takes to make it.
@@ -40,17 +40,19 @@ def nearest_bodies(
     unit = size / (float(np.linalg.norm(per_parameter, axis=0).max()) or 1.0)
     weights = np.concatenate([np.full(count, _OPEN), np.ones(rows)])
     linear = np.concatenate([-_OPEN * known / unit, np.zeros(rows)])
-    fitted = sp.hstack([sp.csc_array(per_parameter * (unit / size)), -sp.eye_array(rows)])
     motors = count - 10 * links
-    bodies = sp.block_diag([_packing()] * links + [sp.eye_array(motors)] * bool(motors))
-    within = sp.hstack([-bodies, sp.csc_array((10 * links + motors, rows))])
+    bodies = np.zeros((count, count))
+    bodies[: 10 * links, : 10 * links] = np.kron(np.eye(links), _packing())
+    bodies[10 * links :, 10 * links :] = np.eye(motors)
+    fitted = np.hstack([per_parameter * (unit / size), -np.eye(rows)])
+    within = np.hstack([-bodies, np.zeros((count, rows))])
     floor = np.zeros(10) if least is None else _packed(least)
     limits = np.concatenate([target / size, -np.tile(floor / unit, links), np.zeros(motors)])
     cones = [clarabel.ZeroConeT(rows), *[clarabel.PSDTriangleConeT(4)] * links]
     cones += [clarabel.NonnegativeConeT(motors)] * bool(motors)
     settings = clarabel.DefaultSettings()
     settings.verbose = False
-    quadratic, constraints = (sp.csc_matrix(each) for each in (sp.diags_array(weights), sp.vstack([fitted, within])))
+    quadratic, constraints = csc_matrix(np.diag(weights)), csc_matrix(np.vstack([fitted, within]))
     solver = clarabel.DefaultSolver(quadratic, linear, constraints, limits, cones, settings)
     return unit * np.array(solver.solve().x)[:count]
 

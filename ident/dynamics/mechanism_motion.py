@@ -1,8 +1,9 @@
 """A mechanism in a motion: the columns of its parameters, and what effects are computed from."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import count
 
 import numpy as np
 
@@ -18,6 +19,10 @@ from recordings.urdf import Vector
 
 _REMEMBERED = 3
 """Number of torques that are kept for each motion."""
+_FEW = 3
+"""Torques that take less time than the columns of links."""
+_LARGEST = 1 << 24
+"""Numbers in the columns of links beyond which these are not kept: 128 MB."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,11 +44,21 @@ class MechanismMotion:
         """(n, dof) torque of the mechanism with the `parameters` (k,); not to be changed."""
 
         def compute() -> Floats:
-            if isinstance(self.mechanism, Urdf):  # its columns take much time and memory
+            if isinstance(self.mechanism, Urdf) and self._columns_cost_more:
                 return self.mechanism.torque(self.motion, parameters)
             return np.einsum("njk,k->nj", self.regressor, parameters)  # `@` goes instant by instant
 
         return self._torques.get(parameters.tobytes(), compute)
+
+    @property
+    def _columns_cost_more(self) -> bool:
+        """Whether the torque of links is sooner known without columns, or these are too large."""
+        size = self.motion.position.size * len(self.mechanism.parameters)
+        return next(self._computed) < _FEW or size > _LARGEST
+
+    @cached_property
+    def _computed(self) -> Iterator[int]:
+        return count()
 
     @cached_property
     def _torques(self) -> RecentResults:
