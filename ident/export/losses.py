@@ -1,15 +1,17 @@
 """What an exported model carries of the identified one, and the torque that is lost by what it does not."""
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from ident.dynamics.motion import Motion
 from ident.export.paths import TorquePath
 from ident.export.torque_table import TorqueSummary, evaluate
 from ident.identification.model import Model
+from recordings.recording import Floats
 
 
 @dataclass(frozen=True)
@@ -18,9 +20,11 @@ class Carried:
 
     carried: tuple[str, ...]
     lost: Mapping[str, str]
-    """Effects that are not carried, and why."""
+    """Effects and other causes that are not carried, and why."""
     voltage: tuple[str, ...]
     """Effects on what the drives report: they change no torque."""
+    parts: Mapping[str, Callable[[Motion], Floats]] = field(default_factory=dict)
+    """Torque (n, dof) of those that are lost and are a part of a term only."""
 
 
 def sorted_by(model: Model, reasons: Mapping[str, str], others: Mapping[str, str] = {}) -> Carried:
@@ -41,7 +45,10 @@ def write(model: Model, carried: Carried, path: TorquePath, out: Path, target: s
     whole, losses = TorqueSummary(), TorqueSummary()
     for chunk in path.chunks():
         torque, terms = evaluate(model, chunk)
-        gone = {name: terms[name] for name in carried.lost}
+        gone = {
+            name: carried.parts[name](chunk.motion)[chunk.used] if name in carried.parts else terms[name]
+            for name in carried.lost
+        }
         whole.add(torque, {})
         losses.add(np.sum([np.zeros_like(torque), *gone.values()], axis=0), gone)
     rms = losses.rms

@@ -3,13 +3,13 @@
 Nearest means: the torque along a motion differs least, on each joint over its held-out error.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ident.dynamics.bodies import LEAST
-from ident.dynamics.mechanisms.urdf import Urdf
+from ident.dynamics.mechanisms.urdf import Urdf, motor_matrix
 from ident.dynamics.motion import Motion
 from ident.export.losses import Carried, sorted_by
 from ident.export.paths import TorquePath
@@ -17,6 +17,7 @@ from ident.identification.model import Model
 from recordings.errors import BadInput, told
 from recordings.recording import Floats
 
+_OFFSET, _MOTORS = "constant_torque", "motor_inertia"
 _ROWS = 2000
 """Instants of the motion along which the torques are compared."""
 
@@ -36,6 +37,8 @@ class Arm:
     """(dof,) constant torque [N m or N]."""
     lost: dict[str, str]
     """Causes of torque that no body has, and why."""
+    lost_motors: Floats
+    """(dof,) inertia of motors that turn with another joint, too, which no body has."""
 
 
 def arm_of(model: Model, path: TorquePath) -> Arm:
@@ -60,7 +63,8 @@ def arm_of(model: Model, path: TorquePath) -> Arm:
             )
     links, motors = physical[: 10 * dof].reshape(dof, 10), np.zeros(dof)
     motors[: len(physical) - 10 * dof] = physical[10 * dof :]
-    return Arm(mechanism, links, np.where(coupled, 0.0, motors), friction, offset, lost)
+    kept, others = np.where(coupled, 0.0, motors), np.where(coupled, motors, 0.0)
+    return Arm(mechanism, links, kept, friction, offset, lost, others)
 
 
 def tree_of(model: Model) -> Urdf:
@@ -94,7 +98,16 @@ def carried_by(model: Model, arm: Arm, bodies: Sequence[str], target: str) -> Ca
         for name, term in zip(structure.term_names, structure.terms, strict=True)
         if term.effect.bodies is None or not set(term.effect.bodies) <= set(bodies)
     }
-    return sorted_by(model, reasons, arm.lost)
+    C = motor_matrix(arm.mechanism.chain)
+    parts: dict[str, Callable[[Motion], Floats]] = {
+        _OFFSET: lambda motion: arm.offset + 0.0 * motion.position,
+        _MOTORS: lambda motion: arm.lost_motors * (motion.acceleration @ C.T) @ C,
+    }
+    lost = arm.lost | {_OFFSET: f"no element of {target}"} if arm.offset.any() else arm.lost
+    lost |= {_MOTORS: "that of a motor that turns with another joint"} if arm.lost_motors.any() else {}
+    carried = sorted_by(model, reasons, lost)
+    base = ("links", *(name for name in ("viscous", "coulomb", _MOTORS) if name not in lost))
+    return replace(carried, carried=(*base, *carried.carried), parts=parts)
 
 
 def added_to_bodies(model: Model, names: Sequence[str]) -> dict[str, Floats]:

@@ -1,5 +1,6 @@
 """Exported arms: bodies that can be, and the model's torque, in Pinocchio and in MuJoCo."""
 
+import json
 from pathlib import Path
 
 import mujoco
@@ -58,7 +59,10 @@ def test_pseudo_inertia_has_the_parameters_of_its_link() -> None:
 def test_every_link_is_a_body_and_the_torque_is_the_models(noise: float, tmp_path: Path) -> None:
     model, out = arm_model(noise=noise), tmp_path / "robot.urdf"
     carried = exporting.export(model, "urdf", out, arm_path())
-    assert not carried.lost
+    assert set(carried.carried) == {"links", "viscous", "coulomb", "motor_inertia"}
+    document = json.loads((tmp_path / "robot.urdf.carried.json").read_text())
+    assert [each["effect"] for each in document["not_carried"]] == ["constant_torque"]
+    np.testing.assert_allclose(document["torque_lost_rms"], np.abs(OFFSET), rtol=0.02)
     arm = arm_of(model, arm_path())
     assert (np.linalg.eigvalsh(pseudo_inertia(arm.links)) > 0).all()
     assert (arm.motors >= 0).all()
@@ -78,7 +82,7 @@ def test_every_link_is_a_body_and_the_torque_is_the_models(noise: float, tmp_pat
 @pytest.mark.parametrize("names", [(), ("base_tilt",), ("joint_spring",), ("encoder_zero_offset",)])
 def test_mujoco_has_the_torque_of_the_model(names: tuple[str, ...], tmp_path: Path) -> None:
     model, out = arm_model(names), tmp_path / "robot.xml"
-    assert not exporting.export(model, "mjcf", out, arm_path()).lost
+    assert set(exporting.export(model, "mjcf", out, arm_path()).lost) == {"constant_torque"}
     robot = mujoco.MjModel.from_xml_path(str(out))
     difference = inverse(robot, arm_path().motion) - VISCOUS * arm_path().motion.velocity - rigid(model)
     assert (share(difference, model) < 0.2).all()
@@ -111,7 +115,7 @@ def test_other_joints_stand_where_they_are_fixed(tmp_path: Path) -> None:
 def test_what_has_no_element_is_lost_and_other_mechanisms_are_refused(tmp_path: Path) -> None:
     coupled = arm_model(["base_tilt", "stribeck"], couplings=({"of": 3, "by": 2},))
     carried = exporting.export(coupled, "urdf", tmp_path / "robot.urdf", arm_path())
-    assert set(carried.lost) == {"base_tilt", "stribeck", "viscous", "coulomb"}
+    assert set(carried.lost) == {"base_tilt", "stribeck", "viscous", "coulomb", "constant_torque", "motor_inertia"}
     with pytest.raises(BadInput, match="mechanism 'urdf' expected, 'delta' found"):
         exporting.export(model_with([]), "urdf", tmp_path / "delta.urdf", arm_path())
 
