@@ -76,15 +76,17 @@ class Arm:
             (f"{length:.6f} 0 0", axis, " ".join(f"{x:.6f}" for x in centre), mass, mass * (0.1 * scale) ** 2)
             for length, axis, centre, mass in zip(lengths, axes, centres, masses, strict=True)
         ]
-        self.urdf, self._mjcf = _urdf(links), _mjcf(links)
+        self.urdf, self.mjcf = _urdf(links), _mjcf(links)
         self.rig = Rig(name="arm", mechanism="urdf", urdf=self.urdf, joints=tuple(f"j{i + 1}" for i in range(JOINTS)))
         self.motor = rng.uniform(0.3, 1.5, JOINTS) * masses * (0.2 * scale) ** 2
         size = np.sqrt(np.mean(self.rigid(Way.drawn(rng, 20.0)) ** 2, axis=0))
         self.coulomb, self.viscous = (rng.uniform(0.06, 0.2, JOINTS) * size for _ in range(2))
 
-    def rigid(self, way: Way, gravity: Sequence[float] | Floats = (0.0, 0.0, -9.81)) -> Floats:
-        """(n, 6) torque of links and motors along a motion."""
-        model = mujoco.MjModel.from_xml_string(self._mjcf)
+    def rigid(
+        self, way: Way, gravity: Sequence[float] | Floats = (0.0, 0.0, -9.81), model: mujoco.MjModel | None = None
+    ) -> Floats:
+        """(n, 6) torque of links and motors along a motion; model: of other links."""
+        model = model or mujoco.MjModel.from_xml_string(self.mjcf)
         model.opt.gravity[:], data, torque = gravity, mujoco.MjData(model), np.empty_like(way.position)
         for row, at in zip(torque, zip(way.position, way.velocity, way.acceleration, strict=True), strict=True):
             data.qpos[:], data.qvel[:], data.qacc[:] = at

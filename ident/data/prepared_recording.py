@@ -72,7 +72,8 @@ class PreparedRecording(WithoutCaches):
     @cached_property
     def as_recorded(self) -> MechanismMotion:
         """Motion and mechanism without corrections, from the recording and its rig file."""
-        return MechanismMotion(self.recording.rig, self.preprocessed.motion, self.mechanism, self.recording.beyond)
+        motion = self.preprocessed.motion
+        return MechanismMotion(self.recording.rig, motion, self.mechanism, self.recording.beyond, recorded=True)
 
     @cached_property
     def base_structure(self) -> ModelStructure:

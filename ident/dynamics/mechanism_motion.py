@@ -1,9 +1,8 @@
 """A mechanism in a motion: the columns of its parameters, and what effects are computed from."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import count
 
 import numpy as np
 
@@ -19,8 +18,6 @@ from recordings.urdf import Vector
 
 _REMEMBERED = 3
 """Number of torques that are kept for each motion."""
-_FEW = 3
-"""Torques that take less time than the columns of links."""
 _LARGEST = 1 << 24
 """Numbers in the columns of links beyond which these are not kept: 128 MB."""
 
@@ -34,6 +31,9 @@ class MechanismMotion:
     mechanism: Mechanism
     beyond: tuple[tuple[float, Vector], ...] = ()
     """Masses [kg], NaN for an unknown one, and their places [m] beyond the payload that the parameters include."""
+
+    recorded: bool = False
+    """Whether this is the motion as it was recorded, along which many models are computed."""
 
     @cached_property
     def regressor(self) -> Floats:
@@ -53,12 +53,7 @@ class MechanismMotion:
     @property
     def _columns_cost_more(self) -> bool:
         """Whether the torque of links is sooner known without columns, or these are too large."""
-        size = self.motion.position.size * len(self.mechanism.parameters)
-        return next(self._computed) < _FEW or size > _LARGEST
-
-    @cached_property
-    def _computed(self) -> Iterator[int]:
-        return count()
+        return not self.recorded or self.motion.position.size * len(self.mechanism.parameters) > _LARGEST
 
     @cached_property
     def _torques(self) -> RecentResults:
@@ -86,7 +81,7 @@ class MechanismMotion:
         rigid_parameters = np.where([parameter.friction for parameter in known], 0.0, parameters)
 
         def rigid_at(motion: Motion) -> Floats:
-            moved = self if motion is self.motion else replace(self, motion=motion)
+            moved = self if motion is self.motion else replace(self, motion=motion, recorded=False)
             torque = moved.torque(rigid_parameters)
             return torque + m_d * platform(self.rig.geometry, motion).torque_of_rods if m_d else torque
 
