@@ -147,13 +147,14 @@ def rigid_chain(chain: Chain) -> RigidChain:
     """Return the links and joints of `chain`.
 
     Raises:
-        BadInput: Pinocchio is not installed.
+        BadInput: Pinocchio or Clarabel is not installed.
     """
-    if importlib.util.find_spec("pinocchio") is None:
-        raise BadInput(
-            'the mechanism "urdf" needs the package pin, which is not installed; install it with '
-            "`pip install 'delta-workbench[urdf]'`"
-        )
+    for module, package in (("pinocchio", "pin"), ("clarabel", "clarabel")):
+        if importlib.util.find_spec(module) is None:
+            raise BadInput(
+                f'the mechanism "urdf" needs the package {package}, which is not installed; install it with '
+                "`pip install 'delta-workbench[urdf]'`"
+            )
     return _built(chain.model_dump_json())
 
 
