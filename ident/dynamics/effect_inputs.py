@@ -13,7 +13,7 @@ import numpy as np
 from ident.basics import filters, slicing
 from ident.basics.recent import RecentResults
 from ident.dynamics import mechanisms
-from ident.dynamics.flexible_joints import FlexibleJoints, flexible_joints, joint_inertia
+from ident.dynamics.flexible_joints import Derivatives, FlexibleJoints
 from ident.dynamics.motion import Motion
 from ident.dynamics.platform import Platform, kernel_constants, platform
 from recordings.recording import Floats
@@ -22,6 +22,8 @@ from recordings.urdf import Vector
 
 _REMEMBERED = 8
 """Number of results that `EffectInputs.remembered` keeps."""
+_PER_PERIOD = 4
+"""Number of derivatives of the arms' torque in a period of the bandwidth."""
 _SMOOTH = ("position", "velocity", "acceleration")
 """Signals of a motion to which a low-pass may be applied."""
 
@@ -81,24 +83,15 @@ class EffectInputs:
         place = self.rig.payload.com if self.rig.payload else (0.0, 0.0, 0.0)
         return mechanisms.create(self.rig).torque_per_mass(self.motion, place)
 
-    def low_passed(self, share: float = 1.0) -> "EffectInputs":
-        """Return the inputs with less quantisation noise of the encoders in the motion.
-
-        A spring amplifies noise at its resonance, and with backlash an arm separates too early.
-
-        share: 0 to 1, share removed of the motion above the bandwidth of the analysis.
-        """
-        if not share or self.bandwidth >= self.rate / 4:
-            return self
-        if share == 1:
-            return self._low_passed
-        pairs = {name: (getattr(self.motion, name), getattr(self._low_passed.motion, name)) for name in _SMOOTH}
-        mixed: dict[str, Any] = {name: (1 - share) * x + share * smooth for name, (x, smooth) in pairs.items()}
-        return replace(self, motion=replace(self.motion, **mixed))
-
     @cached_property
-    def _low_passed(self) -> "EffectInputs":
-        """With the motion low-passed at the bandwidth of the analysis; unchanged where the filter has no output."""
+    def low_passed(self) -> "EffectInputs":
+        """The inputs with the motion low-passed at the bandwidth of the analysis, where the filter has an output.
+
+        It has less quantisation noise of the encoders. A spring amplifies noise at its resonance, and with backlash
+        an arm separates too early.
+        """
+        if self.bandwidth >= self.rate / 4:
+            return self
         taps = filters.low_pass(self.bandwidth, self.rate)
         smooth = {name: filters.convolve(getattr(self.motion, name), taps) for name in _SMOOTH}
         known: dict[str, Any] = {
@@ -118,16 +111,32 @@ class EffectInputs:
     def _results(self) -> RecentResults:
         return RecentResults(_REMEMBERED)
 
-    def motor_inertia(self, share: float) -> Floats:
-        """Motor inertia (dof,) [kg m^2]: a `share` of each joint's own inertia."""
-        return share * joint_inertia(self.parameters, self.motion.position.shape[1])
+    @cached_property
+    def joint_inertia(self) -> Floats:
+        """Own inertia (dof,) of each joint, of which the motor has a share [kg m^2 or kg]; 0 where it is negative.
 
-    def flexible_joints(self, share: float) -> FlexibleJoints:
+        It is the smallest one along the motion with the other joints at rest, so that any share leaves something to
+        the arm; of a delta robot, whose platform loads all joints, that of arm and motor alone.
+        """
+        if self.rig.mechanism == "delta":
+            return np.array([max(self.parameters[f"I_{joint}"], 0.0) for joint in (1, 2, 3)])
+        return self._derivatives.smallest_inertia
+
+    def flexible_joints(self, share: float, smoothing: float = 1.0) -> FlexibleJoints:
         """Return the arms without the motors, whose inertia is a `share` of each joint's own.
 
-        Their load is that along the `motion` of these inputs.
+        smoothing: share of the motion above the bandwidth of the analysis that is taken out, 0 to 1.
         """
-        return flexible_joints(self.rig, self.parameters, share, self.rate, self._arm_load)
+        motors, smooth = share * self.joint_inertia, self.low_passed
+        raw, low = (each.load - motors * each.motion.acceleration for each in (self, smooth))
+        torque = low if smoothing == 1 else raw + smoothing * (low - raw)
+        return FlexibleJoints(torque, self._derivatives.without_motors(motors), self.rate)
+
+    @cached_property
+    def _derivatives(self) -> Derivatives:
+        """Derivatives of the arms' torque along the low-passed motion, often enough for its bandwidth."""
+        step = max(1, int(self.rate / (_PER_PERIOD * self.bandwidth)))
+        return Derivatives.along(self.low_passed.motion, self.rigid_at, step)
 
     @cached_property
     def _arm_load(self) -> Floats | None:
@@ -140,14 +149,6 @@ class EffectInputs:
     def torque_beyond(self) -> Floats:
         """(n, dof) torque of the known masses `beyond` [N m]."""
         return mechanisms.torque_of_masses(mechanisms.create(self.rig), self.beyond, self.motion)
-
-    def arm_torque(self, share: float) -> Floats:
-        """Torque (n, dof) [N m] that moves the arms if they follow the motors."""
-        return self._rigid_arm_torque - self.motor_inertia(share) * self.motion.acceleration
-
-    @cached_property
-    def _rigid_arm_torque(self) -> Floats:
-        return self.flexible_joints(0.0).rigid_torque(self.motion)
 
     def decimated(self, step: int) -> "EffectInputs":
         """Return every `step`-th instant."""

@@ -3,104 +3,54 @@
 The twist of a joint is the angle by which the motor is ahead of the arm.
 """
 
-import math
-
 import numpy as np
 
 from ident.basics.numba_cache import compiled
-from ident.dynamics.arm_kernels import arm_dynamics, known, solve
+from ident.dynamics.arm_kernels import solve
 from recordings.recording import Floats
-
-_SETTLING_STEPS = 50
-"""Iterations to the initial static twist."""
 
 
 @compiled
-def elastic_torque(  # noqa: C901 - compiled: one loop
-    delta: bool,
-    constants: Floats,
-    q: Floats,
-    v: Floats,
-    a: Floats,
-    load: Floats,
-    compliance: Floats,
-    damping_ratio: float,
-    dt: float,
-    substeps: int,
-    beta: float,
-) -> Floats:
-    """`FlexibleJoints.elastic_torque` (n, dof) by Newmark's method, with `substeps` steps per sample.
+def spring_twists(torque: Floats, K: Floats, C: Floats, M: Floats, dt: float, substeps: int, beta: float) -> Floats:
+    """Solve M x'' + C x' + K x = torque by Newmark's method, with `substeps` steps per sample.
 
-    load: (n, dof) further torque of the arms, along the motors' motion.
+    Returns the twists x, x' and x'' (3, n, f). K and C (n, f, f) contain stiffness and damping of the springs.
+
     beta: 1/12 (Fox-Goodwin) has the smallest period error; 1/4 (average acceleration) is stable for any step.
-    The arms start in static equilibrium, at the beginning and after each gap; NaN where the motion is NaN.
+    The arms start in static equilibrium, at the beginning and after each gap; NaN where the `torque` (n, f) is NaN.
     """
-    n, dof = q.shape
-    flexible = np.flatnonzero(compliance > 0)
-    count = len(flexible)
-    result = np.full((n, dof), np.nan)
-    torque, inertia = np.zeros(dof), np.zeros((dof, dof))
-    twist, twist_rate, twist_acceleration = np.zeros(dof), np.zeros(dof), np.zeros(dof)
+    n, count = torque.shape
+    twists = np.full((3, n, count), np.nan)
+    x, speed, acceleration = np.zeros(count), np.zeros(count), np.zeros(count)
     matrix, vector = np.zeros((count, count)), np.zeros(count)
-    position, speed, acceleration = np.zeros(dof), np.zeros(dof), np.zeros(dof)
     h, running = dt / substeps, False
     for k in range(n):
-        if not known(q, v, a, k):
+        if np.isnan(torque[k]).any():
             running = False
             continue
         if not running:
-            twist_rate[:], twist_acceleration[:] = 0.0, 0.0
-            for _ in range(_SETTLING_STEPS):
-                arm_dynamics(delta, constants, q[k] - twist, v[k], a[k], torque, inertia)
-                torque += load[k]
+            matrix[:], x[:], speed[:], acceleration[:] = K[k], torque[k], 0.0, 0.0
+            solve(matrix, x, count)
+            running = True
+        else:
+            for substep in range(1, substeps + 1):
+                past = 1 - substep / substeps
                 for s in range(count):
-                    i = int(flexible[s])
-                    twist[i] += 0.5 * (torque[i] * compliance[i] - twist[i])
-            running = not np.isnan(twist).any()
-            if not running:
-                twist[:] = 0.0
-                continue
-            result[k] = torque
-            continue
-        for substep in range(1, substeps + 1):
-            time_left = dt - substep * h
-            for i in range(dof):
-                jerk = (a[k, i] - a[k - 1, i]) / dt
-                acceleration[i] = a[k, i] - jerk * time_left
-                speed[i] = (
-                    v[k, i]
-                    - a[k, i] * time_left
-                    + jerk * time_left**2 / 2
-                    - twist_rate[i]
-                    - h * twist_acceleration[i]
-                )
-                position[i] = q[k, i] - v[k, i] * time_left + a[k, i] * time_left**2 / 2 - jerk * time_left**3 / 6
-                position[i] -= twist[i] + h * twist_rate[i] + h * h / 2 * twist_acceleration[i]
-            arm_dynamics(delta, constants, position, speed, acceleration, torque, inertia)
-            for i in range(dof):
-                torque[i] += load[k, i] - (load[k, i] - load[k - 1, i]) * (time_left / dt)
-            for s in range(count):
-                i = int(flexible[s])
-                damping = 2 * damping_ratio * math.sqrt(inertia[i, i] / compliance[i])
-                vector[s] = torque[i] - damping * (twist_rate[i] + h / 2 * twist_acceleration[i])
-                vector[s] -= (
-                    twist[i] + h * twist_rate[i] + h * h * (0.5 - beta) * twist_acceleration[i]
-                ) / compliance[i]
-                for m in range(count):
-                    matrix[s, m] = inertia[i, flexible[m]]
-                matrix[s, s] += h / 2 * damping + h * h * beta / compliance[i]
-            solve(matrix, vector, count)
-            for s in range(count):
-                i = int(flexible[s])
-                twist[i] += h * twist_rate[i] + h * h * ((0.5 - beta) * twist_acceleration[i] + beta * vector[s])
-                twist_rate[i] += h / 2 * (twist_acceleration[i] + vector[s])
-                twist_acceleration[i] = vector[s]
-        for i in range(dof):
-            result[k, i] = torque[i]
-            for m in range(count):
-                result[k, i] -= inertia[i, flexible[m]] * twist_acceleration[flexible[m]]
-            if math.isnan(result[k, i]):
-                running = False
-        if not running:
-            twist[:] = 0.0
-    return result
+                    x[s] += h * speed[s] + h * h * (0.5 - beta) * acceleration[s]
+                    speed[s] += h / 2 * acceleration[s]
+                for s in range(count):
+                    vector[s] = torque[k, s] + past * (torque[k - 1, s] - torque[k, s])
+                    for m in range(count):
+                        stiffness = K[k, s, m] + past * (K[k - 1, s, m] - K[k, s, m])
+                        damping = C[k, s, m] + past * (C[k - 1, s, m] - C[k, s, m])
+                        inertia = M[k, s, m] + past * (M[k - 1, s, m] - M[k, s, m])
+                        vector[s] -= stiffness * x[m] + damping * speed[m]
+                        matrix[s, m] = inertia + h / 2 * damping + h * h * beta * stiffness
+                solve(matrix, vector, count)
+                for s in range(count):
+                    x[s] += h * h * beta * vector[s]
+                    speed[s] += h / 2 * vector[s]
+                    acceleration[s] = vector[s]
+        for s in range(count):
+            twists[0, k, s], twists[1, k, s], twists[2, k, s] = x[s], speed[s], acceleration[s]
+    return twists

@@ -1,6 +1,5 @@
 """Motion of a delta robot's platform."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
@@ -55,13 +54,7 @@ def _computed(geometry: Geometry, motion: Motion) -> Platform:
     return result
 
 
-def kernel_constants(
-    geometry: Geometry, masses: Sequence[float] = (0.0, 0.0, 0.0), inertia: Sequence[float] | Floats = (0.0, 0.0, 0.0)
-) -> Floats:
-    """Return the constants of a delta robot in the order of the compiled kernels.
-
-    masses: m_p [kg], T_g [N m] and m_d [kg]; inertia: (3,) of the arms [kg m^2].
-    """
+def kernel_constants(geometry: Geometry) -> Floats:
+    """Return the constants of a delta robot in the order of the compiled kernels."""
     phi = np.array(geometry.phi)
-    lengths = (geometry.L1, geometry.L2, geometry.R - geometry.r)
-    return np.array([*lengths, GRAVITY, *masses, *np.cos(phi), *np.sin(phi), *inertia])
+    return np.array([geometry.L1, geometry.L2, geometry.R - geometry.r, GRAVITY, *np.cos(phi), *np.sin(phi)])

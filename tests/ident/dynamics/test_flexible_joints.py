@@ -1,5 +1,6 @@
 """Elastic joints and joints with backlash, compared with analytic solutions."""
 
+from collections.abc import Mapping
 from itertools import pairwise
 
 import numpy as np
@@ -7,11 +8,12 @@ import pytest
 
 from ident.basics.filters import convolve, low_pass
 from ident.dynamics import mechanisms
-from ident.dynamics.flexible_joints import FlexibleJoints, flexible_joints
+from ident.dynamics.effect_inputs import EffectInputs
+from ident.dynamics.mechanism_motion import MechanismMotion
 from ident.dynamics.motion import Motion
 from ident.dynamics.platform import platform
 from recordings.recording import Floats
-from recordings.rig import simulated_rig
+from recordings.rig import Axis, Rig, simulated_rig
 
 RATE = 1000.0
 PARAMETERS = {"m_p": 1.3, "T_g": 5.0, "I_1": 0.21, "I_2": 0.22, "I_3": 0.23, "m_d": 0.4}
@@ -30,9 +32,31 @@ def swaying(duration: float = 2.0, rate: float = RATE) -> Motion:
     )
 
 
-def _axis(inertia: float) -> FlexibleJoints:
-    """One axis without weight."""
-    return FlexibleJoints(False, np.array([inertia, 0.0, 0.0, 0.0]), RATE)
+def inputs_along(
+    motion: Motion, parameters: Mapping[str, float], rig: Rig | None = None, rate: float = RATE, load: float = 0.0
+) -> EffectInputs:
+    """Inputs of effects at the full bandwidth; load: further torque on all arms [N m]."""
+    rig = rig or simulated_rig()
+    mechanism = mechanisms.create(rig)
+    known = np.array([*(parameters.get(each.name, 0.0) for each in mechanism.parameters), parameters.get("m_d", 0.0)])
+    moved, time = MechanismMotion(rig, motion, mechanism), np.arange(len(motion.position)) / rate
+    on_arms = np.full_like(motion.position, load)
+    return moved.effect_inputs(rate, time, rate / 2, known, arm_load_at=lambda _: on_arms)
+
+
+AXIS = Rig(name="axis", mechanism="axes", axes=(Axis(type="prismatic", gravity=True),))
+
+
+def springs(inputs: EffectInputs, compliance: float, damping: float = 0.0, share: float = 0.0) -> Floats:
+    """Torque (n, dof) of springs between motors and arms."""
+    joints = inputs.flexible_joints(share)
+    return joints.torque + joints.change_by_springs(np.full(joints.torque.shape[1], compliance), damping)
+
+
+def gaps(inputs: EffectInputs, half_gap: float, share: float = 0.0, delay: float = 0.0) -> Floats:
+    """Torque (n, dof) between motors and arms with backlash."""
+    joints = inputs.flexible_joints(share)
+    return joints.torque + joints.change_by_backlash(np.full(joints.torque.shape[1], half_gap), delay)
 
 
 def _sine(omega: float, time: Floats) -> tuple[Floats, Floats, Floats]:
@@ -44,17 +68,14 @@ def test_stiff_joints_have_the_torque_of_the_mechanism() -> None:
     mechanism = mechanisms.create(rig)
     known = np.array([PARAMETERS.get(parameter.name, 0.0) for parameter in mechanism.parameters])
     expected = mechanism.regressor(motion) @ known + PARAMETERS["m_d"] * platform(rig.geometry, motion).torque_of_rods
-    stiff = flexible_joints(rig, PARAMETERS, 0.0, RATE).elastic_torque(motion, np.zeros(3), 0.03)
-    tight = flexible_joints(rig, PARAMETERS, 0.0, RATE).backlash_torque(motion, np.zeros(3))
-    np.testing.assert_allclose(stiff[1:], expected[1:], atol=1e-7)
-    np.testing.assert_allclose(tight, expected, atol=1e-9)
+    inputs = inputs_along(motion, PARAMETERS)
+    np.testing.assert_allclose(springs(inputs, 0.0), expected, atol=1e-9)
+    np.testing.assert_allclose(gaps(inputs, 0.0), expected, atol=1e-9)
 
 
 def test_the_motor_share_is_no_part_of_the_arm_torque() -> None:
-    rig, motion = simulated_rig(), swaying()
-    whole, half = (
-        flexible_joints(rig, PARAMETERS, share, RATE).backlash_torque(motion, np.zeros(3)) for share in (0.0, 0.5)
-    )
+    motion = swaying()
+    whole, half = (gaps(inputs_along(motion, PARAMETERS), 0.0, share) for share in (0.0, 0.5))
     inertias = np.array([PARAMETERS["I_1"], PARAMETERS["I_2"], PARAMETERS["I_3"]])
     np.testing.assert_allclose(whole - half, 0.5 * inertias * motion.acceleration, atol=1e-9)
 
@@ -66,7 +87,7 @@ def test_a_mass_on_a_spring_has_the_analytic_response(natural_frequency: float) 
     compliance = 1 / (inertia * (2 * np.pi * natural_frequency) ** 2)
     time, omega = np.arange(0.0, 3.0, 1 / RATE), 2 * np.pi * frequency
     q, v, a = (signal[:, None] for signal in _sine(omega, time))
-    torque = _axis(inertia).elastic_torque(Motion(q, v, a, np.sign(v)), np.array([compliance]), 0.0)[:, 0]
+    torque = springs(inputs_along(Motion(q, v, a, np.sign(v)), {"m_1": inertia}, AXIS), compliance)[:, 0]
     gain = 1 / (1 - (frequency / natural_frequency) ** 2)
     forced = -inertia * omega**2 * gain * np.sin(omega * time)
     omega_0 = 2 * np.pi * natural_frequency
@@ -77,14 +98,13 @@ def test_a_mass_on_a_spring_has_the_analytic_response(natural_frequency: float) 
 
 def test_undamped_oscillations_of_a_delta_keep_their_energy() -> None:
     """Motors at rest after a move do no work, so that the amplitude of the arms stays constant."""
-    rig = simulated_rig()
     time = np.arange(0.0, 6.0, 1 / RATE)
     s = np.clip(time / 0.4, 0.0, 1.0)
     angle = 0.3 + 0.2 * (10 * s**3 - 15 * s**4 + 6 * s**5)
     speed = np.gradient(angle, 1 / RATE)
     q, v, a = (np.repeat(signal[:, None], 3, axis=1) for signal in (angle, speed, np.gradient(speed, 1 / RATE)))
     motion = Motion(q, v, a, np.zeros_like(v))
-    torque = flexible_joints(rig, PARAMETERS, 0.3, RATE).elastic_torque(motion, np.full(3, 1e-3), 0.0)
+    torque = springs(inputs_along(motion, PARAMETERS), 1e-3, share=0.3)
     early, late = (np.ptp(torque[rows], axis=0) for rows in (slice(500, 2000), slice(4500, 6000)))
     assert (early > 0.5).all()
     np.testing.assert_allclose(late, early, rtol=0.02)
@@ -98,7 +118,7 @@ def test_an_arm_moves_freely_through_the_gap() -> None:
     speed = np.cumsum(acceleration) / RATE
     q, v, a = (signal[:, None] for signal in (np.cumsum(speed) / RATE, speed, acceleration))
     motion = Motion(q, v, a, np.sign(v))
-    torque = _axis(inertia).backlash_torque(motion, np.array([half_gap]))[:, 0]
+    torque = gaps(inputs_along(motion, {"m_1": inertia}, AXIS), half_gap)[:, 0]
     flight = np.sqrt(2 * 2 * half_gap / -brake)
     flying = (time > 0.102) & (time < 0.1 + flight - 0.002)
     assert np.allclose(torque[time < 0.099], inertia * 20.0)
@@ -112,8 +132,7 @@ def test_an_arm_moves_freely_through_the_gap() -> None:
 def _axis_with_impacts(rate: float, half_gap: float, delay: float = 0.0) -> Floats:
     """Torque (n,) of one axis that sways, at `rate` [Hz]."""
     q, v, a = (signal[:, None] for signal in _sine(2 * np.pi * 2.0, np.arange(0.0, 3.0, 1 / rate)))
-    axis = FlexibleJoints(False, np.array([0.2, 0.0, 0.0, 0.0]), rate)
-    return axis.backlash_torque(Motion(q, v, a, np.sign(v)), np.array([half_gap]), delay)[:, 0]
+    return gaps(inputs_along(Motion(q, v, a, np.sign(v)), {"m_1": 0.2}, AXIS, rate), half_gap, delay=delay)[:, 0]
 
 
 @pytest.mark.parametrize("rate", [125.0, 400.0, 2000.0])
@@ -151,25 +170,18 @@ def test_a_delay_moves_the_torque_of_impacts_only() -> None:
 def test_a_load_on_the_arms_is_transmitted_like_a_weight_of_the_mechanism() -> None:
     """An axis with a constant weight, of the mechanism or as a further load."""
     weight, (q, v, a) = 3.0, (x[:, None] for x in _sine(2 * np.pi * 2.0, np.arange(0.0, 3.0, 1 / RATE)))
-    motion, gap, compliance = Motion(q, v, a, np.sign(v)), np.array([1e-3]), np.array([1e-4])
-    heavy = FlexibleJoints(False, np.array([0.2, 0.0, 0.0, weight]), RATE)
-    loaded = FlexibleJoints(False, np.array([0.2, 0.0, 0.0, 0.0]), RATE, np.full_like(q, weight))
-    for torques in (
-        [joints.backlash_torque(motion, gap) for joints in (heavy, loaded)],
-        [joints.elastic_torque(motion, compliance, 0.03) for joints in (heavy, loaded)],
-        [joints.rigid_torque(motion) for joints in (heavy, loaded)],
-    ):
-        np.testing.assert_allclose(torques[1], torques[0], atol=1e-9)
+    motion = Motion(q, v, a, np.sign(v))
+    heavy = inputs_along(motion, {"m_1": 0.2, "G_1": weight}, AXIS)
+    loaded = inputs_along(motion, {"m_1": 0.2}, AXIS, load=weight)
+    np.testing.assert_allclose(gaps(loaded, 1e-3), gaps(heavy, 1e-3), atol=1e-9)
+    np.testing.assert_allclose(springs(loaded, 1e-4, 0.03), springs(heavy, 1e-4, 0.03), atol=1e-9)
 
 
 def test_the_torque_is_nan_in_a_gap_of_the_motion_and_nowhere_else() -> None:
-    rig, motion = simulated_rig(), swaying()
+    motion = swaying()
     for signal in (motion.position, motion.velocity, motion.acceleration):
         signal[700:710] = np.nan
-    joints = flexible_joints(rig, PARAMETERS, 0.3, RATE)
-    for torque in (
-        joints.elastic_torque(motion, np.full(3, 1e-3), 0.03),
-        joints.backlash_torque(motion, np.full(3, 1e-3)),
-    ):
+    inputs = inputs_along(motion, PARAMETERS)
+    for torque in (springs(inputs, 1e-3, 0.03, 0.3), gaps(inputs, 1e-3, 0.3)):
         assert np.isnan(torque[700:710]).all()
         assert np.isfinite(torque[710:]).all()

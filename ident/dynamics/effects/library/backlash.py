@@ -6,6 +6,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Quantity, Signal, Values
+from ident.dynamics.flexible_joints import impossible
 from recordings.recording import Floats
 
 _MOTOR_SHARES = np.linspace(0.0, 0.96, 49)
@@ -29,15 +30,8 @@ def report(torque: Floats, inputs: EffectInputs, values: Values, impact_delay: f
         return torque
     return torque + inputs.remembered(
         ("backlash", share, half_gap.tobytes(), impact_delay),
-        lambda: _change(inputs.low_passed(), share, half_gap, impact_delay),
+        lambda: np.nan_to_num(inputs.flexible_joints(share).change_by_backlash(half_gap, impact_delay)),
     )
-
-
-def _change(inputs: EffectInputs, share: float, half_gap: Floats, impact_delay: float) -> Floats:
-    """Torque (n, dof) that a gap adds; 0 where it is unknown."""
-    with_gap = inputs.flexible_joints(share).backlash_torque(inputs.motion, half_gap, impact_delay)
-    changed = with_gap - inputs.arm_torque(share)
-    return np.where(np.isfinite(changed), changed, 0.0)
 
 
 def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, Floats]]:
@@ -46,9 +40,9 @@ def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, Floats]]:
     The motor share determines when the load of the gear changes its sign, and so when the teeth separate. The cost
     has many local minima over it.
     """
-    joint_inertia = inputs.motor_inertia(1.0)
+    motor_torque = inputs.joint_inertia * inputs.motion.acceleration
     reductions = inputs.flexible_joints(0.0).cost_reductions(
-        inputs.motion, joint_inertia, residual, _MOTOR_SHARES, _HALF_GAPS
+        motor_torque, inputs.joint_inertia, residual, _MOTOR_SHARES, _HALF_GAPS
     )
     total = np.maximum(reductions.max(axis=1), 0.0).sum(axis=1)
     padded = np.pad(total, 1)
@@ -66,7 +60,7 @@ effect = Signal(
     record="slow motion in which the torque changes its sign, without an offset of weight where possible",
     equation="arm free within +-b of the motor, where the encoder is; teeth hit without bounce",
     axis="load",
-    mechanisms=("delta", "axes"),
+    impossible=impossible,
     memory=True,
     step=1e-2,
     discontinuous=True,

@@ -4,6 +4,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Quantity, Signal, Values
+from ident.dynamics.flexible_joints import impossible
 from recordings.recording import Floats
 
 _FILTER_ABOVE = 1.5
@@ -30,12 +31,9 @@ def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
 
 def _change(inputs: EffectInputs, share: float, damping_ratio: float, compliance: Floats) -> Floats:
     """Torque (n, dof) that springs add to that of stiff joints; 0 where it is unknown."""
-    slowest = inputs.flexible_joints(share).natural_frequencies(inputs.motion, compliance).min(initial=np.inf) / (
-        2 * np.pi * inputs.bandwidth
-    )
-    inputs = inputs.low_passed(float(np.clip((slowest - 1) / (_FILTER_ABOVE - 1), 0.0, 1.0)))
-    elastic = inputs.flexible_joints(share).elastic_torque(inputs.motion, compliance, damping_ratio)
-    changed = elastic - inputs.arm_torque(share)
+    slowest = inputs.flexible_joints(share).natural_frequencies(compliance).min() / (2 * np.pi * inputs.bandwidth)
+    smoothing = float(np.clip((slowest - 1) / (_FILTER_ABOVE - 1), 0.0, 1.0))
+    changed = inputs.flexible_joints(share, smoothing).change_by_springs(compliance, damping_ratio)
     return np.where(np.abs(changed) < _DIVERGED, changed, 0.0)
 
 
@@ -48,7 +46,7 @@ effect = Signal(
     record="sharp accelerations, or a sweep of frequencies up to the resonance, at 1 kHz or more",
     equation="arm angle = motor angle - compliance * torque of the arm; the motor's inertia is on the encoder's side",
     axis="acceleration",
-    mechanisms=("delta", "axes"),
+    impossible=impossible,
     memory=True,
     parameters=(
         Quantity(

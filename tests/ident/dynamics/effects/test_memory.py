@@ -15,8 +15,8 @@ TIME = np.arange(ROWS) / 200
 @pytest.mark.parametrize("name", LIBRARY)
 def test_the_order_of_the_rows_matters_to_effects_with_a_memory_alone(name: str) -> None:
     model = model_with([name], () if "delta" in LIBRARY[name].mechanisms else [Axis()] * 3)
-    q = 0.2 * np.sin(9 * TIME[:, None] + np.arange(3))
-    given = (q, 1.8 * np.cos(9 * TIME[:, None] + np.arange(3)), -81 * q)
+    q = 0.2 * np.sin(25 * TIME[:, None] + np.arange(3))
+    given = (q, 5.0 * np.cos(25 * TIME[:, None] + np.arange(3)), -625 * q)
     order = np.random.default_rng(0).permutation(ROWS)
     warm = np.full_like(q, 40.0)
     for compute in (model.torque, model.voltage):
