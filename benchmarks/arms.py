@@ -2,12 +2,12 @@
 
 MuJoCo's inverse dynamics give the torque of drawn arms of six joints along drawn motions, and the laws of the foreign
 plant that of an effect on one or two joints. Its size is 3 % of the torque there, as far as base parameters cannot
-take its place.
+take its place. Springs and gaps are moved by forward dynamics, in a motion with accelerations that show them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from time import perf_counter
 from typing import Any
 
@@ -15,9 +15,11 @@ import click
 import mujoco
 import numpy as np
 import pinocchio
+from scipy.interpolate import make_interp_spline
 from scipy.signal import butter, sosfiltfilt
 
 import ident
+from benchmarks import flexible_arms
 from drivers.simulated.effect import HiddenEffect, discover
 from drivers.simulated.secant import solve
 from recordings.recording import Floats
@@ -28,10 +30,13 @@ JOINTS, RATE, SIZE = 6, 250.0, 0.03
 _MOTOR = sorted(laws.MOTOR.keys() & discover().keys() - {"torque_offset"})
 """An offset is in the base model of an arm."""
 _OTHERS = ("actuation_delay", "base_tilt", "encoder_eccentricity", "encoder_zero_offset", "payload_change")
-EFFECTS = (*_MOTOR, *_OTHERS)
+_COUPLINGS = {"joint_elasticity": ("compliance", flexible_arms.spring), "backlash": ("b", flexible_arms.gap)}
+EFFECTS = (*_MOTOR, *_OTHERS, *_COUPLINGS)
 _WITH_ZERO = range(1, 5)
 """Joints (from 0) whose encoder's zero no parameter of the links replaces."""
 _LARGEST_GROUP = 4
+_SIZE_ERROR = 0.05
+"""Relative error of the size that is tolerated."""
 _BANDWIDTH = 20.0
 _AXES = {"roll": "1 0 0", "pitch": "0 1 0", "yaw": "0 0 1"}
 _WRISTS = (("pitch", "yaw", "pitch"), ("roll", "pitch", "roll"))
@@ -56,6 +61,18 @@ class Way:
         angle = omega * time[:, None, None] + phase
         parts = size * np.sin(angle), size * omega * np.cos(angle), -size * omega**2 * np.sin(angle)
         return cls(time, *(part.sum(axis=1) for part in parts))
+
+    @classmethod
+    def fast(cls, rng: np.random.Generator, seconds: float) -> "Way":
+        """Draw sums of sines up to 2.5 Hz that travel about a radian, from rest: what shows springs and gaps."""
+        time, order = np.arange(0, seconds, 1 / RATE), np.array([1, 2, 3, 5, 7, 9])[:, None]
+        size = rng.normal(size=(6, JOINTS)) / order
+        size *= rng.uniform(0.4, 0.6, JOINTS) / np.abs(size).sum(axis=0)
+        omega, phase = 1.7 * order * rng.uniform(0.93, 1.07, (6, JOINTS)), rng.uniform(0, 2 * np.pi, (6, JOINTS))
+        begun = np.clip(time / 1.5, 0, 1)[:, None]
+        swell = begun**4 * (35 - 84 * begun + 70 * begun**2 - 20 * begun**3)
+        path = make_interp_spline(time, swell * (size * np.sin(omega * time[:, None, None] + phase)).sum(axis=1), 5)
+        return cls(time, *(path(time, nu=order) for order in range(3)))
 
     def read_as(self, position: Floats) -> "Way":
         """The same motion as other angles tell it."""
@@ -91,6 +108,12 @@ class Arm:
             mujoco.mj_inverse(model, data)
             row[:] = data.qfrc_inverse
         return torque + self.motor * way.acceleration
+
+    def coupled(self, way: Way, joints: Sequence[int], make: Callable[[Floats], flexible_arms.Coupling]) -> Floats:
+        """(n, 6) torque of links behind springs or gaps on some `joints`, and of motors that move along `way`."""
+        model = mujoco.MjModel.from_xml_string(self._mjcf)
+        motors = way.position, way.velocity, way.acceleration
+        return flexible_arms.arm_torque(model, way.time, motors, joints, make) + self.motor * way.acceleration
 
     @cached_property
     def _robot(self) -> Any:
@@ -139,7 +162,8 @@ class Case:
         self.effect = effect
         self.rng = np.random.default_rng([(*EFFECTS, "nothing").index(effect), number])
         self.arm = Arm(self.rng)
-        self.ways = [Way.drawn(self.rng, 40.0), Way.drawn(self.rng, 20.0)]
+        drawn, seconds = (Way.fast, (12.0, 8.0)) if effect in _COUPLINGS else (Way.drawn, (40.0, 20.0))
+        self.ways = [drawn(self.rng, each) for each in seconds]
         self.rigid = [self.arm.rigid(way) for way in self.ways]
         self.hidden: HiddenEffect | None = None
         self.joints: tuple[int, ...] = ()
@@ -148,14 +172,17 @@ class Case:
             self._hide(discover()[effect])
 
     def _hide(self, kind: type[HiddenEffect]) -> None:
-        """Draw the effect, its joints and its strength."""
+        """Draw the effect, its joints and its strength; other joints where hardware has no effect of that size."""
         shape = kind.draw_shape(self.rng) | ({"N": 1.0} if self.effect == "encoder_eccentricity" else {})
         possible = _WITH_ZERO if self.effect == "encoder_zero_offset" else range(JOINTS)
-        joints = self.rng.permutation(list(possible))[: self.rng.integers(1, 3)]
-        self.joints = tuple(range(JOINTS) if kind.whole_robot else sorted(joints.tolist()))
-        self.hidden = kind.model_validate(shape)
-        solved = solve(self.size, SIZE, start=getattr(kind(), kind.strength()), largest=1e4)
-        self.hidden = self.hidden.scaled(solved[0] if solved else 0.0)
+        largest = kind.largest() if self.effect in _COUPLINGS else 1e4
+        self.hidden, reached = kind.model_validate(shape), 0.0
+        while abs(reached / SIZE - 1) > _SIZE_ERROR:
+            joints = self.rng.permutation(list(possible))[: self.rng.integers(1, 3)]
+            self.joints = tuple(range(JOINTS) if kind.whole_robot else sorted(joints.tolist()))
+            solved = solve(self.size, SIZE, start=getattr(kind(), kind.strength()), largest=largest)
+            strength, reached = solved or (0.0, 0.0)
+        self.hidden = self.hidden.scaled(strength)
 
     def recordings(self) -> list[ident.Recording]:
         """The recordings of the case, with noise and encoder steps."""
@@ -175,6 +202,9 @@ class Case:
         mask = np.isin(np.arange(JOINTS), self.joints)
         q, v = way.position, way.velocity
         state = laws.State(way.time[:, None], q, v, way.acceleration, rigid, arm.coulomb, arm.viscous)
+        if self.effect in _COUPLINGS and hidden:
+            name, make = _COUPLINGS[self.effect]
+            rigid = arm.coupled(way, self.joints, partial(make, p[name]))
         torque = rigid + arm.viscous * v + arm.coulomb * state.direction
         if self.effect in _MOTOR and hidden:
             torque = torque + mask * laws.MOTOR[self.effect](state, p)
@@ -204,7 +234,8 @@ class Case:
     def size(self, strength: float) -> float:
         """What base parameters cannot take of the effect, as a share of the torque of its joints."""
         assert self.hidden is not None
-        way, (position, torque) = self.ways[0], self.reports(self.hidden.scaled(strength))[0]
+        way = self.ways[0]
+        position, torque = self._report(way, self.rigid[0], self.hidden.scaled(strength))
         joints = list(self.joints)
         change = (self._rest(way, position, torque) - self.bare[0])[:, joints]
         return float(np.sqrt(np.mean(change**2) / np.mean(self.filtered(torque)[:, joints] ** 2)))

@@ -5,7 +5,7 @@ Nothing here is derived from the measured torque: such a regressor would lower t
 
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ import numpy as np
 from ident.basics import filters, slicing
 from ident.basics.recent import RecentResults
 from ident.dynamics import mechanisms
-from ident.dynamics.flexible_joints import Derivatives, FlexibleJoints
+from ident.dynamics.flexible_joints import FlexibleJoints, LinearArms
 from ident.dynamics.motion import Motion
 from ident.dynamics.platform import Platform, kernel_constants, platform
 from recordings.recording import Floats
@@ -24,6 +24,12 @@ _REMEMBERED = 8
 """Number of results that `EffectInputs.remembered` keeps."""
 _PER_PERIOD = 4
 """Number of derivatives of the arms' torque in a period of the bandwidth."""
+_LINEAR = 3
+"""Number of `LinearArms` that are kept, for different compliances."""
+_ROUNDED = 2
+"""Number of compliances in an octave about whose static lag arms are linear."""
+_TINY = 1e-30
+"""Added to a compliance [rad/(N m)] to have a logarithm."""
 _SMOOTH = ("position", "velocity", "acceleration")
 """Signals of a motion to which a low-pass may be applied."""
 
@@ -92,12 +98,7 @@ class EffectInputs:
         """
         if self.bandwidth >= self.rate / 4:
             return self
-        taps = filters.low_pass(self.bandwidth, self.rate)
-        smooth = {name: filters.convolve(getattr(self.motion, name), taps) for name in _SMOOTH}
-        known: dict[str, Any] = {
-            name: np.where(np.isfinite(x), x, getattr(self.motion, name)) for name, x in smooth.items()
-        }
-        return replace(self, motion=replace(self.motion, **known))
+        return replace(self, motion=_low_passed(self.motion, self.bandwidth, self.rate))
 
     def remembered(self, key: Hashable, compute: Callable[[], Floats]) -> Floats:
         """Return the result of `compute`, or the one of an earlier call with this `key`.
@@ -120,23 +121,35 @@ class EffectInputs:
         """
         if self.rig.mechanism == "delta":
             return np.array([max(self.parameters[f"I_{joint}"], 0.0) for joint in (1, 2, 3)])
-        return self._derivatives.smallest_inertia
+        return self._linear_arms.smallest_inertia
 
-    def flexible_joints(self, share: float, smoothing: float = 1.0) -> FlexibleJoints:
+    def flexible_joints(
+        self, share: float, smoothing: float = 1.0, compliance: Floats | None = None
+    ) -> FlexibleJoints:
         """Return the arms without the motors, whose inertia is a `share` of each joint's own.
 
         smoothing: share of the motion above the bandwidth of the analysis that is taken out, 0 to 1.
+        compliance: (dof,) of springs whose static lag is so large that the arms are not linear about the motors.
         """
         motors, smooth = share * self.joint_inertia, self.low_passed
         raw, low = (each.load - motors * each.motion.acceleration for each in (self, smooth))
         torque = low if smoothing == 1 else raw + smoothing * (low - raw)
-        return FlexibleJoints(torque, self._derivatives.without_motors(motors), self.rate)
+        near = self._linear_arms
+        if compliance is not None:
+            # Rounded: a search with small steps needs few of them.
+            rough = np.where(compliance > 0, 2 ** (np.round(_ROUNDED * np.log2(compliance + _TINY)) / _ROUNDED), 0.0)
+            near = self._linear.get(rough.tobytes(), lambda: self._linear_arms.lagging(rough))
+        return FlexibleJoints(torque, motors, near, self.rate)
 
     @cached_property
-    def _derivatives(self) -> Derivatives:
-        """Derivatives of the arms' torque along the low-passed motion, often enough for its bandwidth."""
+    def _linear(self) -> RecentResults:
+        return RecentResults(_LINEAR)
+
+    @cached_property
+    def _linear_arms(self) -> LinearArms:
+        """Torque of the arms near the low-passed motion, often enough for its bandwidth."""
         step = max(1, int(self.rate / (_PER_PERIOD * self.bandwidth)))
-        return Derivatives.along(self.low_passed.motion, self.rigid_at, step)
+        return LinearArms.along(self.low_passed.motion, self.rigid_at, step)
 
     @cached_property
     def _arm_load(self) -> Floats | None:
@@ -153,6 +166,15 @@ class EffectInputs:
     def decimated(self, step: int) -> "EffectInputs":
         """Return every `step`-th instant."""
         return replace(slicing.along_time(self, slice(None, None, step)), rate=self.rate / step)
+
+
+@lru_cache(maxsize=8)
+def _low_passed(motion: Motion, bandwidth: float, rate: float) -> Motion:
+    """Low-pass a `motion`, which stays the same while the parameters of the model change."""
+    taps = filters.low_pass(bandwidth, rate)
+    smooth = {name: filters.convolve(getattr(motion, name), taps) for name in _SMOOTH}
+    known: dict[str, Any] = {name: np.where(np.isfinite(x), x, getattr(motion, name)) for name, x in smooth.items()}
+    return replace(motion, **known)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,12 +10,15 @@ The compiled kernels are loaded when they are first needed.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
+from ident.basics.slicing import along_time
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats, Ints
 from recordings.rig import Rig
+from trajectories.kinematics import Unreachable
 
 _PHASE_STEP = 0.3
 """Integration step, as phase of the fastest oscillation [rad]."""
@@ -31,6 +34,8 @@ _SCREENING_STEP = 1e-3
 """Integration step of the backlash screening [s]."""
 _DIFFERENCE = 1e-4
 """Change of position, velocity or acceleration for a finite difference, in SI units."""
+_LARGEST_LAG = 0.1
+"""Largest static lag of an arm behind its motor [rad or m]: a search may try softer springs."""
 _SAMPLED = 20
 """Number of instants whose natural frequencies are computed."""
 
@@ -41,48 +46,58 @@ def impossible(rig: Rig, joint: int) -> str | None:
 
 
 @dataclass(frozen=True, eq=False)
-class Derivatives:
-    """Derivatives (m, dof, dof) of the arms' torque along a motion of n instants, at some of these."""
+class LinearArms:
+    """Torque of the arms near a motion of n instants, at m of these."""
 
-    instants: Floats
+    instants: Ints
     """(m,) numbers of the instants."""
-    stiffness: Floats
-    """K, by position [N m/rad]: column j by joint j."""
-    damping: Floats
-    """C, by velocity [N m s/rad]."""
-    inertia: Floats
-    """M, by acceleration [kg m^2]: the inertia matrix."""
+    motion: Motion
+    """Of the arms there."""
+    torque_at: Callable[[Motion], Floats]
+    """Computes the torque (m, dof) along any motion."""
+    torque: Floats
+    """(m, dof) along the motion [N m]."""
+    matrices: Floats
+    """(3, m, dof, dof) its derivatives by position, velocity and acceleration: K, C and M, the inertia matrix."""
+    beyond: Floats | float = 0.0
+    """(m, dof) that K x misses of the torque of arms that lag by x behind the motors."""
 
     @classmethod
-    def along(cls, motion: Motion, torque: Callable[[Motion], Floats], step: int) -> "Derivatives":
-        """Compute them from what gives the `torque` (n, dof) along any motion, at every `step`-th known instant."""
+    def along(cls, motion: Motion, torque_at: Callable[[Motion], Floats], step: int) -> "LinearArms":
+        """Compute them at every `step`-th known instant."""
         state = np.stack([motion.position, motion.velocity, motion.acceleration], axis=1)
         known = np.flatnonzero(np.isfinite(state).all(axis=(1, 2)))[::step]
-        instants = known if len(known) else np.zeros(1, int)
-        dof = state.shape[2]
-        shifts = np.concatenate([np.zeros((1, 3 * dof)), _DIFFERENCE * np.eye(3 * dof)])
-        # The variants of an instant follow each other: loops are closed from one row to the next.
-        varied = (state[instants, None] + shifts.reshape(-1, 3, dof)).reshape(-1, 3, dof)
+        instants, dof = known if len(known) else np.zeros(1, int), state.shape[2]
+        shifts = np.concatenate([np.zeros((1, 3 * dof)), _DIFFERENCE * np.eye(3 * dof)]).reshape(-1, 3, dof)
+        varied = (state[instants, None] + shifts).reshape(-1, 3, dof)
         position, velocity, acceleration = np.ascontiguousarray(varied.transpose(1, 0, 2))
-        torques = torque(Motion(position, velocity, acceleration, np.zeros_like(velocity)))
-        torques = torques.reshape(len(instants), -1, dof)
-        slopes = np.nan_to_num((torques[:, 1:] - torques[:, :1]) / _DIFFERENCE)
-        return cls(instants.astype(float), *np.split(slopes.transpose(0, 2, 1), 3, axis=2))
+        torques = torque_at(Motion(position, velocity, acceleration, np.zeros_like(velocity)))
+        torques = np.nan_to_num(torques.reshape(len(instants), -1, dof))
+        slopes = (torques[:, 1:] - torques[:, :1]) / _DIFFERENCE
+        matrices = np.stack(np.split(slopes.transpose(0, 2, 1), 3, axis=2))
+        return cls(instants, along_time(motion, instants), torque_at, torques[:, 0], matrices)
 
-    def at_all(self, n: int, joints: Ints) -> Floats:
-        """K, C and M (3, n, dof, f) at all `n` instants, by linear interpolation, for the columns `joints` (f,)."""
-        chosen = np.stack([self.stiffness, self.damping, self.inertia], axis=1)[..., joints]
-        series = [np.interp(np.arange(n), self.instants, each) for each in chosen.reshape(len(chosen), -1).T]
-        return np.moveaxis(np.reshape(series, (*chosen.shape[1:], n)), 3, 1)
+    def lagging(self, compliance: Floats) -> "LinearArms":
+        """Return those of arms behind springs of about this `compliance` (dof,), linear about their static lag."""
+        lag = np.clip(compliance * self.torque, -_LARGEST_LAG, _LARGEST_LAG)
+        try:
+            moved = LinearArms.along(
+                replace(self.motion, position=self.motion.position - lag), self.torque_at, step=1
+            )
+        except Unreachable:  # a search may try springs that let the arms fall
+            return self
+        beyond = moved.torque - self.torque + np.einsum("mij,mj->mi", moved.matrices[0], lag)
+        return replace(moved, instants=self.instants, beyond=beyond)
+
+    def at_all(self, n: int, values: Floats) -> Floats:
+        """Interpolate `values` (m, ...) to all `n` instants: (n, ...)."""
+        series = [np.interp(np.arange(n), self.instants, each) for each in values.reshape(len(values), -1).T]
+        return np.moveaxis(np.reshape(series, (*values.shape[1:], n)), -1, 0)
 
     @property
     def smallest_inertia(self) -> Floats:
         """(dof,) smallest inertia of each joint along the motion, the others at rest [kg m^2]; 0 if negative."""
-        return np.diagonal(self.inertia, axis1=1, axis2=2).min(axis=0, initial=np.inf).clip(0.0)
-
-    def without_motors(self, inertias: Floats) -> "Derivatives":
-        """Return those of arms without motors that have these `inertias` (dof,)."""
-        return replace(self, inertia=self.inertia - np.diag(inertias))
+        return np.diagonal(self.matrices[2], axis1=1, axis2=2).min(axis=0).clip(0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +106,10 @@ class FlexibleJoints:
 
     torque: Floats
     """(n, dof) that moves the arms if they follow the motors [N m]; NaN where unknown."""
-    derivatives: Derivatives
+    motors: Floats
+    """(dof,) inertias of the motors, which are not moved by that torque [kg m^2]."""
+    near: LinearArms
+    """The torque of arms and motors that do not quite follow."""
     rate: float
     """Sampling rate of the motion [Hz]."""
 
@@ -103,7 +121,7 @@ class FlexibleJoints:
         from ident.dynamics.elastic_kernel import spring_twists
 
         joints = np.flatnonzero(compliance > 0)
-        torque, columns = self._of(joints)
+        columns = self._columns(joints)
         K, C, M = (np.ascontiguousarray(each[:, joints]) for each in columns)
         diagonal, c = np.arange(len(joints)), compliance[joints]
         K[:, diagonal, diagonal] += 1 / c
@@ -111,7 +129,7 @@ class FlexibleJoints:
         phase = self.natural_frequencies(compliance).max(initial=0.0) / self.rate
         substeps = int(np.clip(np.ceil(phase / _PHASE_STEP), 1, _MAX_SUBSTEPS))
         beta = 1 / 12 if phase < _RESOLVED * substeps else 1 / 4
-        return _change(columns, spring_twists(torque, K, C, M, 1 / self.rate, substeps, beta))
+        return self._change(columns, spring_twists(self._torque(joints), K, C, M, 1 / self.rate, substeps, beta))
 
     def change_by_backlash(self, half_gap: Floats, impact_delay: float = 0.0) -> Floats:
         """Change (n, dof) of the torque by arms that move by +-`half_gap` (dof,) against their motors.
@@ -121,11 +139,11 @@ class FlexibleJoints:
         from ident.dynamics.backlash_kernel import backlash_twists
 
         joints = np.flatnonzero(half_gap > 0)
-        torque, columns = self._of(joints)
-        arms = (np.ascontiguousarray(each[:, joints]) for each in columns)
+        columns = self._columns(joints)
+        arms = (self._torque(joints), *(np.ascontiguousarray(each[:, joints]) for each in columns))
         substeps = int(np.ceil(1 / (self.rate * _BACKLASH_STEP)))
-        twists = backlash_twists(torque, *arms, half_gap[joints], _IMPACT, impact_delay, 1 / self.rate, substeps)
-        return _change(columns, twists)
+        twists = backlash_twists(*arms, half_gap[joints], _IMPACT, impact_delay, 1 / self.rate, substeps)
+        return self._change(columns, twists)
 
     def cost_reductions(
         self, motor_torque: Floats, joint_inertias: Floats, residual: Floats, motor_shares: Floats, half_gaps: Floats
@@ -137,7 +155,7 @@ class FlexibleJoints:
         """
         from ident.dynamics.backlash_screening import cost_reductions
 
-        gradient, _, inertia = np.diagonal(self._of(np.arange(len(joint_inertias)))[1], axis1=2, axis2=3)
+        gradient, _, inertia = np.diagonal(self._columns(np.arange(len(joint_inertias))), axis1=2, axis2=3)
         substeps = int(np.ceil(1 / (self.rate * _SCREENING_STEP)))
         return cost_reductions(
             self.torque,
@@ -152,21 +170,30 @@ class FlexibleJoints:
             substeps,
         )
 
-    def _of(self, joints: Ints) -> tuple[Floats, Floats]:
-        """Torque (n, f) of these `joints` (f,), NaN where that of any is, and columns (3, n, dof, f) of K, C, M."""
-        known = np.isfinite(self.torque).all(axis=1, keepdims=True)
-        torque = np.where(known, self.torque, np.nan)[:, joints]
-        return torque, self.derivatives.at_all(len(torque), joints)
+    def _torque(self, joints: Ints) -> Floats:
+        """Torque (n, f) of these `joints` (f,), but for what depends on twists; NaN where that of any joint is."""
+        torque = self.torque + self._beyond
+        return np.where(np.isfinite(torque).all(axis=1, keepdims=True), torque, np.nan)[:, joints]
+
+    @cached_property
+    def _beyond(self) -> Floats:
+        """(n, dof)."""
+        return self.near.at_all(len(self.torque), self.near.beyond + np.zeros_like(self.near.torque))
+
+    def _change(self, columns: Floats, twists: Floats) -> Floats:
+        """- K x - C x' - M x'' (n, dof) of `columns` (3, n, dof, f) and `twists` (3, n, f), and what is beyond."""
+        return self._beyond - np.einsum("dnjf,dnf->nj", columns, twists)
+
+    def _columns(self, joints: Ints) -> Floats:
+        """K, C and M (3, n, dof, f) of these `joints` (f,)."""
+        matrices = self.near.matrices.copy()
+        matrices[2] -= np.diag(self.motors)
+        return np.moveaxis(self.near.at_all(len(self.torque), np.moveaxis(matrices[..., joints], 0, 1)), 1, 0)
 
     def natural_frequencies(self, compliance: Floats) -> Floats:
         """Natural frequencies (s,) [rad/s] of the joints whose `compliance` (dof,) is positive, at some instants."""
         soft = np.flatnonzero(compliance > 0)
+        step = max(1, len(self.near.instants) // _SAMPLED)
+        inertia = (self.near.matrices[2, ::step] - np.diag(self.motors))[:, soft[:, None], soft]
         root = np.sqrt(compliance[soft])
-        step = max(1, len(self.derivatives.inertia) // _SAMPLED)
-        squares = root[:, None] * self.derivatives.inertia[::step, soft[:, None], soft] * root
-        return 1 / np.sqrt(np.linalg.eigvalsh(squares).clip(1e-12)).ravel()
-
-
-def _change(columns: Floats, twists: Floats) -> Floats:
-    """- K x - C x' - M x'' (n, dof), with `columns` (3, n, dof, f) of K, C, M and `twists` (3, n, f), x and so on."""
-    return -np.einsum("dnjf,dnf->nj", columns, twists)
+        return 1 / np.sqrt(np.linalg.eigvalsh(root[:, None] * inertia * root).clip(1e-12)).ravel()

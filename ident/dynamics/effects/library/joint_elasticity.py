@@ -33,7 +33,7 @@ def _change(inputs: EffectInputs, share: float, damping_ratio: float, compliance
     """Torque (n, dof) that springs add to that of stiff joints; 0 where it is unknown."""
     slowest = inputs.flexible_joints(share).natural_frequencies(compliance).min() / (2 * np.pi * inputs.bandwidth)
     smoothing = float(np.clip((slowest - 1) / (_FILTER_ABOVE - 1), 0.0, 1.0))
-    changed = inputs.flexible_joints(share, smoothing).change_by_springs(compliance, damping_ratio)
+    changed = inputs.flexible_joints(share, smoothing, compliance).change_by_springs(compliance, damping_ratio)
     return np.where(np.abs(changed) < _DIVERGED, changed, 0.0)
 
 
