@@ -5,6 +5,9 @@ which are with their motors:
 
     torque(q - x, q' - x', q'' - x'') = torque(q, q', q'') - K x - C x' - M x''
 
+Springs that give way by much need more: K, C and M are those of arms at their static lag, and what the torque of the
+arms has beyond these terms is computed once along the twists that follow, and added.
+
 The compiled kernels are loaded when they are first needed.
 """
 
@@ -34,8 +37,8 @@ _SCREENING_STEP = 1e-3
 """Integration step of the backlash screening [s]."""
 _DIFFERENCE = 1e-4
 """Change of position, velocity or acceleration for a finite difference, in SI units."""
-_LARGEST_LAG = 0.1
-"""Largest static lag of an arm behind its motor [rad or m]: a search may try softer springs."""
+_LARGEST_LAG = np.array([0.1, 10.0, 1e3])
+"""Largest lag of an arm behind its motor and its derivatives, in SI units: a search may try softer springs."""
 _SAMPLED = 20
 """Number of instants whose natural frequencies are computed."""
 
@@ -59,8 +62,10 @@ class LinearArms:
     """(m, dof) along the motion [N m]."""
     matrices: Floats
     """(3, m, dof, dof) its derivatives by position, velocity and acceleration: K, C and M, the inertia matrix."""
-    beyond: Floats | float = 0.0
-    """(m, dof) that K x misses of the torque of arms that lag by x behind the motors."""
+    lag: Floats
+    """(m, dof) of the arms behind the motors."""
+    beyond: Floats
+    """(m, dof) torque that - K x lacks at this lag x."""
 
     @classmethod
     def along(cls, motion: Motion, torque_at: Callable[[Motion], Floats], step: int) -> "LinearArms":
@@ -75,11 +80,12 @@ class LinearArms:
         torques = np.nan_to_num(torques.reshape(len(instants), -1, dof))
         slopes = (torques[:, 1:] - torques[:, :1]) / _DIFFERENCE
         matrices = np.stack(np.split(slopes.transpose(0, 2, 1), 3, axis=2))
-        return cls(instants, along_time(motion, instants), torque_at, torques[:, 0], matrices)
+        lag = np.zeros((len(instants), dof))
+        return cls(instants, along_time(motion, instants), torque_at, torques[:, 0], matrices, lag, lag)
 
     def lagging(self, compliance: Floats) -> "LinearArms":
         """Return those of arms behind springs of about this `compliance` (dof,), linear about their static lag."""
-        lag = np.clip(compliance * self.torque, -_LARGEST_LAG, _LARGEST_LAG)
+        lag = np.clip(compliance * self.torque, -_LARGEST_LAG[0], _LARGEST_LAG[0])
         try:
             moved = LinearArms.along(
                 replace(self.motion, position=self.motion.position - lag), self.torque_at, step=1
@@ -87,7 +93,21 @@ class LinearArms:
         except Unreachable:  # a search may try springs that let the arms fall
             return self
         beyond = moved.torque - self.torque + np.einsum("mij,mj->mi", moved.matrices[0], lag)
-        return replace(moved, instants=self.instants, beyond=beyond)
+        return replace(moved, instants=self.instants, lag=lag, beyond=beyond)
+
+    def bent(self, twists: Floats, joints: Ints) -> Floats:
+        """Torque (n, dof) of arms that lag by `twists` (3, n, f) at `joints` (f,), less the linear one."""
+        limits, at = _LARGEST_LAG[:, None, None], self.motion
+        further = np.zeros((3, *self.torque.shape))
+        further[..., joints] = np.clip(np.nan_to_num(twists[:, self.instants]), -limits, limits)
+        further[0] -= self.lag
+        q, v, a = np.stack([at.position, at.velocity, at.acceleration]) - further
+        try:
+            torque = self.torque_at(Motion(q, v, a, at.direction))
+        except Unreachable:
+            torque = np.full_like(self.torque, np.nan)
+        linear = self.torque - np.einsum("dmij,dmj->mi", self.matrices, further)
+        return self.at_all(twists.shape[1], np.nan_to_num(torque - linear))
 
     def at_all(self, n: int, values: Floats) -> Floats:
         """Interpolate `values` (m, ...) to all `n` instants: (n, ...)."""
@@ -129,7 +149,9 @@ class FlexibleJoints:
         phase = self.natural_frequencies(compliance).max(initial=0.0) / self.rate
         substeps = int(np.clip(np.ceil(phase / _PHASE_STEP), 1, _MAX_SUBSTEPS))
         beta = 1 / 12 if phase < _RESOLVED * substeps else 1 / 4
-        return self._change(columns, spring_twists(self._torque(joints), K, C, M, 1 / self.rate, substeps, beta))
+        torque, step = self._torque(joints), (1 / self.rate, substeps, beta)
+        bent = self.near.bent(spring_twists(torque, K, C, M, *step), joints)
+        return self._change(columns, spring_twists(torque + bent[:, joints], K, C, M, *step)) + bent
 
     def change_by_backlash(self, half_gap: Floats, impact_delay: float = 0.0) -> Floats:
         """Change (n, dof) of the torque by arms that move by +-`half_gap` (dof,) against their motors.
@@ -178,7 +200,7 @@ class FlexibleJoints:
     @cached_property
     def _beyond(self) -> Floats:
         """(n, dof)."""
-        return self.near.at_all(len(self.torque), self.near.beyond + np.zeros_like(self.near.torque))
+        return self.near.at_all(len(self.torque), self.near.beyond)
 
     def _change(self, columns: Floats, twists: Floats) -> Floats:
         """- K x - C x' - M x'' (n, dof) of `columns` (3, n, dof, f) and `twists` (3, n, f), and what is beyond."""

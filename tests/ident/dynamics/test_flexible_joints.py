@@ -49,8 +49,9 @@ AXIS = Rig(name="axis", mechanism="axes", axes=(Axis(type="prismatic", gravity=T
 
 def springs(inputs: EffectInputs, compliance: float, damping: float = 0.0, share: float = 0.0) -> Floats:
     """Torque (n, dof) of springs between motors and arms."""
-    joints = inputs.flexible_joints(share)
-    return joints.torque + joints.change_by_springs(np.full(joints.torque.shape[1], compliance), damping)
+    everywhere = np.full(inputs.motion.position.shape[1], compliance)
+    joints = inputs.flexible_joints(share, compliance=everywhere)
+    return joints.torque + joints.change_by_springs(everywhere, damping)
 
 
 def gaps(inputs: EffectInputs, half_gap: float, share: float = 0.0, delay: float = 0.0) -> Floats:
