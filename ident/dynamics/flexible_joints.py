@@ -6,7 +6,7 @@ which are with their motors:
     torque(q - x, q' - x', q'' - x'') = torque(q, q', q'') - K x - C x' - M x''
 
 Springs that give way by much need more: K, C and M are those of arms at their static lag, and what the torque of the
-arms has beyond these terms is computed once along the twists that follow, and added.
+arms has beyond these terms is computed along the twists that follow, and added, some times.
 
 The compiled kernels are loaded when they are first needed.
 """
@@ -39,6 +39,8 @@ _DIFFERENCE = 1e-4
 """Change of position, velocity or acceleration for a finite difference, in SI units."""
 _LARGEST_LAG = np.array([0.1, 10.0, 1e3])
 """Largest lag of an arm behind its motor and its derivatives, in SI units: a search may try softer springs."""
+_CORRECTIONS = 3
+"""How often what is not linear is computed: an undamped spring comes out of phase by what is left of it."""
 _SAMPLED = 20
 """Number of instants whose natural frequencies are computed."""
 
@@ -150,7 +152,9 @@ class FlexibleJoints:
         substeps = int(np.clip(np.ceil(phase / _PHASE_STEP), 1, _MAX_SUBSTEPS))
         beta = 1 / 12 if phase < _RESOLVED * substeps else 1 / 4
         torque, step = self._torque(joints), (1 / self.rate, substeps, beta)
-        bent = self.near.bent(spring_twists(torque, K, C, M, *step), joints)
+        bent = np.zeros_like(self.torque)
+        for _ in range(_CORRECTIONS):
+            bent = self.near.bent(spring_twists(torque + bent[:, joints], K, C, M, *step), joints)
         return self._change(columns, spring_twists(torque + bent[:, joints], K, C, M, *step)) + bent
 
     def change_by_backlash(self, half_gap: Floats, impact_delay: float = 0.0) -> Floats:
