@@ -16,6 +16,8 @@ _SPRING_DAMPING, _STOP_DAMPING = 0.04, 0.5
 """Over the critical damping of the joint alone."""
 _STOP_FREQUENCY = 100.0
 """Natural frequency of an arm that lies on a stop [Hz]."""
+_SETTLING, _DRAG = 1000, 0.9
+"""Steps in which arms come to rest before their motors move, and the share of their speed that they keep in each."""
 Coupling = Callable[[Floats, Floats], Floats]
 """Computes the torque (f,) from motor to arm of the twist (f,) and its rate (f,)."""
 
@@ -56,10 +58,13 @@ def arm_torque(
     per_sample = round(_STEPS_PER_SECOND * (time[1] - time[0]))
     fine = np.linspace(time[0], time[-1], per_sample * (len(time) - 1) + 1)
     q, v, a = (CubicSpline(time, signal)(fine) for signal in motors)
+    q, v, a = (
+        np.concatenate([np.tile(share * each[:1], (_SETTLING, 1)), each]) for share, each in ((1, q), (0, v), (0, a))
+    )
     inertia, torque, h = np.zeros((model.nv, model.nv)), np.empty_like(q), fine[1] - fine[0]
     at, speed = q[0, joints].copy(), v[0, joints].copy()
     couple: Coupling | None = None
-    for k in range(len(fine)):
+    for k in range(len(q)):
         data.qpos[:], data.qvel[:] = q[k], v[k]
         data.qpos[joints], data.qvel[joints] = at, speed
         mujoco.mj_fwdPosition(model, data)
@@ -72,6 +77,6 @@ def arm_torque(
         needed = inertia @ acceleration + data.qfrc_bias
         acceleration[joints] = np.linalg.solve(own, pushed - needed[joints])
         torque[k] = inertia @ acceleration + data.qfrc_bias
-        speed += h * acceleration[joints]
+        speed = (speed + h * acceleration[joints]) * (_DRAG if k < _SETTLING else 1.0)
         at += h * speed
-    return torque[::per_sample]
+    return torque[_SETTLING::per_sample]

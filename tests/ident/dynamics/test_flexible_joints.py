@@ -1,19 +1,28 @@
 """Elastic joints and joints with backlash, compared with analytic solutions."""
 
 from collections.abc import Mapping
+from functools import partial
 from itertools import pairwise
+from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
+from benchmarks import flexible_arms
 from ident.basics.filters import convolve, low_pass
 from ident.dynamics import mechanisms
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.mechanism_motion import MechanismMotion
+from ident.dynamics.mechanisms.urdf import Urdf
 from ident.dynamics.motion import Motion
 from ident.dynamics.platform import platform
 from recordings.recording import Floats
 from recordings.rig import Axis, Rig, simulated_rig
+from tests.ident.dynamics.loops import joint, link, rig, robot
+
+pytest.importorskip("pinocchio")
 
 RATE = 1000.0
 PARAMETERS = {"m_p": 1.3, "T_g": 5.0, "I_1": 0.21, "I_2": 0.22, "I_3": 0.23, "m_d": 0.4}
@@ -44,6 +53,14 @@ def inputs_along(
     return moved.effect_inputs(rate, time, rate / 2, known, arm_load_at=lambda _: on_arms)
 
 
+SLIDE = rig(
+    {
+        "urdf": robot([link("base"), link("mass", 1.0), joint("slide", "base", "mass", "0 0 1", kind="prismatic")]),
+        "joints": ("slide",),
+        "motor_inertia": False,
+    }
+)
+"""The axis as a URDF."""
 AXIS = Rig(name="axis", mechanism="axes", axes=(Axis(type="prismatic", gravity=True),))
 
 
@@ -81,14 +98,16 @@ def test_the_motor_share_is_no_part_of_the_arm_torque() -> None:
     np.testing.assert_allclose(whole - half, 0.5 * inertias * motion.acceleration, atol=1e-9)
 
 
+@pytest.mark.parametrize("rig", [AXIS, SLIDE], ids=["axes", "urdf"])
 @pytest.mark.parametrize("natural_frequency", [4.0, 15.0, 40.0])
-def test_a_mass_on_a_spring_has_the_analytic_response(natural_frequency: float) -> None:
+def test_a_mass_on_a_spring_has_the_analytic_response(natural_frequency: float, rig: Rig) -> None:
     """One undamped axis: arm / motor = 1 / (1 - (f / f_0)^2), plus the free oscillation from the initial state."""
     inertia, frequency = 0.2, 2.0
     compliance = 1 / (inertia * (2 * np.pi * natural_frequency) ** 2)
     time, omega = np.arange(0.0, 3.0, 1 / RATE), 2 * np.pi * frequency
     q, v, a = (signal[:, None] for signal in _sine(omega, time))
-    torque = springs(inputs_along(Motion(q, v, a, np.sign(v)), {"m_1": inertia}, AXIS), compliance)[:, 0]
+    inputs = inputs_along(Motion(q, v, a, np.sign(v)), {"m_1": inertia}, rig)
+    torque = springs(inputs, compliance)[:, 0] - inputs.flexible_joints(1.0).torque[:, 0]
     gain = 1 / (1 - (frequency / natural_frequency) ** 2)
     forced = -inertia * omega**2 * gain * np.sin(omega * time)
     omega_0 = 2 * np.pi * natural_frequency
@@ -176,6 +195,51 @@ def test_a_load_on_the_arms_is_transmitted_like_a_weight_of_the_mechanism() -> N
     loaded = inputs_along(motion, {"m_1": 0.2}, AXIS, load=weight)
     np.testing.assert_allclose(gaps(loaded, 1e-3), gaps(heavy, 1e-3), atol=1e-9)
     np.testing.assert_allclose(springs(loaded, 1e-4, 0.03), springs(heavy, 1e-4, 0.03), atol=1e-9)
+
+
+ARM = {"upper": (4.0, 0.3, 0.05), "fore": (2.0, 0.25, 0.02)}
+"""Mass [kg], place of the centre [m] and moment of inertia about it [kg m^2] of two links of 0.5 m."""
+
+
+def _arm() -> tuple[EffectInputs, Any, Floats]:
+    """Two links that swing in a vertical plane: inputs, MuJoCo's model of them, and the time."""
+    parts, bodies, at = [link("base")], "", (0.0, 0.0, 0.0)
+    for parent, (name, (mass, centre, moment)) in zip(("base", "upper"), ARM.items(), strict=True):
+        parts += [link(name, mass, (centre, 0, 0), (moment,) * 3), joint(name, parent, name, "0 1 0", at)]
+        bodies += (
+            f'<body pos="{at[0]} 0 0"><joint axis="0 1 0"/><inertial pos="{centre} 0 0" mass="{mass}" '
+            f'diaginertia="{moment} {moment} {moment}"/>'
+        )
+        at = (0.5, 0.0, 0.0)
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{bodies}</body></body></worldbody></mujoco>")
+    described = rig({"urdf": robot(parts), "joints": tuple(ARM), "motor_inertia": False})
+    mechanism, time = mechanisms.create(described), np.arange(0.0, 3.0, 1 / RATE)
+    assert isinstance(mechanism, Urdf)
+    base = mechanism.base.combination @ mechanism.links.nominal_parameters
+    known = {each.name: float(x) for each, x in zip(mechanism.parameters, base, strict=False)}
+    started = np.clip(time / 1.5, 0, 1)[:, None]
+    swell = started**4 * (35 - 84 * started + 70 * started**2 - 20 * started**3)
+    path = CubicSpline(time, swell * 0.3 * np.sin(2 * np.pi * np.array([1.4, 2.1]) * time[:, None]))
+    q, v, a = path(time), path(time, 1), path(time, 2)
+    return inputs_along(Motion(q, v, a, np.sign(v)), known, described), model, time
+
+
+@pytest.mark.parametrize("coupling", ["springs", "gaps"])
+def test_an_arm_behind_springs_or_gaps_moves_as_in_mujoco(coupling: str) -> None:
+    inputs, model, time = _arm()
+    motors = (inputs.motion.position, inputs.motion.velocity, inputs.motion.acceleration)
+    if coupling == "springs":
+        size, error = np.array([2e-4, 0.0]), 0.02
+        joints = inputs.flexible_joints(0.0, compliance=size)
+        changed = joints.change_by_springs(size, 0.04)
+        expected = flexible_arms.arm_torque(model, time, motors, [0], partial(flexible_arms.spring, 2e-4))
+    else:
+        joints, error = inputs.flexible_joints(0.0), 0.35  # the other's stops give way
+        changed = joints.change_by_backlash(np.array([0.0, 2e-3]))
+        expected = flexible_arms.arm_torque(model, time, motors, [1], partial(flexible_arms.gap, 2e-3))
+    taps = low_pass(25.0, RATE)
+    difference, change = (convolve(each, taps) for each in (joints.torque + changed - expected, changed))
+    assert np.nanstd(difference[500:]) < error * np.nanstd(change[500:])
 
 
 def test_the_torque_is_nan_in_a_gap_of_the_motion_and_nowhere_else() -> None:
