@@ -5,133 +5,41 @@ plant that of an effect on one or two joints. Its size is 3 % of the torque ther
 take its place.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from time import perf_counter
-from typing import Any
 
 import click
-import mujoco
 import numpy as np
-import pinocchio
 from scipy.signal import butter, sosfiltfilt
 
 import ident
-from drivers.simulated.effect import HiddenEffect, discover
+from benchmarks.drawn_arm import JOINTS, RATE, Arm, Way
+from drivers.simulated.effect import HiddenEffect, discover, parameter
 from drivers.simulated.secant import solve
 from recordings.recording import Floats
-from recordings.rig import Rig
 from tests.foreign import laws
 
-JOINTS, RATE, SIZE = 6, 250.0, 0.03
+SIZE = 0.03
+_NEAR = 0.1
+"""Relative error of a size that is good enough."""
 _MOTOR = sorted(laws.MOTOR.keys() & discover().keys() - {"torque_offset"})
 """An offset is in the base model of an arm."""
-_OTHERS = ("actuation_delay", "base_tilt", "encoder_eccentricity", "encoder_zero_offset", "payload_change")
+_BEARING = "coupled_joint_friction"
+_OTHERS = ("actuation_delay", "base_tilt", "encoder_eccentricity", "encoder_zero_offset", "payload_change", _BEARING)
 EFFECTS = (*_MOTOR, *_OTHERS)
 _WITH_ZERO = range(1, 5)
 """Joints (from 0) whose encoder's zero no parameter of the links replaces."""
+_LARGEST = {"encoder_zero_offset": 0.3}
+"""Strengths beyond which no machine has the effect; arms and joints that would need more are drawn again."""
 _LARGEST_GROUP = 4
 _BANDWIDTH = 20.0
-_AXES = {"roll": "1 0 0", "pitch": "0 1 0", "yaw": "0 0 1"}
-_WRISTS = (("pitch", "yaw", "pitch"), ("roll", "pitch", "roll"))
 
 
-@dataclass(frozen=True, eq=False)
-class Way:
-    """A motion (n, 6)."""
+class Bearing(HiddenEffect):
+    """Coulomb friction of a joint's own bearing, where its motor turns with another joint, too."""
 
-    time: Floats
-    position: Floats
-    velocity: Floats
-    acceleration: Floats
-
-    @classmethod
-    def drawn(cls, rng: np.random.Generator, seconds: float) -> "Way":
-        """Draw sums of sines that travel about two radians."""
-        time, order = np.arange(0, seconds, 1 / RATE), np.array([1, 2, 3, 5, 8])[:, None]
-        size = rng.normal(size=(5, JOINTS)) / order
-        size *= rng.uniform(0.7, 1.2, JOINTS) / np.abs(size).sum(axis=0)
-        omega, phase = 0.6 * order * rng.uniform(0.93, 1.07, (5, JOINTS)), rng.uniform(0, 2 * np.pi, (5, JOINTS))
-        angle = omega * time[:, None, None] + phase
-        parts = size * np.sin(angle), size * omega * np.cos(angle), -size * omega**2 * np.sin(angle)
-        return cls(time, *(part.sum(axis=1) for part in parts))
-
-    def read_as(self, position: Floats) -> "Way":
-        """The same motion as other angles tell it."""
-        velocity = np.gradient(position, 1 / RATE, axis=0)
-        return Way(self.time, position, velocity, np.gradient(velocity, 1 / RATE, axis=0))
-
-
-class Arm:
-    """A drawn arm of six revolute joints, with friction and motors to suit."""
-
-    def __init__(self, rng: np.random.Generator) -> None:
-        scale, wrist = float(rng.choice([0.6, 1.0, 1.6])), _WRISTS[rng.integers(2)]
-        lengths = scale * np.array([0.0, 0.15, 0.45, 0.4, 0.1, 0.1])
-        masses = scale**2 * np.array([8.0, 12.0, 6.0, 3.0, 2.0, 0.6]) * rng.uniform(0.7, 1.3, JOINTS)
-        centres = scale * rng.uniform([0.05, -0.03, -0.03], [0.15, 0.03, 0.03], (JOINTS, 3))
-        axes = [_AXES[name] for name in ("yaw", "pitch", "pitch", *wrist)]
-        links = [
-            (f"{length:.6f} 0 0", axis, " ".join(f"{x:.6f}" for x in centre), mass, mass * (0.1 * scale) ** 2)
-            for length, axis, centre, mass in zip(lengths, axes, centres, masses, strict=True)
-        ]
-        self.urdf, self.mjcf = _urdf(links), _mjcf(links)
-        self.rig = Rig(name="arm", mechanism="urdf", urdf=self.urdf, joints=tuple(f"j{i + 1}" for i in range(JOINTS)))
-        self.motor = rng.uniform(0.3, 1.5, JOINTS) * masses * (0.2 * scale) ** 2
-        size = np.sqrt(np.mean(self.rigid(Way.drawn(rng, 20.0)) ** 2, axis=0))
-        self.coulomb, self.viscous = (rng.uniform(0.06, 0.2, JOINTS) * size for _ in range(2))
-
-    def rigid(
-        self, way: Way, gravity: Sequence[float] | Floats = (0.0, 0.0, -9.81), model: mujoco.MjModel | None = None
-    ) -> Floats:
-        """(n, 6) torque of links and motors along a motion; model: of other links."""
-        model = model or mujoco.MjModel.from_xml_string(self.mjcf)
-        model.opt.gravity[:], data, torque = gravity, mujoco.MjData(model), np.empty_like(way.position)
-        for row, at in zip(torque, zip(way.position, way.velocity, way.acceleration, strict=True), strict=True):
-            data.qpos[:], data.qvel[:], data.qacc[:] = at
-            mujoco.mj_inverse(model, data)
-            row[:] = data.qfrc_inverse
-        return torque + self.motor * way.acceleration
-
-    @cached_property
-    def _robot(self) -> Any:
-        return pinocchio.buildModelFromXML(self.urdf)
-
-    def per_mass(self, way: Way) -> Floats:
-        """(n, 6) torque of 1 kg at the origin of the last link."""
-        return self._links(way)[:, :, 10 * (JOINTS - 1)]
-
-    def regressor(self, way: Way) -> Floats:
-        """(n, 6, K) of the base model: links, motors, viscous and Coulomb friction, offsets."""
-        joints = way.acceleration, way.velocity, np.sign(way.velocity), np.ones_like(way.velocity)
-        return np.concatenate([self._links(way), *(signal[:, :, None] * np.eye(JOINTS) for signal in joints)], axis=2)
-
-    def _links(self, way: Way) -> Floats:
-        data, at = self._robot.createData(), zip(way.position, way.velocity, way.acceleration, strict=True)
-        return np.array([pinocchio.computeJointTorqueRegressor(self._robot, data, *each).copy() for each in at])
-
-
-def _urdf(links: Sequence[tuple[str, str, str, float, float]]) -> str:
-    """The arm as the tool is told of it."""
-    bodies = "".join(
-        f'<link name="l{i}"><inertial><origin xyz="{centre}"/><mass value="{mass:.9f}"/><inertia ixx="{inertia:.9f}" '
-        f'iyy="{inertia:.9f}" izz="{inertia:.9f}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
-        f'<joint name="j{i}" type="revolute"><parent link="l{i - 1}"/><child link="l{i}"/><origin xyz="{origin}"/>'
-        f'<axis xyz="{axis}"/><limit lower="-3" upper="3" effort="1000" velocity="10"/></joint>'
-        for i, (origin, axis, centre, mass, inertia) in enumerate(links, 1)
-    )
-    return f'<robot name="arm"><link name="l0"/>{bodies}</robot>'
-
-
-def _mjcf(links: Sequence[tuple[str, str, str, float, float]]) -> str:
-    """The same arm for MuJoCo."""
-    opened = "".join(
-        f'<body pos="{origin}"><joint axis="{axis}"/><inertial pos="{centre}" mass="{mass:.9f}" '
-        f'diaginertia="{inertia:.9f} {inertia:.9f} {inertia:.9f}"/>'
-        for origin, axis, centre, mass, inertia in links
-    )
-    return f"<mujoco><worldbody>{opened}{'</body>' * len(links)}</worldbody></mujoco>"
+    b: float = parameter(0.1, "N m", "Coulomb friction", ge=0, le=1e4)
 
 
 class Case:
@@ -140,24 +48,33 @@ class Case:
     def __init__(self, effect: str, number: int) -> None:
         self.effect = effect
         self.rng = np.random.default_rng([(*EFFECTS, "nothing").index(effect), number])
-        self.arm = Arm(self.rng)
-        self.ways = [Way.drawn(self.rng, 40.0), Way.drawn(self.rng, 20.0)]
-        self.rigid = [self.arm.rigid(way) for way in self.ways]
         self.hidden: HiddenEffect | None = None
         self.joints: tuple[int, ...] = ()
         """From 0."""
-        if effect != "nothing":
-            self._hide(discover()[effect])
+        self._draw_arm()
+        while effect != "nothing" and not self._hide(Bearing if effect == _BEARING else discover()[effect]):
+            self._draw_arm()
 
-    def _hide(self, kind: type[HiddenEffect]) -> None:
-        """Draw the effect, its joints and its strength."""
+    def _draw_arm(self) -> None:
+        """Draw an arm and its motions."""
+        self.arm = Arm(self.rng, self.effect == _BEARING)
+        self.ways = [Way.drawn(self.rng, 40.0), Way.drawn(self.rng, 20.0)]
+        self.rigid = [self.arm.rigid(way) for way in self.ways]
+        self.__dict__.pop("bare", None)
+
+    def _hide(self, kind: type[HiddenEffect]) -> bool:
+        """Draw the effect, its joints and its strength; whether one gives the effect its size."""
         shape = kind.draw_shape(self.rng) | ({"N": 1.0} if self.effect == "encoder_eccentricity" else {})
-        possible = _WITH_ZERO if self.effect == "encoder_zero_offset" else range(JOINTS)
+        possible = {"encoder_zero_offset": _WITH_ZERO, _BEARING: (5,)}.get(self.effect, range(JOINTS))
         joints = self.rng.permutation(list(possible))[: self.rng.integers(1, 3)]
         self.joints = tuple(range(JOINTS) if kind.whole_robot else sorted(joints.tolist()))
         self.hidden = kind.model_validate(shape)
-        solved = solve(self.size, SIZE, start=getattr(kind(), kind.strength()), largest=1e4)
-        self.hidden = self.hidden.scaled(solved[0] if solved else 0.0)
+        largest = _LARGEST.get(self.effect, 1e4)
+        solved = solve(self.size, SIZE, start=getattr(kind(), kind.strength()), largest=largest)
+        if solved is None or abs(solved[1] / SIZE - 1) > _NEAR:
+            return False
+        self.hidden = self.hidden.scaled(solved[0])
+        return True
 
     def recordings(self) -> list[ident.Recording]:
         """The recordings of the case, with noise and encoder steps."""
@@ -177,7 +94,10 @@ class Case:
         mask = np.isin(np.arange(JOINTS), self.joints)
         q, v = way.position, way.velocity
         state = laws.State(way.time[:, None], q, v, way.acceleration, rigid, arm.coulomb, arm.viscous)
-        torque = rigid + arm.viscous * v + arm.coulomb * state.direction
+        speed = v @ arm.motors.T
+        torque = rigid + (arm.viscous * speed + arm.coulomb * np.sign(speed)) @ arm.motors
+        if self.effect == _BEARING and hidden:
+            torque = torque + mask * p["b"] * state.direction
         if self.effect in _MOTOR and hidden:
             torque = torque + mask * laws.MOTOR[self.effect](state, p)
         if self.effect == "base_tilt" and hidden:

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 import ident
-from benchmarks.arms import JOINTS, Arm, Way
+from benchmarks.drawn_arm import JOINTS, Arm, Way
 from recordings.recording import Floats
 from recordings.rig import Axis, Rig
 from recordings.urdf import Payload

@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("pinocchio")
 
-from benchmarks.arms import Way
+from benchmarks.drawn_arm import Way
 from benchmarks.set_ups import Case
 from ident.dynamics import mechanisms
 from ident.dynamics.motion import Motion
