@@ -67,11 +67,20 @@ class LoadedArm:
         return self._arm.rigid(way, model=mujoco.MjModel.from_xml_string(text))
 
 
+def _way(robot: SwingingAxis | LoadedArm, rng: np.random.Generator, seconds: float) -> Way:
+    """Draw a motion of the joints of `robot`."""
+    whole = Way.drawn(rng, seconds)
+    signals = (whole.position, whole.velocity, whole.acceleration)
+    return Way(whole.time, *(each[:, : robot.joints] for each in signals))
+
+
 @dataclass(frozen=True)
 class Case:
     """A robot that is recorded with several payloads."""
 
     robot: SwingingAxis | LoadedArm
+    friction: Floats
+    """(joints,) Coulomb friction, and viscous friction at 1 rad/s [N m]."""
     lost: float
     """Share of the load that the joint loses."""
     rng: np.random.Generator
@@ -80,17 +89,16 @@ class Case:
     def drawn(cls, number: int) -> "Case":
         """Draw an axis or, with an odd `number`, an arm."""
         rng = np.random.default_rng([7, number])
-        return cls((LoadedArm if number % 2 else SwingingAxis)(rng), rng.uniform(0.05, 0.15), rng)
+        robot = (LoadedArm if number % 2 else SwingingAxis)(rng)
+        friction = 0.1 * robot.rigid(_way(robot, rng, 20.0), 0.0).std(axis=0)
+        return cls(robot, friction, rng.uniform(0.05, 0.15), rng)
 
     def record(self, mass: float, seconds: float, told: Payload | None) -> ident.Recording:
         """A motion with a payload of this `mass`, which the rig file says to be the `told` one."""
-        whole = Way.drawn(self.rng, seconds)
-        n = self.robot.joints
-        way = Way(whole.time, *(each[:, :n] for each in (whole.position, whole.velocity, whole.acceleration)))
+        way = _way(self.robot, self.rng, seconds)
         rigid = self.robot.rigid(way, mass)
-        share = self.lost * (np.arange(n) == self.robot.hidden)
-        size = 0.1 * rigid.std(axis=0)
-        torque = rigid + size * (way.velocity + np.sign(way.velocity)) + share * np.abs(rigid) * np.sign(way.velocity)
+        lost = self.lost * (np.arange(self.robot.joints) == self.robot.hidden)
+        torque = rigid + self.friction * way.velocity + (self.friction + lost * np.abs(rigid)) * np.sign(way.velocity)
         torque += _NOISE * torque.std(axis=0) * self.rng.normal(size=torque.shape)
         position = np.round(way.position / 2e-5) * 2e-5
         return ident.Recording.from_arrays(way.time, position, effort=torque, rig=self.robot.rig(told))

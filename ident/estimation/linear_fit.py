@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from ident.data.row_weights import fitted_rows
+from ident.data.row_weights import FittedRows, fitted_rows
 from ident.dynamics.mechanisms import Parameter
 from ident.dynamics.mechanisms.urdf import Urdf
 from ident.estimation import estimators
@@ -55,11 +55,13 @@ def fit(
     progress: Progress,
     physical: bool = False,
     links: Urdf | None = None,
+    rows: FittedRows | None = None,
 ) -> Fit:
     """Estimate the linear `parameters` (k,) from all `regressions`, by the estimator `method` with its `settings`.
 
     physical: friction must oppose motion too; masses and inertias are never searched below zero.
     links: that least squares allows to be bodies alone.
+    rows: `fitted_rows` of the recordings, if they are known already.
 
     Raises:
         BadInput: a parameter has no effect on the torque; or the result must be `physical`, but the method ignores
@@ -67,7 +69,7 @@ def fit(
     """
     regressor, torque = _rows(regressions)
     bounds = search_region(parameters, regressor, torque, physical)
-    deviation = _deviation(regressions) if estimators.declares(method, "WEIGHTED") else None
+    deviation = _deviation(regressions, rows) if estimators.declares(method, "WEIGHTED") else None
     instant = _instants(regressions) if estimators.declares(method, "RECURSIVE") else None
     problem = Problem(regressor, torque, bounds, deviation, instant, links)
     estimate = estimators.load(method).estimate(problem, generator, progress, settings)
@@ -105,12 +107,12 @@ def _check_physical(parameters: Sequence[Parameter], values: Floats, bounds: Flo
             )
 
 
-def _deviation(regressions: Sequence[Regression]) -> Floats:
+def _deviation(regressions: Sequence[Regression], rows: FittedRows | None) -> Floats:
     """Standard deviation (r,) [N m] of the residual in each row; infinite where the joint stands still."""
-    rows = fitted_rows([regression.prepared for regression in regressions])
+    rows = rows or fitted_rows([regression.prepared for regression in regressions])
     deviations = [
         np.where(moving, 1 / weights, np.inf).T[np.isfinite(regression.torque).T]
-        for regression, moving, weights in zip(regressions, *rows, strict=True)
+        for regression, moving, weights in zip(regressions, rows.rows, rows.weights, strict=True)
     ]
     return np.concatenate(deviations)
 

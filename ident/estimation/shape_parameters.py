@@ -6,25 +6,32 @@ from itertools import product
 import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording
+from ident.data.row_weights import FittedRows
 from ident.dynamics.effects.base import Effect, Suggestion
 from ident.dynamics.structure import ModelStructure, Term
 from ident.estimation.nonlinear_fit import Solution, levenberg_marquardt, nonlinear_least_squares
 from ident.estimation.predicted_torque import TorquePredictor
 from recordings.recording import Floats
 
+_CONVERGED = 1e-6
+"""Relative reduction of the loss below which steps are far smaller than the noise of tens of thousands of rows."""
+
 
 def fit_shape_parameters(
-    recordings: Sequence[PreparedRecording], terms: Sequence[Term]
-) -> tuple[ModelStructure, Floats]:
+    recordings: Sequence[PreparedRecording], terms: Sequence[Term], rows: FittedRows | None = None
+) -> tuple[ModelStructure, Floats, FittedRows | None]:
     """Fit the shapes and signal parameters of the effects `terms` to the `recordings`, by nonlinear least squares.
 
-    Returns the structure with all effects, and its parameters (K,).
+    Returns the structure with all effects, its parameters (K,), and the `rows` with weights by what it leaves.
 
     The effects are added one by one. For each one, the fit starts from all of its initial guesses, and the best
     result is kept. All parameters are fitted together in each step.
+
+    rows: those of the estimator that fits the others, with their weights, as the intervals are those of one fit of all
+        parameters; None: all usable rows count alike.
     """
     predictors = [TorquePredictor(prepared) for prepared in recordings]
-    weights = [np.where(prepared.usable, 1.0, 0.0) for prepared in recordings]
+    weights = rows.fit_weights if rows else [np.where(prepared.usable, 1.0, 0.0) for prepared in recordings]
     bare = recordings[0].base_structure
     solution = nonlinear_least_squares(predictors, bare, np.zeros(len(bare.parameters)), weights)
     for term in terms:
@@ -35,10 +42,14 @@ def fit_shape_parameters(
             for start in _initial_guesses(term, term.shape_guesses(suggested))
         ]
         solution = min(candidates, key=lambda candidate: candidate.loss)
+    if rows:
+        rows = rows.reweighted(solution.residuals)
+        weights = rows.fit_weights
+        solution = nonlinear_least_squares(predictors, solution.structure, solution.x, weights)
     # A narrow valley, as of a mass and its place, takes more steps than a search among many models has.
-    while (better := levenberg_marquardt(predictors, solution, weights)).loss < solution.loss:
+    while (better := levenberg_marquardt(predictors, solution, weights)).loss < solution.loss * (1 - _CONVERGED):
         solution = better
-    return solution.structure, solution.x
+    return solution.structure, solution.x, rows
 
 
 def suggestions(

@@ -9,7 +9,7 @@ import numpy as np
 
 from ident.data.compatibility import check_no_overlap, check_same_rig, of_one_set_up, reference_payload
 from ident.data.prepared_recording import PreparedRecording, prepare_all
-from ident.data.row_weights import fitted_rows
+from ident.data.row_weights import FittedRows, fitted_rows
 from ident.data_problems import examined, listed
 from ident.dynamics.effects import unknown_payload
 from ident.dynamics.effects.base import Effect
@@ -120,12 +120,8 @@ def identify(
     validate: Source | None,
     options: FitOptions,
     progress: Progress,
-    known_structure: tuple[ModelStructure, Floats] | None = None,
 ) -> Identification:
     """Fit the mechanism of the rig to the recordings `files` together, and assess it on them and on `validate`.
-
-    known_structure: model structure with known shape and signal parameters, and all its parameters (K,); replaces the
-    effects of `options`.
 
     Raises:
         ImplausibleData: a recording cannot be what it is said to be.
@@ -149,14 +145,20 @@ def identify(
 
     usable = examined(recordings, prepare, options.accept)
     prepared = [excerpt for each in usable for excerpt in each.excerpts]
-    train = _possible(prepared[: len(files)])
+    train: Sequence[PreparedRecording] = prepared[: len(files)]
+    weighted, of_links = estimators.declares(options.method, "WEIGHTED"), isinstance(train[0].mechanism, Urdf)
+    rows = fitted_rows(train) if weighted or of_links else None
+    train = of_bodies(train, rows.rows, rows.weights) if rows and of_links else train
     searched = None
     if estimators.declares(options.method, "NONLINEAR"):
         generator = np.random.default_rng(options.seed)
         searched = nonlinear_swarm.search(
             train, _terms(train, options), options.settings, generator, progress, options.physical
         )
-    structure, x = (searched.structure, searched.x) if searched else known_structure or _structure(train, options)
+    if searched:
+        structure, x = searched.structure, searched.x
+    else:
+        structure, x, rows = _structure(train, options, rows if weighted else None)
     regressions = tuple(linearize(each, structure, x) for each in prepared)
     train_rows, validation = regressions[: len(files)], regressions[-1] if validate else None
     generator = np.random.default_rng(options.seed)
@@ -169,6 +171,7 @@ def identify(
         progress,
         options.physical,
         structure.bodies,
+        rows,
     )
     if searched:
         result = _with_search(result, searched)
@@ -178,11 +181,6 @@ def identify(
     problems = listed(recordings, [each.problems for each in usable])
     model = model.model_copy(update={"form": form, "data_problems": problems})
     return Identification(model, structure, x, result, train_rows, validation)
-
-
-def _possible(train: Sequence[PreparedRecording]) -> Sequence[PreparedRecording]:
-    """The recordings `train`, with links that stay bodies if they speak for that."""
-    return of_bodies(train, *fitted_rows(train)) if isinstance(train[0].mechanism, Urdf) else train
 
 
 def _fit_method(options: FitOptions, result: Fit) -> FitMethod:
@@ -225,13 +223,18 @@ def _with_linear(structure: ModelStructure, x: Floats, result: Fit) -> Floats:
     return fitted
 
 
-def _structure(train: Sequence[PreparedRecording], options: FitOptions) -> tuple[ModelStructure, Floats]:
-    """The mechanism with the chosen effects, whose shapes are fitted to `train`, and all parameters (K,)."""
+def _structure(
+    train: Sequence[PreparedRecording], options: FitOptions, rows: FittedRows | None
+) -> tuple[ModelStructure, Floats, FittedRows | None]:
+    """The mechanism with the chosen effects, whose shapes are fitted to `train`, and all parameters (K,).
+
+    rows: those of a weighted fit, which are returned with weights of this model.
+    """
     terms = _terms(train, options)
     if options.effects or any(term.shapes for term in terms):
-        return fit_shape_parameters(train, terms)
+        return fit_shape_parameters(train, terms, rows)
     structure = replace(train[0].base_structure, terms=terms)
-    return structure, np.zeros(len(structure.parameters))
+    return structure, np.zeros(len(structure.parameters)), rows
 
 
 def _with_search(result: Fit, searched: SwarmSearch) -> Fit:

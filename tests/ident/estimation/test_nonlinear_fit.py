@@ -114,7 +114,7 @@ def test_model_does_not_improve_by_predicting_nothing() -> None:
 
 def fitted(*names: str, **options: object) -> tuple[ModelStructure, Floats]:
     recording = building.record(**options)  # type: ignore[arg-type]
-    return fit_shape_parameters([building.prepared(recording)], building.structure(recording, *names).terms)
+    return fit_shape_parameters([building.prepared(recording)], building.structure(recording, *names).terms)[:2]
 
 
 def test_without_effects_it_is_the_mechanism() -> None:

@@ -70,7 +70,8 @@ def prepared(gain: Floats | float, seconds: float) -> PreparedRecording:
 def test_a_short_motion_speaks_for_bodies_unless_the_gains_of_joints_are_wrong() -> None:
     for gain, expected in ((1.0, True), (np.array([1.0, 0.5, 1.7]), False)):
         each = prepared(gain, 2.0)
-        (bound,) = possible_links.of_bodies([each], *fitted_rows([each]))
+        fitted = fitted_rows([each])
+        (bound,) = possible_links.of_bodies([each], fitted.rows, fitted.weights)
         assert isinstance(bound.mechanism, Urdf)
         assert bound.mechanism.of_bodies == expected
 

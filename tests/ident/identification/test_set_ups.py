@@ -1,5 +1,6 @@
 """Recordings with different payloads are fitted together: what is known enters the model, all else is shared."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 import ident
+from ident.basics.statistics import NORMAL
 from ident.dynamics import mechanisms
 from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
@@ -36,7 +38,14 @@ def truth(kind: str) -> Floats:
     return np.abs(TRUTH) if kind == "delta" else np.random.default_rng(3).uniform(0.5, 2.0, count)
 
 
-def record(kind: str, mass: float, seed: int, load_friction: float = 0.0, told: bool = True) -> ident.Recording:
+def record(
+    kind: str,
+    mass: float,
+    seed: int,
+    load_friction: float = 0.0,
+    told: bool = True,
+    noise: Sequence[float] = (1e-3,),
+) -> ident.Recording:
     """A motion of random sines with the torque of the robot and its payload, with a little noise."""
     generator, t = np.random.default_rng(seed), np.arange(0, 10, 4e-3)[:, None]
     robot = rig(kind, mass)
@@ -49,7 +58,7 @@ def record(kind: str, mass: float, seed: int, load_friction: float = 0.0, told: 
     columns, payload = mechanism.regressor(at), mass * mechanism.torque_per_mass(at, PLACE)
     torque = columns @ truth(kind) + payload
     torque += load_friction * np.abs(columns @ (still * truth(kind)) + payload) * np.sign(qd)
-    torque += 1e-3 * torque.std(axis=0) * generator.standard_normal(torque.shape)
+    torque += np.array(noise) * torque.std(axis=0) * generator.standard_normal(torque.shape)
     return ident.Recording.from_arrays(t[:, 0], q, effort=torque, rig=rig(kind, mass, told))
 
 
@@ -110,6 +119,18 @@ def test_the_place_of_an_unknown_payload_is_found_too(kind: str, known: str, tmp
         assert low - 0.01 < true < high + 0.01
         assert high - low < 0.1
     assert all(joint.summary.share < 0.02 for joint in ident.compare(model, replace(other, rig=unknown)).joints)
+
+
+def test_errors_of_an_unknown_payload_are_as_large_as_its_intervals_say() -> None:
+    noise, scores = (1e-3, 5e-2, 1e-3), list[float]()
+    for seed in (1, 3):
+        empty, loaded = (record("urdf", mass, seed + (mass > 0), noise=noise) for mass in (0.0, 2.2))
+        unknown = Rig.model_validate({**rig("urdf", 0.0).model_dump(), "payload": "unknown"})
+        parameters = ident.fit([empty, replace(loaded, rig=unknown)], method="wls").parameters
+        for name, true in zip("mxyz", (2.2, *PLACE), strict=True):
+            low, high = parameters[f"unknown_payload.{name}"].ci95 or (np.nan, np.nan)
+            scores.append((float(parameters[f"unknown_payload.{name}"]) - true) / (high - low) * 2 * NORMAL)
+    assert 0.4 < np.sqrt(np.mean(np.square(scores))) < 1.6
 
 
 def test_an_unknown_payload_needs_another_set_up_and_is_fitted_before_a_diagnosis() -> None:
