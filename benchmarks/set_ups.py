@@ -1,8 +1,8 @@
 """`python -m benchmarks.set_ups [--each N] [--unknown N]`: what several payloads tell that one set-up does not.
 
-Friction of the load is hidden in simulated axes and arms, which are recorded with three known payloads: what does one
-set-up name, and what do all three? Then an unknown payload is fitted beside an empty robot, and its intervals should
-hold the truth.
+Friction of the load is hidden in simulated lifts and arms, which are recorded with three known payloads: what does one
+set-up name, and what do all three? Then an unknown payload of swinging axes and of arms is fitted beside an empty
+robot, and its intervals should hold the truth.
 """
 
 from collections.abc import Iterator
@@ -27,7 +27,7 @@ _GRAVITY = 9.81
 class SwingingAxis:
     """A drawn revolute axis whose arm swings about the horizontal, with friction."""
 
-    joints, hidden = 1, 0
+    joints, hidden, travel = 1, 0, 1.0
     place = (0.4, 0.0, 0.1)
 
     def __init__(self, rng: np.random.Generator) -> None:
@@ -45,10 +45,29 @@ class SwingingAxis:
         return own + mass * ((x**2 + z**2) * way.acceleration + _GRAVITY * (x * np.cos(q) - z * np.sin(q)))
 
 
+class Lift:
+    """A drawn vertical slide: its load hardly changes, so that one payload hardly shows friction of the load."""
+
+    joints, hidden, travel = 1, 0, 0.1
+    place = (0.0, 0.0, 0.0)
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self.own = rng.uniform(2.0, 10.0)
+        self.mass = self.own * rng.uniform(0.3, 1.0)
+
+    def rig(self, payload: Payload | None) -> Rig:
+        """The rig file with a payload."""
+        return Rig(name="lift", mechanism="axes", axes=(Axis(type="prismatic", gravity=True),), payload=payload)
+
+    def rigid(self, way: Way, mass: float) -> Floats:
+        """(n, 1) force with a payload of a `mass` [kg]."""
+        return (self.own + mass) * (way.acceleration + _GRAVITY)
+
+
 class LoadedArm:
     """A drawn arm of six joints, whose third one loses a share of its load."""
 
-    joints, hidden = JOINTS, 2
+    joints, hidden, travel = JOINTS, 2, 1.0
     place = (0.1, 0.02, 0.05)
 
     def __init__(self, rng: np.random.Generator) -> None:
@@ -67,18 +86,21 @@ class LoadedArm:
         return self._arm.rigid(way, model=mujoco.MjModel.from_xml_string(text))
 
 
-def _way(robot: SwingingAxis | LoadedArm, rng: np.random.Generator, seconds: float) -> Way:
+Robot = SwingingAxis | Lift | LoadedArm
+
+
+def motion_of(robot: Robot, rng: np.random.Generator, seconds: float) -> Way:
     """Draw a motion of the joints of `robot`."""
     whole = Way.drawn(rng, seconds)
     signals = (whole.position, whole.velocity, whole.acceleration)
-    return Way(whole.time, *(each[:, : robot.joints] for each in signals))
+    return Way(whole.time, *(robot.travel * each[:, : robot.joints] for each in signals))
 
 
 @dataclass(frozen=True)
 class Case:
     """A robot that is recorded with several payloads."""
 
-    robot: SwingingAxis | LoadedArm
+    robot: Robot
     friction: Floats
     """(joints,) Coulomb friction, and viscous friction at 1 rad/s [N m]."""
     lost: float
@@ -86,20 +108,20 @@ class Case:
     rng: np.random.Generator
 
     @classmethod
-    def drawn(cls, number: int) -> "Case":
-        """Draw an axis or, with an odd `number`, an arm."""
+    def drawn(cls, number: int, axis: type[SwingingAxis | Lift] = SwingingAxis) -> "Case":
+        """Draw an `axis` or, with an odd `number`, an arm."""
         rng = np.random.default_rng([7, number])
-        robot = (LoadedArm if number % 2 else SwingingAxis)(rng)
-        friction = 0.1 * robot.rigid(_way(robot, rng, 20.0), 0.0).std(axis=0)
+        robot = (LoadedArm if number % 2 else axis)(rng)
+        friction = 0.1 * np.abs(robot.rigid(motion_of(robot, rng, 20.0), 0.0)).mean(axis=0)
         return cls(robot, friction, rng.uniform(0.05, 0.15), rng)
 
     def record(self, mass: float, seconds: float, told: Payload | None) -> ident.Recording:
         """A motion with a payload of this `mass`, which the rig file says to be the `told` one."""
-        way = _way(self.robot, self.rng, seconds)
+        way = motion_of(self.robot, self.rng, seconds)
         rigid = self.robot.rigid(way, mass)
         lost = self.lost * (np.arange(self.robot.joints) == self.robot.hidden)
         torque = rigid + self.friction * way.velocity + (self.friction + lost * np.abs(rigid)) * np.sign(way.velocity)
-        torque += _NOISE * torque.std(axis=0) * self.rng.normal(size=torque.shape)
+        torque += _NOISE * np.abs(rigid).mean(axis=0) * self.rng.normal(size=torque.shape)
         position = np.round(way.position / 2e-5) * 2e-5
         return ident.Recording.from_arrays(way.time, position, effort=torque, rig=self.robot.rig(told))
 
@@ -118,14 +140,15 @@ def names(train: list[ident.Recording], validate: list[ident.Recording]) -> list
 
 def separated(count: int) -> Iterator[str]:
     """Yield a line for each of `count` cases, and how many are named alone by three set-ups."""
-    right, unsure = 0, 0
+    answers = list[tuple[bool, bool]]()
     for number in range(count):
-        pairs = [Case.drawn(number).known(share) for share in (0.0, 1.0, 2.0)]
+        pairs = [Case.drawn(number, Lift).known(share) for share in (0.0, 1.0, 2.0)]
         train, held_out = ([pair[k] for pair in pairs] for k in (0, 1))
         alone, together = names(train[:1], held_out[:1]), names(train, held_out)
-        unsure, right = unsure + (alone != [HIDDEN]), right + (together == [HIDDEN])
+        answers.append((alone == [HIDDEN], together == [HIDDEN]))
         yield f"{number}: one set-up {' or '.join(alone) or 'nothing'}; three {' or '.join(together) or 'nothing'}"
-    yield f"three set-ups name it alone in {right} of {count}; one set-up does not in {unsure}"
+    left = [by_three for by_one, by_three in answers if not by_one]
+    yield f"one set-up does not name it alone in {len(left)} of {count}; of these three set-ups do in {sum(left)}"
 
 
 def found(count: int) -> Iterator[str]:
