@@ -90,7 +90,7 @@ def _effect(effect: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
 def of_fit(folder: Path) -> Intervals:
     """Intervals of `ident fit` by weighted least squares."""
     options = FitOptions("wls", estimators.settings("wls", {}), 0, "parallel", None, base_effects=True)
-    model = identify([folder / TRAIN], None, options, lambda *_: None).model
+    model = identify([folder / TRAIN], (), options, lambda *_: None).model
     return {parameter.name: parameter.shape_ci95 for parameter in model.parameters if parameter.shape_ci95}
 
 

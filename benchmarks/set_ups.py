@@ -1,6 +1,6 @@
 """`python -m benchmarks.set_ups [--each N] [--unknown N]`: what several payloads tell that one set-up does not.
 
-Friction of the load is hidden in simulated lifts and arms, which are recorded with three known payloads: what does one
+Friction of the load is hidden in simulated lifts and arms, recorded with three known payloads: what does one
 set-up name, and what do all three? Then an unknown payload of swinging axes and of arms is fitted beside an empty
 robot, and its intervals should hold the truth.
 """

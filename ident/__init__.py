@@ -102,7 +102,7 @@ def fit(
 ) -> Model:
     """Fit the dynamic model, Eq. (26), to the recordings `files` of one rig together.
 
-    validate: recording that the fit does not use, on which the model is judged.
+    validate: recordings that the fit does not use, on which the model is judged.
     method: estimator (`ident fit --help`), with its `settings` by name (`ident methods`); None: the paper's swarm,
         or, for the tens of parameters of a URDF, weighted least squares.
     effects: added to the base model, each as NAME, on all joints, or as NAME:1,3.

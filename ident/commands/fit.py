@@ -38,7 +38,11 @@ if TYPE_CHECKING:
 )
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=FILE)
 @click.option(
-    "--validate", type=FILE, metavar="FILE", help="Validate the model on a recording that the fit does not use."
+    "--validate",
+    type=FILE,
+    multiple=True,
+    metavar="FILE",
+    help="Validate the model on a recording that the fit does not use; may be repeated.",
 )
 @click.option(
     "--method",
@@ -103,7 +107,7 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="Print the model as one JSON document instead of tables.")
 def command(
     files: tuple[Path, ...],
-    validate: Path | None,
+    validate: tuple[Path, ...],
     method: str | None,
     preprocess: str | None,
     cutoff: float | None,
@@ -127,7 +131,7 @@ def command(
     Writes the model beside the first recording. Prints the error of each joint, the noise floor, and
     what comes next; with --details everything that is known of the parameters.
     """
-    inputs = [*files, *([validate] if validate else [])]
+    inputs = [*files, *validate]
     check_readable(*inputs)
     method = "pso" if paper and method is None else method
     given = _settings(method, settings, paper)

@@ -27,8 +27,8 @@ def fit_shape_parameters(
     The effects are added one by one. For each one, the fit starts from all of its initial guesses, and the best
     result is kept. All parameters are fitted together in each step.
 
-    rows: those of the estimator that fits the others, with their weights, as the intervals are those of one fit of all
-        parameters; None: all usable rows count alike.
+    rows: those of the estimator that fits the others, with their weights: intervals are those of one fit of all
+        parameters. None: all usable rows count alike.
     """
     predictors = [TorquePredictor(prepared) for prepared in recordings]
     weights = rows.fit_weights if rows else [np.where(prepared.usable, 1.0, 0.0) for prepared in recordings]

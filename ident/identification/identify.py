@@ -94,7 +94,7 @@ class Identification:
     """(K,) parameters at which the model was linearized; the linear ones were then fitted again."""
     fit: Fit
     train: tuple[Regression, ...]
-    validation: Regression | None
+    validation: tuple[Regression, ...]
 
     @property
     def parameters(self) -> Floats:
@@ -103,9 +103,11 @@ class Identification:
 
     @property
     def predictions(self) -> tuple[Prediction, ...]:
-        """The training recordings, and then the validation recording if there is one."""
-        regressions = [*self.train, *([self.validation] if self.validation else [])]
-        return tuple(Prediction(each.prepared, each.predicted_torque(self.fit.parameters)) for each in regressions)
+        """The training recordings, and then those for validation."""
+        return tuple(
+            Prediction(each.prepared, each.predicted_torque(self.fit.parameters))
+            for each in (*self.train, *self.validation)
+        )
 
 
 def _for_rig(options: FitOptions, rig: Rig) -> FitOptions:
@@ -117,7 +119,7 @@ def _for_rig(options: FitOptions, rig: Rig) -> FitOptions:
 
 def identify(
     files: Sequence[Source],
-    validate: Source | None,
+    validate: Sequence[Source],
     options: FitOptions,
     progress: Progress,
 ) -> Identification:
@@ -127,7 +129,7 @@ def identify(
         ImplausibleData: a recording cannot be what it is said to be.
         BadInput: a recording cannot be used, recordings overlap, or they are not of the same rig.
     """
-    recordings = [opened(source) for source in (*files, *([validate] if validate else []))]
+    recordings = [opened(source) for source in (*files, *validate)]
     payload = reference_payload(recordings)
     recordings = [of_one_set_up(each, payload) for each in recordings]
     check_same_rig(recordings)
@@ -160,7 +162,7 @@ def identify(
     else:
         structure, x, rows = _structure(train, options, rows if weighted else None)
     regressions = tuple(linearize(each, structure, x) for each in prepared)
-    train_rows, validation = regressions[: len(files)], regressions[-1] if validate else None
+    train_rows, validation = regressions[: len(files)], regressions[len(files) :]
     generator = np.random.default_rng(options.seed)
     result = fit(
         train_rows,
@@ -175,7 +177,7 @@ def identify(
     )
     if searched:
         result = _with_search(result, searched)
-    agreements = _agreement(train_rows, result), _agreement([validation], result) if validation else None
+    agreements = _agreement(train_rows, result), _agreement(validation, result) if validation else None
     method, assessed = _fit_method(options, result), _assessed(options, train_rows, structure, x, result)
     model = model_of(train_rows, structure, x, result, method, options.preprocessing, assessed, agreements)
     problems = listed(recordings, [each.problems for each in usable])

@@ -41,8 +41,7 @@ STYLE: Any = {
 def draw(result: Identification, folder: Path) -> None:
     """Draw the torque in every recording, named by its role, and the convergence into `folder`."""
     roles = [(f"train_{i}", regression) for i, regression in enumerate(result.train, start=1)]
-    if result.validation:
-        roles.append(("validate", result.validation))
+    roles += [(f"validate_{i}", regression) for i, regression in enumerate(result.validation, start=1)]
     for role, regression in roles:
         prepared, nominal = regression.prepared, regression.prepared.nominal
         curves = {"fitted model": regression.predicted_torque(result.fit.parameters)}

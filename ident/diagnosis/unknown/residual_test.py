@@ -192,12 +192,10 @@ def fit_and_test(
     """Fit a model, see `ident.fit`, and test its residual against the noise floor.
 
     Raises:
-        BadInput: several recordings are to `validate`, or as `identify`.
+        BadInput: as `identify`.
     """
-    if len(validate) > 1:
-        raise BadInput(f"validate: one recording expected, {len(validate)} found; leave the others out")
     expect(Callable, "a function", progress=progress)  # type: ignore[arg-type]
-    result = identify(files, validate[0] if validate else None, options, progress)
+    result = identify(files, validate, options, progress)
     test = None if result.model.form else check_residual(result.predictions, result.structure, result.parameters)
     model = with_warnings(_of_scored_rows(result, test), *_beyond_travel(result))
     return Model(model, options.library, result, result.train[0].prepared.recording)

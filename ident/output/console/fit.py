@@ -99,7 +99,7 @@ def warnings(result: Identification) -> list[str]:
     """List what limits the meaning of the numbers: simulated or incomplete data, relative torque, bounds."""
     model = result.model
     sources = [*model.train.recordings, *(model.validate_.recordings if model.validate_ else ())]
-    regressions = [*result.train, *([result.validation] if result.validation else [])]
+    regressions = (*result.train, *result.validation)
     lines = list(assessment.data_warnings(sources, (each.prepared.recording for each in regressions)))
     if model.relative:
         lines.append(f"{_RELATIVE}: the parameters are RELATIVE, known up to a common factor.")

@@ -54,7 +54,7 @@ def test_writes_model_and_pictures_and_prints_the_tables(folder: Path, truth: Fl
     assert pictures == [
         "convergence.png",
         "train_1_torque.png",
-        "validate_torque.png",
+        "validate_1_torque.png",
     ]
 
 

@@ -141,3 +141,13 @@ def test_an_unknown_payload_needs_another_set_up_and_is_fitted_before_a_diagnosi
         ident.diagnose([unknown], validate=empty)
     with pytest.raises(BadInput, match="payload of known mass expected"):
         ident.compare(ident.fit([empty], method="wls"), unknown)
+
+
+def test_a_model_is_judged_on_all_recordings_that_are_held_out() -> None:
+    train, others = record("slide", 0.0, 1), [record("slide", mass, 2, noise=(0.01 * mass,)) for mass in (1.0, 2.0)]
+    alone = [ident.fit(train, validate=each, method="wls").file.validate_ for each in others]
+    both = ident.fit(train, validate=others, method="wls").file.validate_
+    assert both is not None
+    assert [each.name for each in both.recordings] == [each.recordings[0].name for each in alone if each]
+    squares = [each.fitted.rms[0] ** 2 for each in alone if each]
+    assert both.fitted.rms[0] ** 2 == pytest.approx(np.mean(squares), rel=0.02)
