@@ -1,16 +1,19 @@
 """Checks that recordings can be used together: different data, the same rig."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
-from ident.data.samples import drive_signal, holds_torque
+from ident.data.samples import drive_signal, holds_torque, is_relative
 from recordings.errors import BadInput
 from recordings.recording import Recording
 from recordings.urdf import Payload
+
+_GAIN = frozenset(f"torque.{name}" for name in ("gain", "per_ampere", "gain_source", "gain_uncertainty"))
+"""Properties that tell the torque of one recording alone, and may differ where they are known."""
 
 
 def check_no_overlap(recordings: Sequence[Recording]) -> None:
@@ -70,21 +73,40 @@ def refuse_unknown_payload(recordings: Sequence[Recording]) -> None:
         )
 
 
-def check_same_rig(recordings: Sequence[Recording]) -> None:
+def check_same_rig(recordings: Sequence[Recording], *, own_gains: bool = True) -> None:
     """Check that torque and motion mean the same in all `recordings`; wiring, limits and rate may differ.
+
+    own_gains: whether each recording may have its own gains of the torque, where all of them are known.
 
     Raises:
         BadInput: a physical property of the rig, or the measured quantity, differs.
     """
     first, *others = recordings
+    known = not any(map(is_relative, recordings))
     for recording in others:
         expected, actual = _physical_properties(first), _physical_properties(recording)
-        different = [key for key in expected if expected[key] != actual[key]]
-        if different:
+        if different := first_difference(expected, actual, own_gains=own_gains and known):
+            to_do = remedy(different, "fit them separately") if own_gains else "give those of one rig"
             raise BadInput(
-                f"recordings of the same rig expected: {different[0]} is {expected[different[0]]} in "
-                f"{first.path.name}, {actual[different[0]]} in {recording.path.name}; fit them separately"
+                f"recordings of the same rig expected: {different} is {expected[different]} in {first.path.name}, "
+                f"{actual[different]} in {recording.path.name}; {to_do}"
             )
+
+
+def first_difference(expected: Mapping[str, Any], actual: Mapping[str, Any], *, own_gains: bool) -> str | None:
+    """Return the first property of a rig that is not as `expected`, or None.
+
+    own_gains: whether each of the two may have its own gains of the torque.
+    """
+    names = (name for name in expected if not (own_gains and name in _GAIN))
+    return next((name for name in names if expected[name] != actual[name]), None)
+
+
+def remedy(different: str, usual: str) -> str:
+    """Return what to do about a `different` property of a rig: the `usual`, or make its gains known."""
+    if different not in _GAIN:
+        return usual
+    return f"{usual}, or calibrate gains that are only assumed (`ident calibrate-gain`)"
 
 
 def _physical_properties(recording: Recording) -> dict[str, Any]:

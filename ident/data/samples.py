@@ -107,6 +107,11 @@ def holds_torque(recording: Recording) -> bool:
     return signals.drive_signal(recording)[0] == "effort"
 
 
+def is_relative(recording: Recording) -> bool:
+    """Whether parameters fitted to `recording` are known only up to one common factor: its gains are assumed."""
+    return recording.rig.torque.gain_source == "assumed" and not holds_torque(recording)
+
+
 def drive_signal(recording: Recording) -> Floats:
     """(n, dof) measured signal of the drives: voltage [V], or effort [N m or N]."""
     return signals.drive_signal(recording)[1]

@@ -39,7 +39,7 @@ def read_recorded_motions(paths: Sequence[Path]) -> list[RecordedMotion]:
     """
     recordings = [excerpts(read(path))[0].recording for path in paths]
     if recordings:
-        check_same_rig(recordings)
+        check_same_rig(recordings, own_gains=False)
     return [_recorded_motion(recording) for recording in recordings]
 
 

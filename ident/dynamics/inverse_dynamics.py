@@ -47,7 +47,7 @@ class InverseDynamics:
         dt: from row to row [s]; t: (n,) time [s]; temperature: (n, dof) of the drives [degC]; end: time at which the
         run ends [s], None: with the last instant.
         """
-        rig, corrections = self.structure.corrections(self.values)
+        rig, corrections = self.structure.corrections(self.values, self.structure.rig)
         for correct in corrections:
             motion = _corrected(motion, correct)
         rate = np.nan if dt is None else 1 / dt

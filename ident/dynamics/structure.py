@@ -258,9 +258,9 @@ class ModelStructure:
         """Return the mechanism for a corrected `rig`; without effects, nothing corrects it."""
         return self.mechanism if rig is self.rig or not self.terms else mechanisms.create(rig)
 
-    def corrections(self, x: Floats) -> tuple[Rig, tuple[PositionCorrection, ...]]:
-        """Return the true rig, and what makes true positions of measured ones, one correction after the other."""
-        rig, corrections = self.rig, []
+    def corrections(self, x: Floats, rig: Rig) -> tuple[Rig, tuple[PositionCorrection, ...]]:
+        """Return the true one of a `rig`, and what makes true positions of measured ones, one after the other."""
+        corrections = []
         for index, _, effect in self.signals:
             values = self.signal_values(index, x)
             rig = effect.rig(rig, values) if effect.rig else rig

@@ -191,7 +191,7 @@ class TorquePredictor:
         )
         if not key:
             return self.prepared.as_recorded
-        rig, corrections = structure.corrections(x)
+        rig, corrections = structure.corrections(x, self.prepared.recording.rig)
 
         def correct_all(measured: Floats) -> Floats:
             for correct in corrections:

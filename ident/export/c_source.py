@@ -230,7 +230,7 @@ def _mechanism_constants(model: Model, carried: Collection[str]) -> Iterator[tup
             (name, by_joint(key)) for name, key in (("weight_cos", "G_c"), ("weight_sin", "G_s"), ("weight", "G_"))
         )
         return
-    rig, _ = structure.corrections(values)
+    rig, _ = structure.corrections(values, structure.rig)
     geometry, phi = rig.geometry, np.array(rig.geometry.phi)
     m_d = structure.rigid_parameters(values)[len(parameters) :].sum()
     yield "masses", np.array([named["m_p"], named["T_g"], m_d])

@@ -90,5 +90,6 @@ def evaluate(model: Model, chunk: PathChunk) -> tuple[Floats, dict[str, Floats]]
 def _voltage(model: Model, chunk: PathChunk, torque: Floats) -> Floats:
     """Voltage (n, dof) [V] that the drives report with the `torque` (n, dof) in the used rows of `chunk`."""
     dynamics = model.dynamics
-    reported = dynamics.reported(chunk.inputs_of(dynamics))[chunk.used] if dynamics.distorts_report else torque
-    return voltage_from_torque(reported, model.file.torque)
+    inputs = chunk.inputs_of(dynamics)
+    reported = dynamics.reported(inputs)[chunk.used] if dynamics.distorts_report else torque
+    return voltage_from_torque(reported, inputs.rig.torque)  # a recording may have other gains than the model's

@@ -10,6 +10,7 @@ import numpy as np
 from ident.data.compatibility import check_no_overlap, check_same_rig, of_one_set_up, reference_payload
 from ident.data.prepared_recording import PreparedRecording, prepare_all
 from ident.data.row_weights import FittedRows, fitted_rows
+from ident.data.samples import is_relative
 from ident.data_problems import examined, listed
 from ident.dynamics.effects import unknown_payload
 from ident.dynamics.effects.base import Effect
@@ -24,7 +25,7 @@ from ident.estimation.problem import Progress
 from ident.estimation.regression import Regression, linearize
 from ident.estimation.shape_parameters import fit_shape_parameters
 from ident.identification.chosen_effects import check_effect_name, mandatory_terms, parse_terms
-from ident.identification.model_description import agreement, is_relative, model_of
+from ident.identification.model_description import agreement, model_of
 from ident.identification.model_file import (
     Agreement,
     CertifiedMinimum,

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording
-from ident.data.samples import holds_torque
+from ident.data.samples import is_relative
 from ident.dynamics.structure import ModelStructure
 from ident.estimation.linear_fit import Fit
 from ident.estimation.regression import Regression
@@ -22,7 +22,7 @@ from ident.identification.model_file import (
 from ident.identification.prediction import effect_terms, searched_parameters
 from ident.uncertainty.assessment import Assessment, ParameterUncertainty
 from ident.uncertainty.time_delay import delays
-from recordings.recording import Floats, Recording
+from recordings.recording import Floats
 
 
 def model_of(
@@ -68,11 +68,6 @@ def model_of(
         validate=agreements[1],
         assessment=assessed[0],
     )
-
-
-def is_relative(recording: Recording) -> bool:
-    """Return whether parameters fitted to `recording` are known only up to one common factor."""
-    return recording.rig.torque.gain_source == "assumed" and not holds_torque(recording)
 
 
 def _motion_range(train: Sequence[PreparedRecording]) -> MotionRange:

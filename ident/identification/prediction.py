@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.data.compatibility import of_one_set_up, refuse_unknown_payload
+from ident.data.compatibility import first_difference, of_one_set_up, refuse_unknown_payload, remedy
 from ident.data.prepared_recording import PreparedRecording, prepare
+from ident.data.samples import is_relative
 from ident.data_problems import examined
 from ident.dynamics import mechanisms
 from ident.dynamics.effects import unknown_payload
@@ -201,20 +202,20 @@ def _values(model: ModelFile, parameters: Sequence[ParameterEntry | Parameter]) 
 
 
 def check_model_rig(model: ModelFile, recording: Recording) -> None:
-    """Check that `recording` is of the same rig as `model`.
+    """Check that `recording` is of the same rig as `model`; known gains of the torque may be its own.
 
     Raises:
         BadInput: a physical property of the rig differs.
     """
-    check_same_machine(
-        model, recording.rig, f"a recording of the identified rig expected: {{}} in {recording.path.name}"
-    )
+    sentence = f"a recording of the identified rig expected: {{}} in {recording.path.name}"
+    known = not (model.relative or is_relative(recording))
+    check_same_machine(model, recording.rig, sentence, own_gains=known)
 
 
-def check_same_machine(model: ModelFile, rig: Rig, sentence: str) -> None:
+def check_same_machine(model: ModelFile, rig: Rig, sentence: str, *, own_gains: bool = False) -> None:
     """Check that `rig` has the mechanism, the geometry and the torque map of `model`.
 
-    sentence: of the error, with {} for what differs.
+    sentence: of the error, with {} for what differs. own_gains: whether the gains of the torque may differ.
 
     Raises:
         BadInput: a physical property of the rig differs.
@@ -230,10 +231,9 @@ def check_same_machine(model: ModelFile, rig: Rig, sentence: str) -> None:
         model.robot and rig.chain,
         rig.payload,
     )
-    for name in expected:
-        if expected[name] != actual[name]:
-            difference = f"{name} is {expected[name]} in the model, {actual[name]}"
-            raise BadInput(f"{sentence.format(difference)}; fit a model to it")
+    if name := first_difference(expected, actual, own_gains=own_gains):
+        difference = f"{name} is {expected[name]} in the model, {actual[name]}"
+        raise BadInput(f"{sentence.format(difference)}; {remedy(name, 'fit a model to it')}")
 
 
 def _rig_properties(

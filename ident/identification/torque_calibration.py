@@ -237,7 +237,7 @@ def _per_length_step(empty: Recording, loaded: Recording, payload: float, method
 def _check_recordings(empty: Recording, loaded: Recording, payload: float) -> None:
     if not payload > 0:
         raise BadInput(f"a payload above 0 kg expected, {payload:g} kg found; give the added mass")
-    check_same_rig([empty, loaded])
+    check_same_rig([empty, loaded], own_gains=False)
     if empty.rig.mechanism not in PAYLOAD_PARAMETERS:
         raise BadInput(
             f"a mechanism that carries a payload expected ({', '.join(PAYLOAD_PARAMETERS)}), {empty.rig.mechanism} "

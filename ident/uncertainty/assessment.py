@@ -8,6 +8,7 @@ import numpy as np
 
 from ident.basics.statistics import LEVEL
 from ident.data import cycle_statistics, noise
+from ident.data.prepared_recording import PreparedRecording
 from ident.data.samples import holds_torque
 from ident.data.trends import Trend
 from ident.dynamics.inverse_dynamics import InverseDynamics
@@ -135,7 +136,7 @@ def assess(
         values = np.concatenate([fit.parameters, x[structure.searched]])
         regressions, residuals, free = _with_searched(regressions, residuals, free, structure, x)
     error = uncertainty_of(regressions, residuals, joint_noise, loss, interval_method, free)
-    scale = gain_uncertainty(prepared[0].recording)
+    scale = gain_uncertainty(prepared)
     gain = 0.0 if relative else scale
     propagated = 0.0 if x is None else _propagated(regressions, residuals, joint_noise, loss, structure, x)[order]
     linear = structure.linear[order]
@@ -201,9 +202,11 @@ def _noise(joint_noise: Sequence[noise.Noise], recording: Recording) -> tuple[Jo
     return tuple(JointNoise(unit=unit, **asdict(joint)) for joint, unit in zip(joint_noise, units, strict=True))
 
 
-def gain_uncertainty(recording: Recording) -> float:
-    """Relative standard uncertainty of the gain; 0 if the effort itself was measured."""
-    return 0.0 if holds_torque(recording) else recording.rig.torque.gain_uncertainty
+def gain_uncertainty(prepared: Sequence[PreparedRecording]) -> float:
+    """Largest relative standard uncertainty of the gains of recordings; 0 if the effort itself was measured."""
+    recordings = [each.recording for each in prepared]
+    # That of each recording counts in full: a parameter may be seen in one alone.
+    return max(0.0 if holds_torque(each) else each.rig.torque.gain_uncertainty for each in recordings)
 
 
 def loss_of(fit: Fit, method: str) -> Loss:

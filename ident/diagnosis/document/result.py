@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ident.data.samples import is_relative
 from ident.diagnosis.diagnosis import Diagnosis, DiagnosisOptions, StatusCallback, diagnose
 from ident.diagnosis.document.document import Document, FindingEntry, FormulaEntry, StepEntry, Verdict
 from ident.diagnosis.document.formula import with_formula
@@ -22,7 +23,7 @@ from ident.estimation.problem import Estimate
 from ident.estimation.regression import linearize
 from ident.identification.fit_warnings import with_warnings
 from ident.identification.model import Model
-from ident.identification.model_description import agreement, is_relative, model_of
+from ident.identification.model_description import agreement, model_of
 from ident.identification.model_file import Agreement, FitMethod, FittedParameter, ModelFile
 from ident.identification.prediction import effect_terms
 from ident.uncertainty.assessment import ParameterUncertainty, assess, interval_or_none, number_or_none

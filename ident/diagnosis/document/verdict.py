@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from ident.basics.statistics import NORMAL
+from ident.data.samples import is_relative
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.conclusion import conclusion
 from ident.diagnosis.document.document import (
@@ -28,7 +29,6 @@ from ident.diagnosis.ripple.ripple import EFFECT, Ripple
 from ident.diagnosis.split.split_data import SplitData, rms
 from ident.dynamics.effects.learned_curve import effect_file_text
 from ident.estimation.nonlinear_fit import Solution
-from ident.identification.model_description import is_relative
 from ident.uncertainty.assessment import gain_uncertainty, interval_or_none
 from recordings.recording import Floats
 
@@ -64,7 +64,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
         joints=recording.rig.joint_names,
         effort_units=recording.rig.effort_units,
         relative=is_relative(recording),
-        scale_uncertainty=gain_uncertainty(recording),
+        scale_uncertainty=gain_uncertainty(split.recordings),
         simulated=any(data.recording.run.simulated for data in split.recordings),
         held_out=describe_test_data(split),
         steps=tuple(steps),
@@ -153,9 +153,10 @@ def _errors(ripple: Ripple, model: FittedModel, with_lines: bool = False) -> dic
 
 def parameter_intervals(model: FittedModel, ripple: Ripple) -> tuple[Floats, Floats]:
     """(K, 2) 95 % intervals of the parameters of `model`: with the uncertainty of the gain, and for a known gain."""
-    recording, shapes = model.split.recordings[0].recording, ripple.intervals(model)
-    totals = shapes if is_relative(recording) else with_gain(shapes, model.solution, gain_uncertainty(recording))
-    return totals, shapes
+    recordings, shapes = model.split.recordings, ripple.intervals(model)
+    if is_relative(recordings[0].recording):
+        return shapes, shapes
+    return with_gain(shapes, model.solution, gain_uncertainty(recordings)), shapes
 
 
 def with_gain(intervals: Floats, solution: Solution, gain_uncertainty: float) -> Floats:

@@ -6,13 +6,13 @@ import numpy as np
 
 from ident.basics.statistics import NORMAL
 from ident.data.noise import is_filtered
+from ident.data.samples import is_relative
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document.document import ParameterValue, joint_numbers
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.split.observability import MAX_RARE_SHARE, rarer_direction_share
 from ident.diagnosis.split.split_data import SplitData, outside_of_range, rms, row_count, training_range
 from ident.identification.fit_warnings import about_held_out
-from ident.identification.model_description import is_relative
 from ident.uncertainty.identifiability import known_together
 from recordings.recording import Bools, Floats
 

@@ -79,7 +79,8 @@ def _robot(request: ExportRequest, parameters: Floats) -> dict[str, Any]:
         if value <= 0:
             lad = told("--method lad", 'method="lad"')
             raise BadInput(f"{name} above 0 expected, {value:.3g} found: no body has it; fit with {lad}")
-    geometry: Geometry = dynamics.structure.corrections(dynamics.values)[0].geometry
+    structure = dynamics.structure
+    geometry: Geometry = structure.corrections(dynamics.values, structure.rig)[0].geometry
     centre = kinematics.forward(geometry, np.zeros((1, 3)))[0]
     across = geometry.R - geometry.r + geometry.L1
     m_d = max(added["m_d"][0], TINY_MASS)

@@ -13,7 +13,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ident.data.samples import holds_torque
+from ident.data.samples import is_relative
 from ident.diagnosis.diagnosis import DiagnosisInputs, DiagnosisOptions, diagnose, prepare_inputs
 from ident.diagnosis.document import verdict
 from ident.diagnosis.document.formula import with_formula
@@ -213,7 +213,7 @@ class SelectionEngine:
             noise_rms=tuple(model.noise_floor.rms.tolist()),
             units=recording.rig.effort_units,
             position_units=recording.rig.position_units,
-            relative=recording.rig.torque.gain_source == "assumed" and not holds_torque(recording),
+            relative=is_relative(recording),
             simulated=any(each.recording.run.simulated for each in split.recordings),
             bandwidth=split.recordings[0].bandwidth,
             held_out=verdict.describe_test_data(split),

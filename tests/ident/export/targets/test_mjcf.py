@@ -84,7 +84,8 @@ def difference(model: Model, name: str, out: Path, dry: bool) -> Floats:
     carried = exporting.export(model, "mjcf", out, path)
     assert not carried.lost
     motion = (path.motion.position, path.motion.velocity, path.motion.acceleration)
-    rig, corrections = model.dynamics.structure.corrections(model.dynamics.values)
+    structure = model.dynamics.structure
+    rig, corrections = structure.corrections(model.dynamics.values, structure.rig)
     q = motion[0]
     for correct in corrections:
         q = correct(q)
