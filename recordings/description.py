@@ -16,7 +16,7 @@ from recordings import schemas
 from recordings.cdr import Encoder, parse_schema
 from recordings.recording import Floats
 from recordings.rig import Geometry, Rig
-from recordings.urdf import robot_of
+from recordings.urdf_joints import robot_of
 
 PLATFORM = ("platform_x", "platform_y", "platform_z")
 """Joints that move the platform along the axes of the base [m]."""

@@ -22,7 +22,7 @@ from recordings.drives import Homing as Homing
 from recordings.drives import Voltage as Voltage
 from recordings.errors import BadInput
 from recordings.urdf import Chain, with_text
-from recordings.urdf import JointType as JointType
+from recordings.urdf_joints import JointType as JointType
 
 MechanismName = Literal["delta", "axes", "urdf"]
 

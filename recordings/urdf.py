@@ -1,10 +1,7 @@
 """The description of any robot: the joints of a URDF, and what of it a recording holds."""
 
 import math
-from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -15,34 +12,9 @@ from pydantic import Field, Strict, WrapValidator, model_validator
 from recordings.config import ConfigSection, Positive
 from recordings.errors import BadInput
 from recordings.limits import LARGEST_TEXT, bounded_content
+from recordings.urdf_joints import JointType, UrdfJoint, mimicked, read_joints
 
-JointType = Literal["revolute", "prismatic"]
 Vector = tuple[float, float, float]
-
-_MOVABLE: dict[str, JointType] = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
-_NUMBERS = {"xyz": 3, "rpy": 3, "value": 1, **dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), 1)}
-"""Attributes of joints and inertial values that hold so many numbers."""
-_INERTIAL = {"mass": ("value",), "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")}
-"""What inertial values consist of."""
-_REFUSED = {
-    "floating": "a robot that stands on the ground expected; make the joint fixed",
-    "planar": "joints with one direction of motion expected; make it two prismatic joints and a revolute one",
-}
-
-
-@dataclass(frozen=True)
-class UrdfJoint:
-    """A joint of a URDF."""
-
-    name: str
-    type: JointType | None
-    """None for a fixed joint."""
-    parent: str
-    child: str
-    mimics: str | None
-    """Name of the joint whose motion it repeats."""
-    limits: tuple[float, float] | None
-    """Lowest and highest position [rad or m]; None where none are stated."""
 
 
 class MotorCoupling(ConfigSection):
@@ -109,8 +81,8 @@ class Chain(ConfigSection):
     joints: tuple[str, ...] = ()
     """Names of the joints that are driven, in the order of the recording's columns."""
     fixed: dict[str, float] = Field(default_factory=dict)
-    """Positions of other movable joints, by name [rad or m]; 0 where none is given. Those within `loops` are fixed
-    only if they stand here."""
+    """Positions of other movable joints, by name [rad or m]; 0 where none is given. Those within `loops`, or with a
+    `<mimic>`, are fixed only if they stand here."""
     loops: tuple[Loop, ...] = ()
     """Points that stay together. Joints between them that are neither driven nor fixed follow the driven ones."""
     start: dict[str, float] = Field(default_factory=dict)
@@ -154,7 +126,9 @@ class Chain(ConfigSection):
 
     @property
     def following(self) -> tuple[str, ...]:
-        """Names of the joints that follow the driven ones, in the order of the URDF."""
+        """Names of the joints that follow the driven ones, within loops or by `<mimic>`, in the order of the URDF."""
+        if not self.loops:
+            return tuple(name for name, (other, *_) in self.mimicking.items() if other in self.joints)
         above = {joint.child: joint for joint in read_joints(self.urdf)}
 
         def way(link: str) -> set[str]:
@@ -164,6 +138,28 @@ class Chain(ConfigSection):
         others = (joint.name for joint in above.values() if joint.type and joint.name in within)
         return tuple(name for name in others if name not in (*self.joints, *self.fixed))
 
+    @property
+    def mimicking(self) -> dict[str, tuple[str, float, float]]:
+        """Whom each joint with a `<mimic>` that is neither driven nor fixed repeats in the end, and how.
+
+        Name of a joint: position = multiplier * that of the other one + offset [rad or m].
+
+        Raises:
+            ValueError: it repeats a joint that the URDF does not have, or itself.
+        """
+        known, own = {joint.name: joint for joint in read_joints(self.urdf)}, {*self.joints, *self.fixed}
+        names = [joint.name for joint in known.values() if joint.type and joint.mimics is not None]
+        return {name: mimicked(known, name, own) for name in names if name not in own}
+
+    @property
+    def standing(self) -> dict[str, float]:
+        """Positions of the joints that stand, by name [rad or m]: of `fixed` ones, and of those that mimic them."""
+        others = {name: how for name, how in self.mimicking.items() if name not in self.following}
+        return self.fixed | {
+            name: multiplier * self.fixed.get(other, 0.0) + offset
+            for name, (other, multiplier, offset) in others.items()
+        }
+
     def _check_joints(self, known: dict[str, UrdfJoint]) -> None:
         movable = ", ".join(name for name, joint in known.items() if joint.type)
         if not self.joints:
@@ -171,18 +167,29 @@ class Chain(ConfigSection):
         self._check_names(known, movable)
         if self.loops and not self.following:
             raise ValueError("loops: joints within them that are neither driven nor fixed expected, none found")
-        for joint in known.values():
-            if joint.mimics and {joint.name, joint.mimics} & {*self.joints, *self.following}:
-                raise ValueError(
-                    f"urdf: joints that move by themselves expected, but {joint.name} mimics {joint.mimics}; "
-                    "remove <mimic>, and fix the joint or declare the motor's turning by couplings"
-                )
+        self._check_mimicking(known)
         numbers = range(1, len(self.joints) + 1)
         for coupling in self.couplings:
             if coupling.of == coupling.by or not {coupling.of, coupling.by} <= set(numbers):
                 raise ValueError(
                     f"couplings: two different joints from 1 to {len(self.joints)} expected, of = {coupling.of} and "
                     f"by = {coupling.by} found"
+                )
+
+    def _check_mimicking(self, known: dict[str, UrdfJoint]) -> None:
+        """Raise ValueError if a driven joint mimics another one, or one that moves does beside loops."""
+        for name in self.joints:
+            if known[name].mimics is not None:
+                raise ValueError(
+                    f"joints: joints with motors of their own expected, but {name} mimics {known[name].mimics}; take "
+                    f"{name} out of joints, for it follows, or remove <mimic> where it has a motor"
+                )
+        moving = {*self.joints, *self.following}
+        for name, (other, *_) in self.mimicking.items():
+            if self.loops and {name, other} & moving:
+                raise ValueError(
+                    f"loops: no moving joint that mimics another expected beside them, but {name} mimics {other}; "
+                    f"remove <mimic> and let a loop hold {name}, or name it in fixed"
                 )
 
     def _check_names(self, known: dict[str, UrdfJoint], movable: str) -> None:
@@ -224,108 +231,3 @@ def _text(path: Path) -> str:
         return ElementTree.tostring(ElementTree.fromstring(content), encoding="unicode")
     except (ElementTree.ParseError, LookupError, ValueError) as error:
         raise BadInput(f"{what} {path}: XML in UTF-8 expected, {error} found; save it as UTF-8") from None
-
-
-def robot_of(text: str) -> ElementTree.Element:
-    """Return the root of a URDF without what nobody reads: its own namespace, and axes of fixed joints, often 0."""
-    robot = ElementTree.fromstring(text)
-    own = robot.tag.rpartition("}")[0] + "}"
-    for element in robot.iter():
-        element.tag = element.tag.removeprefix(own)
-    for joint in robot.findall("joint[@type='fixed']"):
-        for axis in joint.findall("axis"):
-            joint.remove(axis)
-    return robot
-
-
-@lru_cache(maxsize=16)
-def read_joints(text: str) -> tuple[UrdfJoint, ...]:
-    """Return the joints of a URDF, in the order of the file.
-
-    Raises:
-        ValueError: it is no URDF of a tree of links with joints of one direction each.
-    """
-    try:
-        robot = robot_of(text)
-    except ElementTree.ParseError as error:
-        raise ValueError(f"urdf: XML expected, {error} found; check the file") from None
-    if robot.tag != "robot":
-        raise ValueError(f"urdf: a <robot> expected, <{robot.tag}> found; check the file")
-    if any("xacro}" in element.tag for element in robot.iter()):
-        raise ValueError("urdf: a URDF expected, xacro found; run `xacro FILE > robot.urdf`")
-    joints = tuple(_joint(element) for element in robot.findall("joint"))
-    _check_tree(joints, [link.get("name", "") for link in robot.findall("link")])
-    _check_numbers(robot)
-    return joints
-
-
-def _joint(element: ElementTree.Element) -> UrdfJoint:
-    name, kind = element.get("name", ""), element.get("type", "none")
-    if kind in _REFUSED:
-        raise ValueError(f"urdf: joint {name} is {kind}: {_REFUSED[kind]}")
-    if kind not in (*_MOVABLE, "fixed"):
-        raise ValueError(f"urdf: joint {name}: type {', '.join((*_MOVABLE, 'fixed'))} expected, {kind} found")
-    ends = [(tag, "link") for tag in ("parent", "child")]
-    parent, child, mimics = (
-        None if (part := element.find(tag)) is None else part.get(key, "") for tag, key in (*ends, ("mimic", "joint"))
-    )
-    limits = None if kind in ("continuous", "fixed") else _limits(element.find("limit"))
-    return UrdfJoint(name, _MOVABLE.get(kind), parent or "", child or "", mimics, limits)
-
-
-def _limits(element: ElementTree.Element | None) -> tuple[float, float] | None:
-    """The limits that the `element` states; those that are no numbers, or leave no way, state none."""
-    try:
-        low, high = (
-            (float(element.get(key, "0")) for key in ("lower", "upper")) if element is not None else (0.0, 0.0)
-        )
-    except ValueError:
-        return None
-    return (low, high) if low < high else None
-
-
-def _check_tree(joints: tuple[UrdfJoint, ...], links: list[str]) -> None:
-    """Raise ValueError unless `joints` connect all `links` to one root."""
-    names = [*(f"joint {joint.name}" for joint in joints), *(f"link {link}" for link in links)]
-    for name, count in Counter(names).items():
-        if count > 1:
-            raise ValueError(f"urdf: every joint and link once expected, {name} stands {count} times")
-    for joint in joints:
-        if missing := {joint.parent, joint.child} - set(links):
-            raise ValueError(
-                f"urdf: joint {joint.name}: <parent> and <child> among the links expected, '{min(missing)}' found"
-            )
-    moved = Counter(joint.child for joint in joints)
-    if moved and max(moved.values()) > 1:
-        raise ValueError(f"urdf: a tree expected, but link {moved.most_common(1)[0][0]} has two joints above it")
-    roots = [link for link in links if link not in moved]
-    if len(roots) != 1:
-        raise ValueError(f"urdf: one link that no joint moves expected, {', '.join(roots) or 'none'} found")
-    reached = set(roots)
-    while further := {joint.child for joint in joints if joint.parent in reached} - reached:
-        reached |= further
-    if apart := set(links) - reached:
-        raise ValueError(f"urdf: a tree expected, but the joints of link {min(apart)} lead round in a circle")
-
-
-def _check_numbers(robot: ElementTree.Element) -> None:
-    """Raise ValueError unless places, axes and inertial values are numbers, and complete."""
-    for owner in (*robot.findall("joint"), *robot.findall("link")):
-        name = f"{owner.tag} {owner.get('name', '')}"
-        for part in owner.iter() if owner.tag == "joint" else owner.iterfind("inertial//"):
-            for key, count in _NUMBERS.items():
-                if (text := part.get(key)) is not None and not _holds(text, count):
-                    raise ValueError(f"urdf: {name}: <{part.tag} {key}> of {count} numbers expected, '{text}' found")
-        for inertial in owner.iterfind("inertial"):
-            for tag, keys in _INERTIAL.items():
-                if (held := inertial.find(tag)) is None or not set(keys) <= set(held.keys()):
-                    raise ValueError(f"urdf: {name}: <{tag} {' '.join(keys)}> of <inertial> expected, not all found")
-        if (axis := owner.find("axis")) is not None and not any(map(float, axis.get("xyz", "").split())):
-            raise ValueError(f"urdf: {name}: an <axis> with a direction expected, {axis.get('xyz')} found")
-
-
-def _holds(text: str, count: int) -> bool:
-    try:
-        return len(numbers := [float(word) for word in text.split()]) == count and all(map(math.isfinite, numbers))
-    except ValueError:
-        return False

@@ -16,7 +16,7 @@ from recordings.data_problems import DataProblem, healing_command
 from recordings.data_problems.signals import MAX_SPAN, travel
 from recordings.recording import Floats, Recording
 from recordings.rig import Rig
-from recordings.urdf import read_joints
+from recordings.urdf_joints import read_joints
 
 KINDS = ("angle-unit", "gear-ratio")
 _BEYOND = 2.0

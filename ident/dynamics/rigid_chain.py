@@ -13,10 +13,12 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ident.dynamics.closed_loops import ClosedLoops, closed_loops
+from ident.dynamics.mimic_joints import MimicJoints, mimic_joints
 from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
-from recordings.urdf import Chain, robot_of
+from recordings.urdf import Chain
+from recordings.urdf_joints import robot_of
 
 LINK_PARAMETERS = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 """Inertial parameters of a link, in Pinocchio's order: mass [kg], first moments [kg m], inertia about the origin of
@@ -29,7 +31,7 @@ _KEPT = {"link": ("inertial",), "joint": ("parent", "child", "origin", "axis")}
 
 @dataclass(frozen=True, eq=False)
 class RigidChain:
-    """A tree of links, each moved by one of N joints; dof of them are driven, and the others follow from loops."""
+    """A tree of links, each moved by one of N joints; dof of them are driven, and the others follow these."""
 
     model: Any
     """`pinocchio.Model` of these joints; others are fixed."""
@@ -37,8 +39,8 @@ class RigidChain:
     """(N,) place of each joint among those of `model`: the driven ones, then those that follow."""
     tool: int
     """Frame of `model` that carries a payload."""
-    loops: ClosedLoops | None
-    """None where all joints are driven."""
+    followers: ClosedLoops | MimicJoints | None
+    """How the other joints follow; None where all are driven."""
 
     def regressor(self, motion: Motion, kept: Ints | None = None) -> Floats:
         """Compute the torque (n, dof, k) per unit of each parameter of each link; NaN where a joint's motion is.
@@ -103,9 +105,9 @@ class RigidChain:
 
     def random_motion(self, n: int) -> Motion:
         """Any `n` states of the driven joints; the same ones whenever it is called."""
-        dof = len(self.order) if self.loops is None else len(self.loops.driven)
+        dof = len(self.order) if self.followers is None else len(self.followers.driven)
         position, *others = np.random.default_rng(0).uniform(-np.pi, np.pi, (4, n, dof))
-        return Motion(position if self.loops is None else self.loops.wandering(position), *others)
+        return Motion(position if self.followers is None else self.followers.wandering(position), *others)
 
     def _along(
         self, motion: Motion, compute: Callable[..., Floats], count: int = 1, kept: Ints | Sequence[int] = (0,)
@@ -117,8 +119,8 @@ class RigidChain:
         """
         signals = (motion.position, motion.velocity, motion.acceleration)
         known = np.flatnonzero(np.isfinite(np.concatenate(signals, axis=1)).all(axis=1))
-        if self.loops:
-            rows, S = self.loops.along(*signals)
+        if self.followers:
+            rows, S = self.followers.along(*signals)
         else:
             rows, S = [each[:, np.argsort(self.order)] for each in signals], None
         at_known = [np.ascontiguousarray(each[known]) for each in rows]
@@ -172,7 +174,7 @@ def _built(described: str) -> RigidChain:
     chain = Chain.model_validate_json(described)
     model = pinocchio.buildModelFromXML(_plain(chain.urdf))
     position = np.zeros(model.nq)
-    for name, value in chain.fixed.items():
+    for name, value in chain.standing.items():
         position[model.idx_qs[model.getJointId(f"joint:{name}")]] = value
     names = [f"joint:{name}" for name in (*chain.joints, *chain.following)]
     others = [index for index in range(1, model.njoints) if model.names[index] not in names]
@@ -184,7 +186,7 @@ def _built(described: str) -> RigidChain:
         load, frame = chain.payload.mass * point_mass(chain.payload.place), model.frames[tool]
         model.appendBodyToJoint(frame.parentJoint, pinocchio.Inertia.FromDynamicParameters(load), frame.placement)
     if not chain.loops:
-        return RigidChain(model, order, tool, None)
+        return RigidChain(model, order, tool, mimic_joints(chain, order) if chain.following else None)
     start = np.zeros(model.nv)
     for name, value in chain.start.items():
         if f"joint:{name}" in names:

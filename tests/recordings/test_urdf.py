@@ -6,7 +6,7 @@ import pytest
 
 from recordings.errors import BadInput
 from recordings.rig import Rig, load_rig
-from recordings.urdf import read_joints
+from recordings.urdf_joints import read_joints
 
 ARM = """<robot name="arm">
   <link name="base"/><link name="upper"/><link name="slide"/><link name="hand"/><link name="finger"/>
@@ -17,6 +17,11 @@ ARM = """<robot name="arm">
 </robot>"""
 RIG = 'name = "r"\nmechanism = "urdf"\nurdf = "arm.urdf"\n'
 DRIVEN = RIG + 'joints = ["rail", "shoulder"]\n'
+
+
+def mimicking(joint: str) -> str:
+    """The arm with a grip that mimics a `joint`."""
+    return ARM.replace('link="finger"/></joint>', f'link="finger"/><mimic joint="{joint}"/></joint>')
 
 
 def load(folder: Path, rig: str = DRIVEN, urdf: str | bytes = ARM) -> Rig:
@@ -66,11 +71,14 @@ def test_rig_holds_the_text_and_needs_no_file_afterwards(tmp_path: Path) -> None
         (DRIVEN, ARM.replace('child link="hand"', 'child link="upper"'), "a tree expected, but link upper has two"),
         (DRIVEN, ARM.replace('<link name="base"/>', '<link name="base"/><link name="x"/>'), "base, x found"),
         (DRIVEN, ARM.replace('joint name="grip"', 'joint name="rail"'), "joint rail stands 2 times"),
+        (RIG + 'joints = ["grip"]\n', mimicking("rail"), "grip mimics rail; take grip out of joints"),
         (
             DRIVEN,
-            ARM.replace('link="finger"/></joint>', 'link="finger"/><mimic joint="rail"/></joint>'),
-            "grip mimics rail; remove <mimic>",
+            mimicking("thumb"),
+            "<mimic> of a joint expected, but that of grip leads to 'thumb', which is none",
         ),
+        (DRIVEN, mimicking("grip"), "that of grip leads round in a circle"),
+        (DRIVEN, mimicking('rail" offset="far'), "joint grip: <mimic offset> of 1 numbers expected, 'far' found"),
         (
             DRIVEN,
             ARM.replace("0 1 0", "0 one 0"),
@@ -102,7 +110,7 @@ def test_rig_holds_the_text_and_needs_no_file_afterwards(tmp_path: Path) -> None
                 """<link name="tip"/><joint name="bend" type="revolute"><parent link="finger"/>
                 <child link="tip"/><mimic joint="grip"/></joint></robot>""",
             ),
-            "bend mimics grip; remove <mimic>",
+            "bend mimics grip; remove <mimic> and let a loop hold bend, or name it in fixed",
         ),
         ('name = "r"\nmechanism = "urdf"\n', ARM, 'mechanism "urdf" needs the key urdf'),
         ('name = "r"\ngravity = [0.0, 0.0, 0.0]\n', ARM, 'gravity belongs to the mechanism "urdf", "delta" found'),

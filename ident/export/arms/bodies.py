@@ -71,14 +71,15 @@ def tree_of(model: Model) -> Urdf:
     """Return the tree of links of `model`.
 
     Raises:
-        BadInput: the model is not one of a URDF, or has closed loops.
+        BadInput: the model is not one of a URDF, or has joints that follow others.
     """
     mechanism = model.dynamics.structure.mechanism
     if not isinstance(mechanism, Urdf):
         raise BadInput(f"a model of the mechanism 'urdf' expected, '{model.file.mechanism}' found")
-    if mechanism.links.loops:
+    if mechanism.links.followers:
+        found = "closed loops" if mechanism.chain.loops else "joints that mimic others"
         raise BadInput(
-            "a tree of links expected, closed loops found, which this export cannot carry; export its torque along a "
+            f"a tree of links expected, {found} found, which this export cannot carry; export its torque along a "
             f"motion to {told('--to csv', 'csv')}"
         )
     return mechanism

@@ -16,7 +16,7 @@ from ident.export.targets import ExportRequest
 from ident.export.targets import beside as carried_file
 from ident.export.xml_file import text, write_xml
 from recordings.recording import Floats
-from recordings.urdf import read_joints, robot_of
+from recordings.urdf_joints import read_joints, robot_of
 
 __all__ = ["carried_file", "write"]
 
@@ -45,7 +45,7 @@ def write(request: ExportRequest) -> Carried:
         if name in chain.joints:
             _set_dynamics(robot, joint, arm, chain.joints.index(name))
         elif joint.get("type") != "fixed":
-            _fix(joint, chain.fixed.get(name, 0.0))
+            _fix(joint, chain.standing.get(name, 0.0))
     ElementTree.register_namespace("drake", _DRAKE)
     write_xml(robot, request.out)
     return carried_by(request.model, arm, (), "URDF")

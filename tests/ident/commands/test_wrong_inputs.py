@@ -17,7 +17,7 @@ from ident.program import program
 from recordings.errors import BadInput, ForeignFile
 from recordings.reader import read
 from recordings.recording import Recording
-from recordings.rig import Geometry, Torque, simulated_rig
+from recordings.rig import Geometry, Rig, Torque, simulated_rig
 from tests.ident.commands.test_axes import write as write_slide
 from tests.ident.kept_models import MODELS
 from tests.running import invoke, printed, ran
@@ -138,8 +138,7 @@ def folder(
     write(replace(whole, path=folder / "again.mcap", run=whole.run.model_copy(update={"trajectory": "again"})))
     rig = simulated_rig().model_copy(update={"geometry": Geometry(L2=0.81)})
     write(make("fig5a", cycles=1, rig=rig, path=folder / "other.mcap"))
-    other_gain = simulated_rig().model_copy(update={"torque": Torque(gain=(1.0, 1.0, 1.1))})
-    write(make("fig5b", cycles=1, rig=other_gain, path=folder / "gain.mcap"))
+    write(make("fig5b", rig=Rig(name="other", torque=Torque(gain=(1.0, 1.0, 1.1))), path=folder / "gain.mcap"))
     resting = make(cycles=1, path=folder / "rest.mcap")
     resting.position[:, 1] = 0.2
     write(resting)

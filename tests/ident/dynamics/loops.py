@@ -83,6 +83,15 @@ def four_bar_keys(rocker: float = 0.3, **keys: Any) -> dict[str, Any]:
     return {"urdf": robot(parts), "joints": ("drive",), "loops": (loop,), **keys}
 
 
+def mimicking(urdf: str, **how: tuple[str, float, float]) -> str:
+    """The `urdf` with joints that mimic others: by name whom, multiplier and offset."""
+    for name, (other, multiplier, offset) in how.items():
+        before, start, after = urdf.partition(f'<joint name="{name}"')
+        element = f'<mimic joint="{other}" multiplier="{multiplier!r}" offset="{offset!r}"/></joint>'
+        urdf = before + start + after.replace("</joint>", element, 1)
+    return urdf
+
+
 def robot(parts: Sequence[str]) -> str:
     return f'<robot name="r">{"".join(parts)}</robot>'
 

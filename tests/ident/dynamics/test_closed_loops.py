@@ -102,7 +102,7 @@ def test_start_tells_on_which_side_a_linkage_is(start: dict[str, float], side: i
     linkage = created(four_bar_keys(start=start))
     angle = np.linspace(0.1, 0.7, 30)[:, None]
     at = Motion(angle, 0 * angle, 0 * angle, 0 * angle)
-    (q, _, _), _ = linkage.links.loops.along(angle, 0 * angle, 0 * angle)  # type: ignore[union-attr]
+    (q, _, _), _ = linkage.links.followers.along(angle, 0 * angle, 0 * angle)  # type: ignore[union-attr]
     names = [name.removeprefix("joint:") for name in linkage.links.model.names]
     place = dict(zip(names[1:], q.T, strict=True))
     assert np.allclose(place["pivot"], angle[:, 0]) == (side > 0)

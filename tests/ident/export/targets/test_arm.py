@@ -16,7 +16,8 @@ from ident.export.paths import GivenPath
 from ident.identification.model import Model
 from recordings.errors import BadInput
 from recordings.recording import Floats
-from tests.ident.dynamics.loops import four_bar_keys, rig
+from recordings.rig import Rig
+from tests.ident.dynamics.loops import four_bar_keys, mimicking, rig
 from tests.ident.export.arms import arm_model, arm_path
 from tests.ident.export.models import model_of, model_with
 from tests.ident.identification.test_urdf_robot import COULOMB, OFFSET, URDF, VISCOUS
@@ -120,14 +121,21 @@ def test_what_has_no_element_is_lost_and_other_mechanisms_are_refused(tmp_path: 
         exporting.export(model_with([]), "urdf", tmp_path / "delta.urdf", arm_path())
 
 
+@pytest.mark.parametrize(
+    ("robot", "found"),
+    [
+        (rig(four_bar_keys()), "closed loops"),
+        (
+            rig({"urdf": mimicking(four_bar_keys()["urdf"], elbow=("drive", -1.0, 0.0)), "joints": ("drive",)}),
+            "joints that mimic others",
+        ),
+    ],
+)
 @pytest.mark.parametrize("target", ["urdf", "mjcf", "c", "fmu"])
-def test_closed_loops_are_refused(target: str, tmp_path: Path) -> None:
-    robot = rig(four_bar_keys())
+def test_joints_that_follow_others_are_refused(robot: Rig, found: str, target: str, tmp_path: Path) -> None:
     model = model_of(robot, np.ones(len(mechanisms.create(robot).parameters)), [])
     still = np.zeros((20, 1))
     path = GivenPath("still", 100.0, np.arange(20) / 100, Motion(still, still, still, still))
-    with pytest.raises(
-        BadInput, match="a tree of links expected, closed loops found, which this export cannot carry"
-    ):
+    with pytest.raises(BadInput, match=f"a tree of links expected, {found} found, which this export cannot carry"):
         exporting.export(model, target, tmp_path / "out", path)
     assert not list(tmp_path.iterdir())

@@ -84,8 +84,7 @@ def difference(model: Model, name: str, out: Path, dry: bool) -> Floats:
     carried = exporting.export(model, "mjcf", out, path)
     assert not carried.lost
     motion = (path.motion.position, path.motion.velocity, path.motion.acceleration)
-    structure = model.dynamics.structure
-    rig, corrections = structure.corrections(model.dynamics.values, structure.rig)
+    rig, corrections = model.dynamics.structure.corrections(model.dynamics.values, rig_of(model.file))
     q = motion[0]
     for correct in corrections:
         q = correct(q)
