@@ -62,12 +62,12 @@ class PreparedRecording(WithoutCaches):
         if self.moved:
             return super().__reduce__()
         fields = (self.recording, self.method, self.cutoff, self.start, self.end, self.form)
-        return prepare, (*fields, isinstance(self.mechanism, Urdf) and self.mechanism.of_bodies)
+        return prepare, (*fields, isinstance(self.mechanism, Urdf) and self.mechanism.bound_to_bodies)
 
-    def of_bodies(self) -> "PreparedRecording":
+    def bound_to_bodies(self) -> "PreparedRecording":
         """Return the recording of a tree of links that fits allow to be bodies alone."""
         assert isinstance(self.mechanism, Urdf)
-        return replace(self, mechanism=replace(self.mechanism, of_bodies=True))
+        return replace(self, mechanism=replace(self.mechanism, bound_to_bodies=True))
 
     @cached_property
     def as_recorded(self) -> MechanismMotion:
@@ -197,14 +197,14 @@ def prepare(
     start: float = 0.0,
     end: float | None = None,
     form: str | None = None,
-    of_bodies: bool = False,
+    bound_to_bodies: bool = False,
 ) -> PreparedRecording:
     """Preprocess `recording`, which begins at `start` [s] of a longer one that ends at `end` [s], by `method`.
 
     Only the repeated motion is used, if the recording has one. Approach and stop serve as run-in of the filters.
 
     cutoff: [Hz], or as chosen for several recordings; None: chosen by the method.
-    form: another linear model of the mechanism. of_bodies: as `PreparedRecording.of_bodies`.
+    form: another linear model of the mechanism. bound_to_bodies: as `PreparedRecording.bound_to_bodies`.
 
     Raises:
         BadInput: the recording contains no usable data, the method does not accept the cut-off, or the mechanism
@@ -228,7 +228,7 @@ def prepare(
     prepared = PreparedRecording(
         recording, method, mechanism, samples, preprocessed, regressor, torque, start, end, form=form
     )
-    return prepared.of_bodies() if of_bodies else prepared
+    return prepared.bound_to_bodies() if bound_to_bodies else prepared
 
 
 def prepare_all(

@@ -66,7 +66,7 @@ class ModelStructure:
     @property
     def bodies(self) -> Urdf | None:
         """The links, where fits allow only such that are bodies; else None."""
-        return self.mechanism if isinstance(self.mechanism, Urdf) and self.mechanism.of_bodies else None
+        return self.mechanism if isinstance(self.mechanism, Urdf) and self.mechanism.bound_to_bodies else None
 
     @cached_property
     def parameters(self) -> tuple[ParameterEntry, ...]:

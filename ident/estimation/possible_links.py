@@ -33,7 +33,7 @@ def step(links: Urdf, gram: Floats, product: Floats, now: Floats) -> Floats:
     return np.concatenate([base, (others[:, b] - others[:, :b] @ (base * size[:b])) / size[b:]])
 
 
-def of_bodies(
+def bound_to_bodies(
     recordings: Sequence[PreparedRecording], train: Sequence[Bools], weights: Sequence[Floats]
 ) -> tuple[PreparedRecording, ...]:
     """Return the `recordings`, with links that stay bodies if the rows `train` (m, dof) speak for that.
@@ -54,7 +54,7 @@ def of_bodies(
         for place, parameters in enumerate((solve_normal(gram, product), step(links, gram, product, np.zeros(b)))):
             against = np.append(parameters, -1.0)
             error[place] += against @ block @ against
-    return tuple(each.of_bodies() for each in recordings) if error[1] < error[0] else tuple(recordings)
+    return tuple(each.bound_to_bodies() for each in recordings) if error[1] < error[0] else tuple(recordings)
 
 
 def _blocks(recording: PreparedRecording, train: Bools, weights: Floats) -> list[Floats]:

@@ -20,7 +20,7 @@ from ident.dynamics.structure import ModelStructure, Term
 from ident.estimation import estimators, nonlinear_swarm
 from ident.estimation.linear_fit import Fit, fit
 from ident.estimation.nonlinear_swarm import SwarmSearch
-from ident.estimation.possible_links import of_bodies
+from ident.estimation.possible_links import bound_to_bodies
 from ident.estimation.problem import Progress
 from ident.estimation.regression import Regression, linearize
 from ident.estimation.shape_parameters import fit_shape_parameters
@@ -151,7 +151,7 @@ def identify(
     train: Sequence[PreparedRecording] = prepared[: len(files)]
     weighted, of_links = estimators.declares(options.method, "WEIGHTED"), isinstance(train[0].mechanism, Urdf)
     rows = fitted_rows(train) if weighted or of_links else None
-    train = of_bodies(train, rows.rows, rows.weights) if rows and of_links else train
+    train = bound_to_bodies(train, rows.rows, rows.weights) if rows and of_links else train
     searched = None
     if estimators.declares(options.method, "NONLINEAR"):
         generator = np.random.default_rng(options.seed)

@@ -220,7 +220,7 @@ def model_file(
         seed=0,
         objective=solution.loss,
         rows=solution.row_count,
-        diagnostics={"selection": "ident diagnose", "of_bodies": bool(structure.bodies)},
+        diagnostics={"selection": "ident diagnose", "bound_to_bodies": bool(structure.bodies)},
     )
     correlation = _written(uncertainty.correlation[np.ix_(order, order)])
     assessed = assessment.model_copy(update={"correlation": correlation}), uncertainties

@@ -9,7 +9,7 @@ from ident.basics.threads import in_threads
 from ident.data.prepared_recording import PreparedRecording
 from ident.data.row_weights import moving_rows, row_weights, standstill_share
 from ident.diagnosis.split.split_data import SplitData, row_count
-from ident.estimation.possible_links import of_bodies
+from ident.estimation.possible_links import bound_to_bodies
 from ident.estimation.predicted_torque import TorquePredictor, cache_size
 from recordings.errors import BadInput
 from recordings.recording import Bools
@@ -30,7 +30,7 @@ def split_recordings(train: Sequence[PreparedRecording], validate: Sequence[Prep
     train_all, test_all = _subsets(recordings, [recording.usable for recording in recordings], count)
     _check_rows(recordings, train_rows, test_rows)
     weights = row_weights(recordings, train_rows, standstill)
-    recordings = of_bodies(recordings, train_rows, weights)
+    recordings = bound_to_bodies(recordings, train_rows, weights)
     size, usable = cache_size(recordings), sum(int(recording.usable.sum()) for recording in recordings)
     return SplitData(
         tuple(TorquePredictor(recording, size) for recording in recordings),

@@ -54,7 +54,7 @@ class Urdf:
     chain: Chain
     links: RigidChain
     base: BaseParameters
-    of_bodies: bool = False
+    bound_to_bodies: bool = False
     """Whether fits allow only base parameters that bodies have."""
 
     @cached_property

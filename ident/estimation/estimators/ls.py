@@ -28,4 +28,6 @@ def estimate(problem: Problem, generator: Generator, progress: Progress, setting
         parameters = possible_links.step(problem.links, regressor.T @ regressor, regressor.T @ torque, start)
     objective = float(np.sum((problem.torque - problem.regressor @ parameters) ** 2))
     progress(1, 1)
-    return Estimate(parameters, objective, np.array([objective]), diagnostics={"of_bodies": bool(problem.links)})
+    return Estimate(
+        parameters, objective, np.array([objective]), diagnostics={"bound_to_bodies": bool(problem.links)}
+    )

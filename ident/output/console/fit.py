@@ -137,7 +137,7 @@ def _method_lines(model: ModelFile) -> Iterator[str]:
             f"Objective (33): {method.objective:.7g} {model.effort_units[0]}, at most {proof.excess:.1e} (relative) "
             "above its certified minimum."
         )
-    if method.diagnostics.get("of_bodies"):
+    if method.diagnostics.get("bound_to_bodies"):
         yield "The links are bound to be bodies: so, parts of the training motion tell the others better."
     steps = method.diagnostics.get("iterations")
     if steps is not None and steps < method.settings["iterations"]:

@@ -71,14 +71,15 @@ def test_a_short_motion_speaks_for_bodies_unless_the_gains_of_joints_are_wrong()
     for gain, expected in ((1.0, True), (np.array([1.0, 0.5, 1.7]), False)):
         each = prepared(gain, 2.0)
         fitted = fitted_rows([each])
-        (bound,) = possible_links.of_bodies([each], fitted.rows, fitted.weights)
+        (bound,) = possible_links.bound_to_bodies([each], fitted.rows, fitted.weights)
         assert isinstance(bound.mechanism, Urdf)
-        assert bound.mechanism.of_bodies == expected
+        assert bound.mechanism.bound_to_bodies == expected
 
 
 def test_fit_and_diagnosis_are_bound_alike_and_say_so() -> None:
     train, other = (arms.record(arms.urdf(arms.LIFTING), seed=seed) for seed in (1, 2))
     fitted, diagnosis = ident.fit(train, validate=other), ident.diagnose(train, validate=other)
-    assert fitted.file.method.diagnostics["of_bodies"] == diagnosis.model.file.method.diagnostics["of_bodies"]
+    of_fit, of_diagnosis = (each.file.method.diagnostics for each in (fitted, diagnosis.model))
+    assert of_fit["bound_to_bodies"] == of_diagnosis["bound_to_bodies"]
     first = diagnosis.document.steps[0].held_out_rms
     np.testing.assert_allclose(fitted.file.validate_.fitted.rms, first, rtol=1e-3)  # type: ignore[union-attr]
