@@ -38,6 +38,9 @@ _LISTEN = """() => {
     document.addEventListener("click", note, {capture: true, once: true});
 }"""
 """Note which control is clicked next, with a key or a mouse."""
+_COLOURED = """() => document.getAnimations().every(
+    each => each.playState !== "running" || each.effect.getComputedTiming().iterations === Infinity)"""
+"""Whether no colour changes any more: axe-core takes one in between for the contrast."""
 _FITS = """() => document.documentElement.scrollWidth <= document.documentElement.clientWidth
     && [...document.querySelectorAll(".js-plotly-plot, .js-plotly-plot .main-svg, .scroll-x, table, pre")]
         .every(item => (item.parentElement.closest(".scroll-x, .nicegui-code") ?? item)
@@ -226,6 +229,7 @@ class Browser:
         # A notice fades out, too, at any time.
         fading = '[class*="-enter-active"], [class*="-leave-active"], .q-notification'
         self.page.wait_for_function("fading => !document.querySelector(fading)", arg=fading)
+        self.page.wait_for_function(_COLOURED)
         assert not axe.findings(self.page)
         self.page.wait_for_function(_FITS)
         if name:
