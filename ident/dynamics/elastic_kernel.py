@@ -17,7 +17,7 @@ _SETTLING_STEPS = 50
 
 @compiled
 def elastic_torque(  # noqa: C901 - compiled: one loop
-    delta: bool,
+    kind: int,
     constants: Floats,
     q: Floats,
     v: Floats,
@@ -51,7 +51,7 @@ def elastic_torque(  # noqa: C901 - compiled: one loop
         if not running:
             twist_rate[:], twist_acceleration[:] = 0.0, 0.0
             for _ in range(_SETTLING_STEPS):
-                arm_dynamics(delta, constants, q[k] - twist, v[k], a[k], torque, inertia)
+                arm_dynamics(kind, constants, q[k] - twist, v[k], a[k], torque, inertia)
                 torque += load[k]
                 for s in range(count):
                     i = int(flexible[s])
@@ -76,7 +76,7 @@ def elastic_torque(  # noqa: C901 - compiled: one loop
                 )
                 position[i] = q[k, i] - v[k, i] * time_left + a[k, i] * time_left**2 / 2 - jerk * time_left**3 / 6
                 position[i] -= twist[i] + h * twist_rate[i] + h * h / 2 * twist_acceleration[i]
-            arm_dynamics(delta, constants, position, speed, acceleration, torque, inertia)
+            arm_dynamics(kind, constants, position, speed, acceleration, torque, inertia)
             for i in range(dof):
                 torque[i] += load[k, i] - (load[k, i] - load[k - 1, i]) * (time_left / dt)
             for s in range(count):

@@ -7,7 +7,7 @@ import numpy as np
 from ident.basics.statistics import least_squares, nonzero
 from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.judge.paying_joints import own_joints
-from ident.diagnosis.search.screening import MIN_EXCITATION, Candidate, Screener, initial_guesses
+from ident.diagnosis.search.screening import MIN_EXCITATION, Candidate, Screener
 from ident.diagnosis.split.split_data import TINY
 from ident.dynamics.structure import Term
 from recordings.recording import Bools, Floats, Ints
@@ -35,11 +35,11 @@ class LargestGain:
 
         It is that of the joint of which it could explain most, or of all together where it does not act on joints
         alone. It holds for every sum of the effect at the shapes of the `candidate` and at those that its effect
-        declares, beside the model as it is refitted: for the shapes between them, too, as far as their columns are
-        such sums.
+        declares, or suggests in their place, beside the model as it is refitted: for the shapes between them, too, as
+        far as their columns are such sums.
         """
         everywhere = Term.on_all_joints(candidate.term.name, candidate.term.effect, self._structure.rig)
-        declared = [(everywhere, *guess) for guess in initial_guesses(everywhere, suggestions=())]
+        declared = [(everywhere, *guess) for guess in self._fitted.guesses(everywhere, suggestions=())]
         tried = [(candidate.term, candidate.scale, candidate.shapes), *declared]
         replaced = self._fitted.replaced(everywhere)
         columns, held_out = (

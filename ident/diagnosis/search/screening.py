@@ -137,7 +137,13 @@ class Screener:
     def _results(self, name: str, effect: Effect) -> list[Candidate | Exclusion]:
         """A candidate for each initial guess of the shapes of `effect`, or the reason why there is none."""
         term = Term.on_all_joints(name, effect, self._solution.structure.rig)
-        return [self._evaluate(term, *guess) for guess in initial_guesses(term, self.suggestions(effect))]
+        return [self._evaluate(term, *guess) for guess in self.guesses(term, self.suggestions(effect))]
+
+    def guesses(self, term: Term, suggestions: Sequence[Suggestion]) -> list[tuple[Floats, Floats]]:
+        """`initial_guesses` of the `term`: its own ones only where its effect does not suggest all of them."""
+        alone = self._solution.structure.rig.mechanism in term.effect.suggests_all
+        suggestions = suggestions or (self.suggestions(term.effect) if alone else ())
+        return initial_guesses(term, suggestions, declared=not (alone and suggestions))
 
     def columns(self, term: Term, guess: Floats, shapes: Floats) -> Floats:
         """(r, instances * c) weighted rows of `effect_columns`."""
@@ -257,10 +263,12 @@ def _merge_guesses(candidates: Sequence[Candidate]) -> Candidate:
     return replace(best, initial_guesses=tuple(chain.from_iterable(same)))
 
 
-def initial_guesses(term: Term, suggestions: Sequence[Suggestion]) -> list[tuple[Floats, Floats]]:
+def initial_guesses(
+    term: Term, suggestions: Sequence[Suggestion], declared: bool = True
+) -> list[tuple[Floats, Floats]]:
     """Local parameters (instances, c) and shapes (s,) at which columns of the `term` are made.
 
-    They are those that its effect declares, and its `suggestions` from the residuals.
+    They are those that its effect declares, if they are wanted, and its `suggestions` from the residuals.
     """
     effect = term.effect
     first_parameter = effect.parameters[0].name
@@ -269,7 +277,7 @@ def initial_guesses(term: Term, suggestions: Sequence[Suggestion]) -> list[tuple
     count = max(map(len, guesses))  # where a parameter has fewer, its last one stays
     starts = [np.array([each[min(i, len(each) - 1)] for each in guesses]) for i in range(count)]
     pairs = [
-        *((np.tile(start, (term.instances, 1)), values) for start, values in product(starts, shapes)),
+        *((np.tile(start, (term.instances, 1)), values) for start, values in product(starts * declared, shapes)),
         *(
             (
                 np.stack([np.broadcast_to(each[q.name], term.instances) for q in term.local_parameters], axis=1),

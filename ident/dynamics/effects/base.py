@@ -166,6 +166,8 @@ class Effect:
     suggest: Callable[[EffectInputs, Floats], Sequence[Suggestion]] | None = None
     """Suggest further initial guesses from a residual (n, dof) [N m] at the instants of the inputs, which may be
     decimated: shapes, and for a signal effect also its parameters. Of local shapes, nothing else is tried then."""
+    suggests_all: tuple[str, ...] = ()
+    """Mechanisms on which only its suggestions are tried, where it has some."""
     merge: Callable[[Sequence[Suggestion]], Suggestion] | None = None
     """Merge what several recordings suggest; None: each of the suggestions is tried."""
     step: float = 1e-4
