@@ -11,8 +11,6 @@ from ident.dynamics.link_kernels import link_dynamics
 from recordings.recording import Floats
 from trajectories.closed_chain import dot
 
-KINDS = ("axes", "delta", "urdf")
-"""Mechanisms by the numbers that the kernels know."""
 _TINY = 1e-9
 """Added to every inertia [kg m^2] so that none is zero."""
 
@@ -59,7 +57,10 @@ def _axes_dynamics(constants: Floats, q: Floats, a: Floats, torque: Floats, iner
 def arm_dynamics(
     kind: int, constants: Floats, q: Floats, v: Floats, a: Floats, torque: Floats, inertia: Floats
 ) -> None:
-    """Torque (dof,) of the arms at one instant, and its derivative by the acceleration, the inertia (dof, dof)."""
+    """Torque (dof,) of the arms at one instant, and its derivative by the acceleration, the inertia (dof, dof).
+
+    kind: 0 of axes, 1 of a delta robot, 2 of a tree of links.
+    """
     if kind == 0:
         _axes_dynamics(constants, q, a, torque, inertia)
     elif kind == 1:

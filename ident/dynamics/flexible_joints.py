@@ -15,6 +15,8 @@ from ident.dynamics.platform import kernel_constants
 from recordings.recording import Floats
 from recordings.rig import Rig
 
+_KINDS = ("axes", "delta", "urdf")
+"""Mechanisms by the numbers that the kernels know."""
 _PHASE_STEP = 0.3
 """Integration step, as phase of the fastest oscillation [rad]."""
 _MAX_SUBSTEPS = 6
@@ -135,9 +137,7 @@ class FlexibleJoints:
 
     @property
     def _kind(self) -> int:
-        from ident.dynamics.arm_kernels import KINDS
-
-        return KINDS.index(self.mechanism)
+        return _KINDS.index(self.mechanism)
 
     def _load_along(self, motion: Motion) -> Floats:
         return np.zeros_like(motion.position) if self.load is None else np.ascontiguousarray(self.load)
@@ -183,10 +183,10 @@ def joint_inertia(rig: Rig, parameters: Mapping[str, float]) -> Floats:
     Of a tree of links it is the smallest in any pose, the other joints at rest: any share of it leaves some to links.
     """
     if rig.mechanism == "urdf":
-        from ident.dynamics.arm_kernels import KINDS, dynamics_along
+        from ident.dynamics.arm_kernels import dynamics_along
 
         states = np.random.default_rng(0).uniform(-np.pi, np.pi, (3, _STATES, rig.dof))
-        inertia = dynamics_along(KINDS.index("urdf"), _of_links(rig, parameters), *states)[1]
+        inertia = dynamics_along(_KINDS.index("urdf"), _of_links(rig, parameters), *states)[1]
         return np.asarray(inertia.min(axis=0).clip(0.0))
     inertias = (parameters.get(f"I_{j}", parameters.get(f"m_{j}", 0.0)) for j in range(1, rig.dof + 1))
     return np.array([max(inertia, 0.0) for inertia in inertias])

@@ -24,25 +24,18 @@ def link_dynamics(constants: Floats, q: Floats, v: Floats, a: Floats, torque: Fl
     dof, zero = len(q), (0.0, 0.0, 0.0)
     g = dof * (dof + 1)
     links = constants[g + 3 :].reshape(dof, ROW)
-    poses = [(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), zero)]
-    joints, rates, wrenches, bodies = (
-        [(zero, zero)],
-        [(zero, zero)],
-        [(zero, zero)],
-        [(0.0, zero, (zero, zero, zero))],
-    )
-    accelerations = [(zero, (-constants[g], -constants[g + 1], -constants[g + 2]))]
+    base = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), zero
+    gravity = zero, (-constants[g], -constants[g + 1], -constants[g + 2])  # the base rises instead
+    states = [(base, (zero, zero), (zero, zero), gravity)]
+    wrenches, bodies = [(zero, zero)], [(0.0, zero, (zero, zero, zero))]
     for i in range(dof):
-        parent, j = int(links[i, 0]), int(links[i, 1])
-        pose, joint = _moved(links, i, poses[parent], q[j])
-        rate, body = _added(rates[parent], v[j], joint), _placed(links, i, pose)
-        acceleration = _added(_added(accelerations[parent], a[j], joint), v[j], _carried(rate, joint))
+        j, (pose, _, rate, acceleration) = int(links[i, 1]), states[int(links[i, 0])]
+        pose, joint = _moved(links, i, pose, q[j])
+        rate, body = _added(rate, v[j], joint), _placed(links, i, pose)
+        acceleration = _added(_added(acceleration, a[j], joint), v[j], _carried(rate, joint))
         moment, force = _momentum(body, rate)
         turning = plus(cross(rate[0], moment), cross(rate[1], force)), cross(rate[0], force)
-        poses.append(pose)
-        joints.append(joint)
-        rates.append(rate)
-        accelerations.append(acceleration)
+        states.append((pose, joint, rate, acceleration))
         bodies.append(body)
         wrenches.append(_added(_momentum(body, acceleration), 1.0, turning))
     for i in range(dof):
@@ -52,13 +45,13 @@ def link_dynamics(constants: Floats, q: Floats, v: Floats, a: Floats, torque: Fl
             torque[i] += inertia[i, m] * a[m]
     for i in range(dof, 0, -1):
         parent, j = int(links[i - 1, 0]), int(links[i - 1, 1])
-        torque[j] += _power(joints[i], wrenches[i])
-        momentum = _momentum(bodies[i], joints[i])
-        inertia[j, j] += _power(joints[i], momentum)
+        torque[j] += _power(states[i][1], wrenches[i])
+        momentum = _momentum(bodies[i], states[i][1])
+        inertia[j, j] += _power(states[i][1], momentum)
         wrenches[parent] = _added(wrenches[parent], 1.0, wrenches[i])
         bodies[parent] = _joined(bodies[parent], bodies[i])
         while parent > 0:
-            m, shared = int(links[parent - 1, 1]), _power(joints[parent], momentum)
+            m, shared = int(links[parent - 1, 1]), _power(states[parent][1], momentum)
             inertia[j, m] += shared
             inertia[m, j] += shared
             parent = int(links[parent - 1, 0])

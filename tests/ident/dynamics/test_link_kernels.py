@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from benchmarks import flexible_arms
 from ident.basics.filters import convolve, low_pass
 from ident.dynamics import mechanisms
-from ident.dynamics.arm_kernels import KINDS, dynamics_along
+from ident.dynamics.arm_kernels import dynamics_along
 from ident.dynamics.effects.library import load
 from ident.dynamics.flexible_joints import FlexibleJoints, flexible_joints
 from ident.dynamics.mechanisms.urdf import Urdf
@@ -66,7 +66,7 @@ def test_torque_and_inertia_of_a_tree_are_those_of_its_columns() -> None:
     expected = mechanism.regressor(motion)[:, :, : len(base)] @ base
     np.testing.assert_allclose(joints.rigid_torque(motion), expected, atol=1e-9)
     signals = motion.position, motion.velocity, motion.acceleration
-    inertia = dynamics_along(KINDS.index("urdf"), joints.constants, *signals)[1]
+    inertia = dynamics_along(2, joints.constants, *signals)[1]
     whole = mechanism.inertia(motion, np.pad(base, (0, 9)))
     np.testing.assert_allclose(inertia, np.diagonal(whole, axis1=1, axis2=2), atol=1e-7)
 
