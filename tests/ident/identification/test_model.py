@@ -133,7 +133,7 @@ def file(
 )
 def identified(file: Path, request: pytest.FixtureRequest) -> ModelFile:
     options = FitOptions("ls", estimators.settings("ls", {}), 0, "parallel", 20.0, request.param)
-    return identify([file], None, options, lambda *_: None).model
+    return identify([file], (), options, lambda *_: None).model
 
 
 def test_the_model_explains_its_own_recording(identified: ModelFile, file: Path) -> None:

@@ -33,7 +33,7 @@ def late(make: Callable[..., Recording], tmp_path_factory: pytest.TempPathFactor
 def model(late: Recording, write: Callable[[Recording], Path]) -> ModelFile:
     write(late)
     options = identify.FitOptions("ls", estimators.settings("ls", {}), 0, "parallel", None)
-    return identify.identify([late.path], None, options, lambda *_: None).model
+    return identify.identify([late.path], (), options, lambda *_: None).model
 
 
 @pytest.fixture(scope="session")

@@ -133,7 +133,7 @@ def test_new_process_goes_on_from_the_same_models(engine: Any) -> None:
 @pytest.mark.slow
 def test_model_of_a_file_is_opened(engine: Any, tmp_path: Path) -> None:
     options = FitOptions("wls", settings("wls", {}), 0, "parallel", None, ("stribeck:2",), base_effects=True)
-    fit = identify([TRAIN], None, options, lambda *_: None)
+    fit = identify([TRAIN], (), options, lambda *_: None)
     model_file.save(fit.model, tmp_path / "a.model.json")
     made = next(engine.fit(TRAIN, VALIDATE, tmp_path / "a.model.json"))
     assert dict(made.steps[-1].terms)["stribeck"] == (2,)
