@@ -2,11 +2,12 @@
 
 MuJoCo's inverse dynamics give the torque of drawn arms of six joints along drawn motions, and the laws of the foreign
 plant that of an effect on one or two joints. Its size is 3 % of the torque there, as far as base parameters cannot
-take its place.
+take its place. Springs and gaps are moved by forward dynamics, in a motion with accelerations that show them, as are
+every second of the arms that hide nothing.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from time import perf_counter
 
 import click
@@ -14,6 +15,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 import ident
+from benchmarks import flexible_arms
 from benchmarks.drawn_arm import JOINTS, RATE, Arm, Way
 from drivers.simulated.effect import HiddenEffect, discover, parameter
 from drivers.simulated.secant import solve
@@ -27,7 +29,8 @@ _MOTOR = sorted(laws.MOTOR.keys() & discover().keys() - {"torque_offset"})
 """An offset is in the base model of an arm."""
 _BEARING = "coupled_joint_friction"
 _OTHERS = ("actuation_delay", "base_tilt", "encoder_eccentricity", "encoder_zero_offset", "payload_change", _BEARING)
-EFFECTS = (*_MOTOR, *_OTHERS)
+_COUPLINGS = {"joint_elasticity": ("softness", flexible_arms.spring), "backlash": ("b", flexible_arms.gap)}
+EFFECTS = (*_MOTOR, *_OTHERS, *_COUPLINGS)
 _WITH_ZERO = range(1, 5)
 """Joints (from 0) whose encoder's zero no parameter of the links replaces."""
 _LARGEST = {"encoder_zero_offset": 0.3}
@@ -42,6 +45,15 @@ class Bearing(HiddenEffect):
     b: float = parameter(0.1, "N m", "Coulomb friction", ge=0, le=1e4)
 
 
+class Springs(HiddenEffect):
+    """Springs between motors and arms, of one natural frequency: joints of an arm differ by orders of magnitude."""
+
+    softness: float = parameter(1e-4, "s^2", "1 over the square of the frequency", ge=0, le=1e-3)  # 5 Hz
+
+
+_OWN: dict[str, type[HiddenEffect]] = {_BEARING: Bearing, "joint_elasticity": Springs}
+
+
 class Case:
     """One arm with at most one effect, in a recording to learn from and one held out."""
 
@@ -51,14 +63,16 @@ class Case:
         self.hidden: HiddenEffect | None = None
         self.joints: tuple[int, ...] = ()
         """From 0."""
+        self.is_fast = effect in _COUPLINGS or (effect == "nothing" and number % 2 == 1)
         self._draw_arm()
-        while effect != "nothing" and not self._hide(Bearing if effect == _BEARING else discover()[effect]):
+        while effect != "nothing" and not self._hide(_OWN.get(effect) or discover()[effect]):
             self._draw_arm()
 
     def _draw_arm(self) -> None:
         """Draw an arm and its motions."""
         self.arm = Arm(self.rng, self.effect == _BEARING)
-        self.ways = [Way.drawn(self.rng, 40.0), Way.drawn(self.rng, 20.0)]
+        drawn, seconds = (Way.fast, (12.0, 8.0)) if self.is_fast else (Way.drawn, (40.0, 20.0))
+        self.ways = [drawn(self.rng, each) for each in seconds]
         self.rigid = [self.arm.rigid(way) for way in self.ways]
         self.__dict__.pop("bare", None)
 
@@ -69,7 +83,7 @@ class Case:
         joints = self.rng.permutation(list(possible))[: self.rng.integers(1, 3)]
         self.joints = tuple(range(JOINTS) if kind.whole_robot else sorted(joints.tolist()))
         self.hidden = kind.model_validate(shape)
-        largest = _LARGEST.get(self.effect, 1e4)
+        largest = kind.largest() if self.effect in _COUPLINGS else _LARGEST.get(self.effect, 1e4)
         solved = solve(self.size, SIZE, start=getattr(kind(), kind.strength()), largest=largest)
         if solved is None or abs(solved[1] / SIZE - 1) > _NEAR:
             return False
@@ -94,6 +108,9 @@ class Case:
         mask = np.isin(np.arange(JOINTS), self.joints)
         q, v = way.position, way.velocity
         state = laws.State(way.time[:, None], q, v, way.acceleration, rigid, arm.coulomb, arm.viscous)
+        if self.effect in _COUPLINGS and hidden:
+            name, make = _COUPLINGS[self.effect]
+            rigid = arm.behind(way, self.joints, partial(make, p[name]))
         speed = v @ arm.motors.T
         torque = rigid + (arm.viscous * speed + arm.coulomb * np.sign(speed)) @ arm.motors
         if self.effect == _BEARING and hidden:
@@ -126,7 +143,8 @@ class Case:
     def size(self, strength: float) -> float:
         """What base parameters cannot take of the effect, as a share of the torque of its joints."""
         assert self.hidden is not None
-        way, (position, torque) = self.ways[0], self.reports(self.hidden.scaled(strength))[0]
+        way = self.ways[0]
+        position, torque = self._report(way, self.rigid[0], self.hidden.scaled(strength))
         joints = list(self.joints)
         change = (self._rest(way, position, torque) - self.bare[0])[:, joints]
         return float(np.sqrt(np.mean(change**2) / np.mean(self.filtered(torque)[:, joints] ** 2)))

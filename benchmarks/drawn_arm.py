@@ -1,6 +1,6 @@
 """Drawn arms of six joints and their motions: torque by MuJoCo's inverse dynamics, base model by Pinocchio."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -8,7 +8,9 @@ from typing import Any
 import mujoco
 import numpy as np
 import pinocchio
+from scipy.interpolate import make_interp_spline
 
+from benchmarks.flexible_arms import Coupling, arm_torque
 from recordings.recording import Floats
 from recordings.rig import Rig
 from recordings.urdf import MotorCoupling
@@ -39,6 +41,18 @@ class Way:
         angle = omega * time[:, None, None] + phase
         parts = size * np.sin(angle), size * omega * np.cos(angle), -size * omega**2 * np.sin(angle)
         return cls(time, *(part.sum(axis=1) for part in parts))
+
+    @classmethod
+    def fast(cls, rng: np.random.Generator, seconds: float) -> "Way":
+        """Draw sums of sines up to 2.5 Hz that travel about a radian, from rest: what shows springs and gaps."""
+        time, order = np.arange(0, seconds, 1 / RATE), np.array([1, 2, 3, 5, 7, 9])[:, None]
+        size = rng.normal(size=(6, JOINTS)) / order
+        size *= rng.uniform(0.4, 0.6, JOINTS) / np.abs(size).sum(axis=0)
+        omega, phase = 1.7 * order * rng.uniform(0.93, 1.07, (6, JOINTS)), rng.uniform(0, 2 * np.pi, (6, JOINTS))
+        begun = np.clip(time / 1.5, 0, 1)[:, None]
+        swell = begun**4 * (35 - 84 * begun + 70 * begun**2 - 20 * begun**3)
+        path = make_interp_spline(time, swell * (size * np.sin(omega * time[:, None, None] + phase)).sum(axis=1), 5)
+        return cls(time, *(path(time, nu=order) for order in range(3)))
 
     def read_as(self, position: Floats) -> "Way":
         """The same motion as other angles tell it."""
@@ -84,6 +98,12 @@ class Arm:
             mujoco.mj_inverse(model, data)
             row[:] = data.qfrc_inverse
         return torque + self.motor * (way.acceleration @ self.motors.T) @ self.motors
+
+    def behind(self, way: Way, joints: Sequence[int], make: Callable[[Floats], Coupling]) -> Floats:
+        """(n, 6) torque of links behind springs or gaps on some `joints`, and of motors that move along `way`."""
+        model = mujoco.MjModel.from_xml_string(self.mjcf)
+        motion = way.position, way.velocity, way.acceleration
+        return arm_torque(model, way.time, motion, joints, make) + self.motor * way.acceleration
 
     @cached_property
     def _robot(self) -> Any:

@@ -1,4 +1,4 @@
-"""Compiled dynamics of rigid arms: a delta robot's, or those of independent axes."""
+"""Compiled dynamics of rigid arms: a delta robot's, those of independent axes, or a tree of links."""
 
 import math
 from typing import Any
@@ -7,6 +7,7 @@ import numpy as np
 
 from ident.basics.numba_cache import compiled
 from ident.dynamics.delta_motion import ball_torques, delta_motion, load_torques
+from ident.dynamics.link_kernels import link_dynamics
 from recordings.recording import Floats
 from trajectories.closed_chain import dot
 
@@ -54,13 +55,18 @@ def _axes_dynamics(constants: Floats, q: Floats, a: Floats, torque: Floats, iner
 
 
 def arm_dynamics(
-    delta: bool, constants: Floats, q: Floats, v: Floats, a: Floats, torque: Floats, inertia: Floats
+    kind: int, constants: Floats, q: Floats, v: Floats, a: Floats, torque: Floats, inertia: Floats
 ) -> None:
-    """Torque (dof,) of the arms at one instant, and its derivative by the acceleration, the inertia (dof, dof)."""
-    if delta:
+    """Torque (dof,) of the arms at one instant, and its derivative by the acceleration, the inertia (dof, dof).
+
+    kind: 0 of axes, 1 of a delta robot, 2 of a tree of links.
+    """
+    if kind == 0:
+        _axes_dynamics(constants, q, a, torque, inertia)
+    elif kind == 1:
         _delta_dynamics(constants, q, v, a, torque, inertia)
     else:
-        _axes_dynamics(constants, q, a, torque, inertia)
+        link_dynamics(constants, q, v, a, torque, inertia)
 
 
 def solve(matrix: Floats, vector: Floats, count: int) -> None:
@@ -86,13 +92,13 @@ def known(q: Floats, v: Floats, a: Floats, k: int) -> bool:
 
 
 @compiled
-def dynamics_along(delta: bool, constants: Floats, q: Floats, v: Floats, a: Floats) -> tuple[Floats, Floats]:
+def dynamics_along(kind: int, constants: Floats, q: Floats, v: Floats, a: Floats) -> tuple[Floats, Floats]:
     """Torque (n, dof) of the arms if they follow the motors, and the diagonal (n, dof) of their inertia matrix."""
     n, dof = q.shape
     torques, inertias = np.full((n, dof), np.nan), np.full((n, dof), np.nan)
     torque, inertia = np.zeros(dof), np.zeros((dof, dof))
     for k in range(n):
-        arm_dynamics(delta, constants, q[k], v[k], a[k], torque, inertia)
+        arm_dynamics(kind, constants, q[k], v[k], a[k], torque, inertia)
         for i in range(dof):
             torques[k, i], inertias[k, i] = torque[i], inertia[i, i]
     return torques, inertias

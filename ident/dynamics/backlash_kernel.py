@@ -60,7 +60,7 @@ def _in_firm_contact(torque: Floats, previous: Floats, x: Floats, half_gap: Floa
 
 @compiled
 def backlash_torque(  # noqa: C901 - compiled: one loop
-    delta: bool,
+    kind: int,
     constants: Floats,
     q: Floats,
     v: Floats,
@@ -101,7 +101,7 @@ def backlash_torque(  # noqa: C901 - compiled: one loop
             running = False
             continue
         if not running:
-            arm_dynamics(delta, constants, q[k], v[k], a[k], torque, inertia)
+            arm_dynamics(kind, constants, q[k], v[k], a[k], torque, inertia)
             torque += load[k]
             w[:], free[:] = 0.0, False
             for i in range(dof):
@@ -114,7 +114,7 @@ def backlash_torque(  # noqa: C901 - compiled: one loop
         if not any_free:
             for i in range(dof):
                 position[i], speed[i], acceleration[i] = q[k, i] - x[i], v[k, i], a[k, i]
-            arm_dynamics(delta, constants, position, speed, acceleration, torque, inertia)
+            arm_dynamics(kind, constants, position, speed, acceleration, torque, inertia)
             torque += load[k]
             if _in_firm_contact(torque, previous, x, half_gap):
                 for i in range(dof):
@@ -130,7 +130,7 @@ def backlash_torque(  # noqa: C901 - compiled: one loop
                 acceleration[i] = a[k, i] + jerk * offset
                 speed[i] = v[k, i] + a[k, i] * offset + jerk * offset**2 / 2 - w[i]
                 position[i] = q[k, i] + v[k, i] * offset + a[k, i] * offset**2 / 2 + jerk * offset**3 / 6 - x[i]
-            arm_dynamics(delta, constants, position, speed, acceleration, torque, inertia)
+            arm_dynamics(kind, constants, position, speed, acceleration, torque, inertia)
             for i in range(dof):
                 change = load[beside_k, i] - load[k, i]
                 torque[i] += load[k, i] + (change * abs(offset) / dt if math.isfinite(change) else 0.0)

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from ident.basics import filters, slicing
 from ident.basics.recent import RecentResults
@@ -22,6 +23,8 @@ from recordings.urdf import Vector
 
 _REMEMBERED = 8
 """Number of results that `EffectInputs.remembered` keeps."""
+_PER_PERIOD = 6
+"""Instants per period of the bandwidth at which trees of links are simulated."""
 _SMOOTH = ("position", "velocity", "acceleration")
 """Signals of a motion to which a low-pass may be applied."""
 
@@ -106,6 +109,24 @@ class EffectInputs:
         }
         return replace(self, motion=replace(self.motion, **known))
 
+    def coarsely(self, compute: Callable[["EffectInputs"], Floats]) -> Floats:
+        """Return (n, dof) what `compute` tells of the low-passed motion, at no more instants than that needs.
+
+        An instant of a tree of links costs microseconds. NaN becomes 0.
+        """
+        step, instants = self._coarse_step, np.arange(len(self.time))
+        computed = np.nan_to_num(compute(self._coarse))
+        return computed if step == 1 else np.asarray(CubicSpline(instants[::step], computed)(instants))
+
+    @cached_property
+    def _coarse(self) -> "EffectInputs":
+        smooth = self.low_passed()
+        return smooth if self._coarse_step == 1 else smooth.decimated(self._coarse_step)
+
+    @property
+    def _coarse_step(self) -> int:
+        return max(1, int(self.rate / (_PER_PERIOD * self.bandwidth)))
+
     def remembered(self, key: Hashable, compute: Callable[[], Floats]) -> Floats:
         """Return the result of `compute`, or the one of an earlier call with this `key`.
 
@@ -120,7 +141,7 @@ class EffectInputs:
 
     def motor_inertia(self, share: float) -> Floats:
         """Motor inertia (dof,) [kg m^2]: a `share` of each joint's own inertia."""
-        return share * joint_inertia(self.parameters, self.motion.position.shape[1])
+        return share * joint_inertia(self.rig, self.parameters)
 
     def flexible_joints(self, share: float) -> FlexibleJoints:
         """Return the arms without the motors, whose inertia is a `share` of each joint's own.

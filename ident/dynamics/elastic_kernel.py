@@ -17,7 +17,7 @@ _SETTLING_STEPS = 50
 
 @compiled
 def elastic_torque(  # noqa: C901 - compiled: one loop
-    delta: bool,
+    kind: int,
     constants: Floats,
     q: Floats,
     v: Floats,
@@ -27,12 +27,13 @@ def elastic_torque(  # noqa: C901 - compiled: one loop
     damping_ratio: float,
     dt: float,
     substeps: int,
-    beta: float,
+    beta: Floats,
 ) -> Floats:
     """`FlexibleJoints.elastic_torque` (n, dof) by Newmark's method, with `substeps` steps per sample.
 
     load: (n, dof) further torque of the arms, along the motors' motion.
-    beta: 1/12 (Fox-Goodwin) has the smallest period error; 1/4 (average acceleration) is stable for any step.
+    beta: (dof,) of each joint: 1/12 (Fox-Goodwin) has the smallest period error; 1/4 (average acceleration) is stable
+        for any step.
     The arms start in static equilibrium, at the beginning and after each gap; NaN where the motion is NaN.
     """
     n, dof = q.shape
@@ -51,7 +52,7 @@ def elastic_torque(  # noqa: C901 - compiled: one loop
         if not running:
             twist_rate[:], twist_acceleration[:] = 0.0, 0.0
             for _ in range(_SETTLING_STEPS):
-                arm_dynamics(delta, constants, q[k] - twist, v[k], a[k], torque, inertia)
+                arm_dynamics(kind, constants, q[k] - twist, v[k], a[k], torque, inertia)
                 torque += load[k]
                 for s in range(count):
                     i = int(flexible[s])
@@ -76,7 +77,7 @@ def elastic_torque(  # noqa: C901 - compiled: one loop
                 )
                 position[i] = q[k, i] - v[k, i] * time_left + a[k, i] * time_left**2 / 2 - jerk * time_left**3 / 6
                 position[i] -= twist[i] + h * twist_rate[i] + h * h / 2 * twist_acceleration[i]
-            arm_dynamics(delta, constants, position, speed, acceleration, torque, inertia)
+            arm_dynamics(kind, constants, position, speed, acceleration, torque, inertia)
             for i in range(dof):
                 torque[i] += load[k, i] - (load[k, i] - load[k - 1, i]) * (time_left / dt)
             for s in range(count):
@@ -84,15 +85,17 @@ def elastic_torque(  # noqa: C901 - compiled: one loop
                 damping = 2 * damping_ratio * math.sqrt(inertia[i, i] / compliance[i])
                 vector[s] = torque[i] - damping * (twist_rate[i] + h / 2 * twist_acceleration[i])
                 vector[s] -= (
-                    twist[i] + h * twist_rate[i] + h * h * (0.5 - beta) * twist_acceleration[i]
+                    twist[i] + h * twist_rate[i] + h * h * (0.5 - beta[i]) * twist_acceleration[i]
                 ) / compliance[i]
                 for m in range(count):
                     matrix[s, m] = inertia[i, flexible[m]]
-                matrix[s, s] += h / 2 * damping + h * h * beta / compliance[i]
+                matrix[s, s] += h / 2 * damping + h * h * beta[i] / compliance[i]
             solve(matrix, vector, count)
             for s in range(count):
                 i = int(flexible[s])
-                twist[i] += h * twist_rate[i] + h * h * ((0.5 - beta) * twist_acceleration[i] + beta * vector[s])
+                twist[i] += h * twist_rate[i] + h * h * (
+                    (0.5 - beta[i]) * twist_acceleration[i] + beta[i] * vector[s]
+                )
                 twist_rate[i] += h / 2 * (twist_acceleration[i] + vector[s])
                 twist_acceleration[i] = vector[s]
         for i in range(dof):

@@ -8,11 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.dynamics import mechanisms
+from ident.dynamics.mechanisms.urdf import Urdf
 from ident.dynamics.motion import Motion
 from ident.dynamics.platform import kernel_constants
 from recordings.recording import Floats
 from recordings.rig import Rig
 
+_KINDS = ("axes", "delta", "urdf")
+"""Mechanisms by the numbers that the kernels know."""
 _PHASE_STEP = 0.3
 """Integration step, as phase of the fastest oscillation [rad]."""
 _MAX_SUBSTEPS = 6
@@ -27,14 +31,22 @@ _SCREENING_STEP = 1e-3
 """Integration step of the backlash screening [s]."""
 _DIFFERENCE = 1e-4
 """Change of an arm's position for a finite difference [rad or m]."""
+_STATES = 100
+"""Number of poses among which the inertia of a joint of a tree of links is smallest."""
+
+
+def impossible(rig: Rig, joint: int) -> str | None:
+    """Joints of a URDF that follow others, in loops or by `<mimic>`, are unknown to the compiled kernels."""
+    if rig.mechanism == "urdf" and rig.following:
+        return "Arms with closed loops or mimic joints are not simulated behind springs and gaps."
+    return None
 
 
 @dataclass(frozen=True, eq=False)
 class FlexibleJoints:
-    """Arms of a delta robot or of independent axes, in the form that the compiled kernels take."""
+    """Arms of a robot, in the form that the compiled kernels take."""
 
-    delta: bool
-    """True for a delta robot, false for independent axes."""
+    mechanism: str
     constants: Floats
     """Lengths, angles and inertial parameters, in the order of the kernels."""
     rate: float
@@ -46,7 +58,7 @@ class FlexibleJoints:
         """Torque (n, dof) [N m] of the arms if they follow the motors."""
         from ident.dynamics.arm_kernels import dynamics_along
 
-        return dynamics_along(self.delta, self.constants, *_contiguous(motion))[0] + self._load_along(motion)
+        return dynamics_along(self._kind, self.constants, *_contiguous(motion))[0] + self._load_along(motion)
 
     def elastic_torque(self, motion: Motion, compliance: Floats, damping_ratio: float) -> Floats:
         """Torque (n, dof) [N m] of the springs that connect motors and arms.
@@ -55,11 +67,13 @@ class FlexibleJoints:
         """
         from ident.dynamics.elastic_kernel import elastic_torque
 
-        phase = self.natural_frequencies(motion, compliance).max(initial=0.0) / self.rate
-        substeps = int(np.clip(np.ceil(phase / _PHASE_STEP), 1, _MAX_SUBSTEPS))
-        beta = 1 / 12 if phase < _RESOLVED * substeps else 1 / 4
+        phase, beta = self.natural_frequencies(motion, compliance) / self.rate, np.full(len(compliance), 1 / 4)
+        most = 1 if self.mechanism == "urdf" else _MAX_SUBSTEPS
+        substeps = int(np.clip(np.ceil(phase.max(initial=0.0) / _PHASE_STEP), 1, most))
+        if len(phase):
+            beta[compliance > 0] = np.where(phase < _RESOLVED * substeps, 1 / 12, 1 / 4)
         return elastic_torque(
-            self.delta,
+            self._kind,
             self.constants,
             *_contiguous(motion),
             self._load_along(motion),
@@ -79,7 +93,7 @@ class FlexibleJoints:
 
         substeps = int(np.ceil(1 / (self.rate * _BACKLASH_STEP)))
         return backlash_torque(
-            self.delta,
+            self._kind,
             self.constants,
             *_contiguous(motion),
             self._load_along(motion),
@@ -102,10 +116,10 @@ class FlexibleJoints:
         from ident.dynamics.backlash_screening import cost_reductions
 
         position, velocity, acceleration = _contiguous(motion)
-        load, inertia = dynamics_along(self.delta, self.constants, position, velocity, acceleration)
+        load, inertia = dynamics_along(self._kind, self.constants, position, velocity, acceleration)
         gradient = np.empty_like(load)
         for joint, offset in enumerate(_DIFFERENCE * np.eye(load.shape[1])):
-            shifted = dynamics_along(self.delta, self.constants, position - offset, velocity, acceleration)[0]
+            shifted = dynamics_along(self._kind, self.constants, position - offset, velocity, acceleration)[0]
             gradient[:, joint] = (shifted[:, joint] - load[:, joint]) / _DIFFERENCE
         load += self._load_along(motion)
         motor_torque = joint_inertias * motion.acceleration
@@ -123,6 +137,10 @@ class FlexibleJoints:
             substeps,
         )
 
+    @property
+    def _kind(self) -> int:
+        return _KINDS.index(self.mechanism)
+
     def _load_along(self, motion: Motion) -> Floats:
         return np.zeros_like(motion.position) if self.load is None else np.ascontiguousarray(self.load)
 
@@ -134,7 +152,7 @@ class FlexibleJoints:
         if not known.any():
             return np.empty(0)
         first = slice(np.argmax(known), np.argmax(known) + 1)
-        inertia = dynamics_along(self.delta, self.constants, *(signal[first] for signal in _contiguous(motion)))[1][
+        inertia = dynamics_along(self._kind, self.constants, *(signal[first] for signal in _contiguous(motion)))[1][
             0, soft
         ]
         return np.sqrt(1 / (compliance[soft] * np.maximum(inertia, 1e-9)))
@@ -147,19 +165,39 @@ def flexible_joints(
 
     load: further torque (n, dof) [N m] of the arms along the motion with which they are used.
     """
-    joints = range(1, rig.dof + 1)
-    inertia = joint_inertia(parameters, rig.dof) * (1 - share)
+    inertia = joint_inertia(rig, parameters)
+    if rig.mechanism == "urdf":
+        constants = _of_links(rig, parameters)
+        constants[: rig.dof**2 : rig.dof + 1] -= share * inertia
+        return FlexibleJoints("urdf", constants, rate, load)
+    inertia = inertia * (1 - share)
     if rig.mechanism == "delta":
         masses = (max(parameters["m_p"], 0.0), parameters["T_g"], max(parameters.get("m_d", 0.0), 0.0))
-        return FlexibleJoints(True, kernel_constants(rig.geometry, masses, inertia), rate, load)
+        return FlexibleJoints("delta", kernel_constants(rig.geometry, masses, inertia), rate, load)
+    joints = range(1, rig.dof + 1)
     weight = [[parameters.get(f"{name}{j}", 0.0) for j in joints] for name in ("G_c", "G_s", "G_")]
-    return FlexibleJoints(False, np.concatenate([inertia, *weight]), rate, load)
+    return FlexibleJoints("axes", np.concatenate([inertia, *weight]), rate, load)
 
 
-def joint_inertia(parameters: Mapping[str, float], dof: int) -> Floats:
-    """Own inertia (dof,) of each joint, arm and motor [kg m^2 or kg]; 0 where the estimate is negative."""
-    inertias = (parameters.get(f"I_{j}", parameters.get(f"m_{j}", 0.0)) for j in range(1, dof + 1))
+def joint_inertia(rig: Rig, parameters: Mapping[str, float]) -> Floats:
+    """Own inertia (dof,) of each joint, arm and motor [kg m^2 or kg]; 0 where the estimate is negative.
+
+    Of a tree of links it is the smallest in any pose, the other joints at rest: any share of it leaves some to links.
+    """
+    if rig.mechanism == "urdf":
+        from ident.dynamics.arm_kernels import dynamics_along
+
+        states = np.random.default_rng(0).uniform(-np.pi, np.pi, (3, _STATES, rig.dof))
+        inertia = dynamics_along(_KINDS.index("urdf"), _of_links(rig, parameters), *states)[1]
+        return np.asarray(inertia.min(axis=0).clip(0.0))
+    inertias = (parameters.get(f"I_{j}", parameters.get(f"m_{j}", 0.0)) for j in range(1, rig.dof + 1))
     return np.array([max(inertia, 0.0) for inertia in inertias])
+
+
+def _of_links(rig: Rig, parameters: Mapping[str, float]) -> Floats:
+    mechanism = mechanisms.create(rig)
+    assert isinstance(mechanism, Urdf)
+    return mechanism.kernel_constants(np.array([parameters[each.name] for each in mechanism.parameters]))
 
 
 def _contiguous(motion: Motion) -> tuple[Floats, Floats, Floats]:

@@ -80,6 +80,29 @@ class RigidChain:
 
         return self._along(motion, partial(pinocchio.rnea, self.model, self.model.createData()))[:, :, 0]
 
+    def kernel_rows(self, parameters: Floats) -> Floats:
+        """Return (N, 22) for the compiled kernels: each joint's place in a tree, and the link that it moves.
+
+        In Pinocchio's order, and in the directions of the base with all joints at 0: number of the parent's row from
+        1, 0 for the base; number of the joint; 1 if it turns, 0 if it slides; its axis (3), its place beside its
+        parent's (3) [m]; of the link about it mass, first (3) and second moments (9) [kg, kg m, kg m^2].
+
+        parameters: (10 N,) of the links, in the order of the columns.
+        """
+        import pinocchio
+
+        data, links = self.model.createData(), parameters.reshape(-1, len(LINK_PARAMETERS))
+        pinocchio.forwardKinematics(self.model, data, np.zeros(self.model.nq))
+        rows = []
+        for number, joint in enumerate(np.argsort(self.order), start=1):
+            parent, R, link = self.model.parents[number], data.oMi[number].rotation, links[joint]
+            beside = data.oMi[number].translation - data.oMi[parent].translation
+            inertia = link[[[4, 5, 7], [5, 6, 8], [7, 8, 9]]]
+            second = R @ (np.trace(inertia) / 2 * np.eye(3) - inertia) @ R.T
+            turns, axis = joint_motion(self, number)[3:].any(), R @ joint_axis(self, number)
+            rows.append([parent, joint, turns, *axis, *beside, link[0], *(R @ link[1:4]), *second.ravel()])
+        return np.array(rows, float)
+
     def with_gravity(self, gravity: Floats) -> "RigidChain":
         """Return the links under another `gravity` (3,) [m/s^2]."""
         model = self.model.copy()
@@ -138,11 +161,16 @@ class RigidChain:
 
 def joint_axis(links: RigidChain, number: int) -> Floats:
     """Axis (3,) of joint `number` of Pinocchio's model, in the frame of its link."""
+    motion = joint_motion(links, number)
+    return motion[:3] + motion[3:]  # of a prismatic or of a revolute joint
+
+
+def joint_motion(links: RigidChain, number: int) -> Floats:
+    """Velocity (3,) and angular velocity (3,) by a unit of joint `number`, in the frame of its link."""
     joint = links.model.joints[number]
     data = joint.createData()
     joint.calc(data, np.zeros(joint.nq))
-    motion = np.asarray(data.S).ravel()
-    return motion[:3] + motion[3:]  # of a prismatic or of a revolute joint
+    return np.asarray(data.S).ravel()
 
 
 def point_mass(place: Sequence[float]) -> Floats:

@@ -39,7 +39,9 @@ def fit_shape_parameters(
         suggested = suggestions(term.effect, predictors, solution, solution.residuals)
         candidates = [
             nonlinear_least_squares(predictors, structure, np.concatenate([solution.x, start]), weights)
-            for start in _initial_guesses(term, term.shape_guesses(suggested))
+            for start in _initial_guesses(
+                term, term.shape_guesses(suggested), guess_scales(term, predictors[0], solution)
+            )
         ]
         solution = min(candidates, key=lambda candidate: candidate.loss)
     if rows:
@@ -69,13 +71,21 @@ def suggestions(
     return suggested
 
 
-def _initial_guesses(term: Term, shapes: Sequence[Floats]) -> list[Floats]:
+def guess_scales(term: Term, predictor: TorquePredictor, solution: Solution) -> Floats:
+    """Factors (instances, 1) of the initial guesses of a `term` beside the model of `solution`."""
+    if term.effect.guess_scale is None:
+        return np.ones((term.instances, 1))
+    scale = term.effect.guess_scale(predictor.effect_inputs(solution.structure, solution.x))
+    return scale[list(term.joints), None]
+
+
+def _initial_guesses(term: Term, shapes: Sequence[Floats], scales: Floats) -> list[Floats]:
     """Vectors (local parameters + shapes,) from which the fit starts."""
     if term.effect.linear:
         local = [np.zeros(term.instances * len(term.local_parameters))]
     else:
         local = [
-            np.tile(values, term.instances)
+            (scales * values).ravel()
             for values in product(*(quantity.initial_guesses for quantity in term.local_parameters))
         ]
     return [np.concatenate(pair) for pair in product(local, shapes)]

@@ -19,7 +19,7 @@ from ident.diagnosis.search.selection import WIDTH
 from ident.diagnosis.split.split_data import SplitData
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure, Term
-from ident.estimation.shape_parameters import suggestions
+from ident.estimation.shape_parameters import guess_scales, suggestions
 from recordings.recording import Floats
 
 MIN_PROMISE = 0.8
@@ -61,11 +61,14 @@ class Fits:
         return model
 
     def fit(self, structure: ModelStructure, x: Floats) -> FittedModel:
-        """Fit `structure` starting from `x` (K,), or return the best fit that is known."""
-        key = key_of(structure, x)
-        if key not in self._best:
-            self._best[key] = FittedModel(self.split, self.split.fit(structure, x))
-        return self._best[key]
+        """Fit `structure` starting from `x` (K,), or return the best known fit if it leaves no more than x."""
+        known = self._best.get(key_of(structure, x))
+        if known is not None and not structure.searched.any():
+            return known
+        start = self.split.fit_linear(structure, x)
+        if known is not None and known.solution.loss <= start.loss:
+            return known
+        return self.best(FittedModel(self.split, self.split.fit_nonlinear(start)))
 
     def with_term(self, model: FittedModel, term: Term) -> FittedModel:
         """`model` with a `term` whose values start at 0."""
@@ -80,15 +83,17 @@ class Fits:
     def on_joints(self, model: FittedModel, index: int, joints: Sequence[int]) -> FittedModel:
         """The effect number `index` of `model` on `joints` instead.
 
-        A joint that it did not act on starts from the mean of the others, and from the opposite where it acts on
-        none of the former ones: two lighter arms are one heavier arm.
+        A joint that it did not act on starts from the mean of the others as multiples of their initial guesses, and
+        from the opposite where it acts on none of the former ones: two lighter arms are one heavier arm.
         """
         structure, x, term = model.solution.structure, model.solution.x, model.terms[index]
         local, entries = structure.local_values(index, x), np.flatnonzero(structure.parameter_mask(index))
-        kept = dict(zip(term.joints, local, strict=True))
-        mean = local.mean(axis=0) if kept.keys() & set(joints) else -local.mean(axis=0)
-        values = np.concatenate([kept.get(joint, mean) for joint in joints])
-        moved = replace(term, joints=tuple(joints))
+        kept, moved = dict(zip(term.joints, local, strict=True)), replace(term, joints=tuple(joints))
+        former, scales = (
+            guess_scales(each, self.split.train_predictors[0], model.solution) for each in (term, moved)
+        )
+        mean = (local / former).mean(axis=0) * (1 if kept.keys() & set(joints) else -1)
+        values = np.concatenate([kept.get(joint, mean * scale) for joint, scale in zip(joints, scales, strict=True)])
         shapes = structure.shape_values(index, x)
         if term.effect.local_shapes:
             suggested = suggestions(
@@ -97,7 +102,12 @@ class Fits:
             shapes = moved.shape_guesses(suggested)[0]
         terms = (*structure.terms[:index], moved, *structure.terms[index + 1 :])
         start = np.concatenate([x[: entries[0]], values, shapes, x[entries[-1] + 1 :]])
-        return self.fit(replace(structure, terms=terms), start)
+        fitted = self.fit(replace(structure, terms=terms), start)
+        if kept.keys() < {*joints} and fitted.solution.loss > model.solution.loss:
+            # It contains the model, so the fit got lost: resonances that are far off are.
+            start[entries[0] :][: values.size] = np.concatenate([kept.get(joint, 0 * mean) for joint in joints])
+            return self.fit(replace(structure, terms=terms), start)
+        return fitted
 
     def on_paying_joints(self, before: FittedModel, after: FittedModel, index: int) -> FittedModel:
         """`after` with its effect number `index`, which `before` lacks, where it pays; `after` if it pays nowhere."""
@@ -168,7 +178,9 @@ class Candidates:
         """Add the `candidate` to `model` and refit all parameters; done once."""
         key = key_of(model.solution.structure, model.solution.x), candidate
         if key not in self._added:
-            best = self.fits.best(self._on_possible_joints(self._best_fit(model, candidate)))
+            fitted = (self._best_fit(model, each) for each in (candidate, *candidate.elsewhere))
+            best = min(fitted, key=lambda each: each.solution.loss)
+            best = self.fits.best(self._on_possible_joints(best))
             # A fit that was known may have its effects in another order.
             self._added[key] = self.fits.on_paying_joints(model, best, added_term(model, best))
         return self._added[key]

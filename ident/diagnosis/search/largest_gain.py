@@ -39,7 +39,8 @@ class LargestGain:
         such sums.
         """
         everywhere = Term.on_all_joints(candidate.term.name, candidate.term.effect, self._structure.rig)
-        declared = [(everywhere, *guess) for guess in initial_guesses(everywhere, suggestions=())]
+        scales = self._fitted.guess_scales(everywhere)
+        declared = [(everywhere, *guess) for guess in initial_guesses(everywhere, (), scales)]
         tried = [(candidate.term, candidate.scale, candidate.shapes), *declared]
         replaced = self._fitted.replaced(everywhere)
         columns, held_out = (

@@ -21,7 +21,7 @@ from ident.dynamics.effects.base import Effect, Suggestion
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.predicted_torque import TorquePredictor
-from ident.estimation.shape_parameters import suggestions
+from ident.estimation.shape_parameters import guess_scales, suggestions
 from recordings.recording import Floats
 
 MIN_EXCITATION = 1e-3
@@ -47,6 +47,8 @@ class Candidate:
     """(instances, c) local parameter per unit of column coefficient at the linearization point."""
     shapes: Floats
     """(s,) shape parameters of its columns."""
+    elsewhere: tuple["Candidate", ...] = ()
+    """The effect on other joints, which linear extrapolation does not tell from these."""
 
     @property
     def parameter_count(self) -> int:
@@ -129,7 +131,7 @@ class Screener:
         for (name, effect), results in zip(library.items(), all_results, strict=True):
             found = (candidate for candidate in results if isinstance(candidate, Candidate))
             if candidates := sorted(found, key=lambda candidate: candidate.loss):
-                best += candidates[:WIDTH] if effect.repeated else [_merge_guesses(candidates[: effect.multistart])]
+                best += candidates[:WIDTH] if effect.repeated else [self._merged(candidates)]
             else:
                 excluded[name] = "sign" if "sign" in results else "collinear"
         return Screening(tuple(sorted(best, key=lambda candidate: candidate.loss)), excluded, self.loss)
@@ -137,7 +139,8 @@ class Screener:
     def _results(self, name: str, effect: Effect) -> list[Candidate | Exclusion]:
         """A candidate for each initial guess of the shapes of `effect`, or the reason why there is none."""
         term = Term.on_all_joints(name, effect, self._solution.structure.rig)
-        return [self._evaluate(term, *guess) for guess in initial_guesses(term, self.suggestions(effect))]
+        guesses = initial_guesses(term, self.suggestions(effect), self.guess_scales(term))
+        return [self._evaluate(term, *guess) for guess in guesses]
 
     def columns(self, term: Term, guess: Floats, shapes: Floats) -> Floats:
         """(r, instances * c) weighted rows of `effect_columns`."""
@@ -169,6 +172,10 @@ class Screener:
         """Initial guesses that the effect suggests from the residual of each recording."""
         return suggestions(effect, self._predictors, self._solution, self.residuals)
 
+    def guess_scales(self, term: Term) -> Floats:
+        """Factors (instances, 1) of the initial guesses of a `term`."""
+        return guess_scales(term, self._predictors[0], self._solution)
+
     def _evaluate(self, everywhere: Term, scale: Floats, shapes: Floats) -> Candidate | Exclusion:
         """The effect on the best of its joints, or the reason why there are none.
 
@@ -191,6 +198,19 @@ class Screener:
             guesses.append(np.concatenate([(np.sign(coefficients).reshape(-1, c) * scale).ravel(), shapes]))
         loss, term = max(self.loss - reduction, 0.0), everywhere if effect.whole_robot else on_subset
         return Candidate(term, tuple(guesses), loss, coefficients, scale, shapes)
+
+    def _merged(self, candidates: Sequence[Candidate]) -> Candidate:
+        """The first of the `candidates`, with the initial guesses of the next ones that act on the same joints.
+
+        Where joints differ by orders of magnitude, the best on other joints are kept as well.
+        """
+        best, effect = candidates[0], candidates[0].term.effect
+        same = (each.initial_guesses for each in candidates[: effect.multistart] if each.term == best.term)
+        others = {each.term: each for each in reversed(candidates) if each.term != best.term}
+        everywhere = Term.on_all_joints(best.term.name, effect, self._solution.structure.rig)
+        kept = WIDTH - 1 if np.ptp(self.guess_scales(everywhere)) else 0
+        elsewhere = sorted(others.values(), key=lambda each: each.loss)[:kept]
+        return replace(best, initial_guesses=tuple(chain.from_iterable(same)), elsewhere=tuple(elsewhere))
 
     def replaced(self, term: Term) -> list[int]:
         """Columns of the model in whose place the `term` stands."""
@@ -250,17 +270,13 @@ def effect_columns(
     return np.stack(changes, axis=2)
 
 
-def _merge_guesses(candidates: Sequence[Candidate]) -> Candidate:
-    """The first of the `candidates`, with the initial guesses of all that act on the same joints."""
-    best = candidates[0]
-    same = (candidate.initial_guesses for candidate in candidates if candidate.term == best.term)
-    return replace(best, initial_guesses=tuple(chain.from_iterable(same)))
-
-
-def initial_guesses(term: Term, suggestions: Sequence[Suggestion]) -> list[tuple[Floats, Floats]]:
+def initial_guesses(
+    term: Term, suggestions: Sequence[Suggestion], scales: Floats | float = 1.0
+) -> list[tuple[Floats, Floats]]:
     """Local parameters (instances, c) and shapes (s,) at which columns of the `term` are made.
 
-    They are those that its effect declares, and its `suggestions` from the residuals.
+    They are those that its effect declares, times their `scales` (instances, 1), and its `suggestions` from the
+    residuals.
     """
     effect = term.effect
     first_parameter = effect.parameters[0].name
@@ -269,7 +285,7 @@ def initial_guesses(term: Term, suggestions: Sequence[Suggestion]) -> list[tuple
     count = max(map(len, guesses))  # where a parameter has fewer, its last one stays
     starts = [np.array([each[min(i, len(each) - 1)] for each in guesses]) for i in range(count)]
     pairs = [
-        *((np.tile(start, (term.instances, 1)), values) for start, values in product(starts, shapes)),
+        *((scales * np.tile(start, (term.instances, 1)), values) for start, values in product(starts, shapes)),
         *(
             (
                 np.stack([np.broadcast_to(each[q.name], term.instances) for q in term.local_parameters], axis=1),

@@ -118,15 +118,15 @@ class VisibilityCheck:
     def _joints(self, term: Term, shapes: Floats) -> tuple[JointVisibility, ...]:
         """Visibility on each joint by the parameter that shows best, of those that make the effect what it is."""
         quantities = term.local_parameters
-        sizes = np.array([quantity.first_guess for quantity in quantities])
-        columns = self._screener.columns(term, np.tile(sizes, (term.instances, 1)), shapes)
+        sizes = self._screener.guess_scales(term) * [quantity.first_guess for quantity in quantities]
+        columns = self._screener.columns(term, sizes, shapes)
         torques = np.stack([columns, self._screener.orthogonal(columns)]) / self._weight[:, None]
         torques = torques.reshape(2, len(self._weight), term.instances, len(quantities))
         proper = [number for number, quantity in enumerate(quantities) if quantity.reduces_to]
         return tuple(
             min(
                 (
-                    self._smallest(term, joint, number, sizes[number], torques[:, :, instance, number])
+                    self._smallest(term, joint, number, sizes[instance, number], torques[:, :, instance, number])
                     for number in proper or range(len(quantities))
                 ),
                 key=lambda judged: judged.smallest.value,

@@ -99,6 +99,14 @@ class Urdf:
             of_motors += motors * (motion.acceleration @ C.T)
         return self.links.torque(motion, links) + of_motors @ C + offset
 
+    def kernel_constants(self, parameters: Floats) -> Floats:
+        """Return motors, offsets, gravity and links with the `parameters` (k,), as `link_kernels` take them."""
+        C, dof = motor_matrix(self.chain), len(self.chain.joints)
+        links, motors = np.split(self.physical_parameters(parameters), [self.links.nominal_parameters.size])
+        inertia = C.T * motors @ C if len(motors) else np.zeros((dof, dof))
+        rows = self.links.kernel_rows(links)
+        return np.concatenate([inertia.ravel(), parameters[-dof:], self.chain.gravity, rows.ravel()])
+
     def inertia(self, motion: Motion, parameters: Floats) -> Floats:
         """Compute the inertia matrix (n, dof, dof) [kg m^2, kg m or kg]."""
         return inertia_matrix(lambda at: self.torque(at, parameters), motion.position)

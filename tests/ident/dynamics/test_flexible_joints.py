@@ -32,7 +32,7 @@ def swaying(duration: float = 2.0, rate: float = RATE) -> Motion:
 
 def _axis(inertia: float) -> FlexibleJoints:
     """One axis without weight."""
-    return FlexibleJoints(False, np.array([inertia, 0.0, 0.0, 0.0]), RATE)
+    return FlexibleJoints("axes", np.array([inertia, 0.0, 0.0, 0.0]), RATE)
 
 
 def _sine(omega: float, time: Floats) -> tuple[Floats, Floats, Floats]:
@@ -112,7 +112,7 @@ def test_an_arm_moves_freely_through_the_gap() -> None:
 def _axis_with_impacts(rate: float, half_gap: float, delay: float = 0.0) -> Floats:
     """Torque (n,) of one axis that sways, at `rate` [Hz]."""
     q, v, a = (signal[:, None] for signal in _sine(2 * np.pi * 2.0, np.arange(0.0, 3.0, 1 / rate)))
-    axis = FlexibleJoints(False, np.array([0.2, 0.0, 0.0, 0.0]), rate)
+    axis = FlexibleJoints("axes", np.array([0.2, 0.0, 0.0, 0.0]), rate)
     return axis.backlash_torque(Motion(q, v, a, np.sign(v)), np.array([half_gap]), delay)[:, 0]
 
 
@@ -152,8 +152,8 @@ def test_a_load_on_the_arms_is_transmitted_like_a_weight_of_the_mechanism() -> N
     """An axis with a constant weight, of the mechanism or as a further load."""
     weight, (q, v, a) = 3.0, (x[:, None] for x in _sine(2 * np.pi * 2.0, np.arange(0.0, 3.0, 1 / RATE)))
     motion, gap, compliance = Motion(q, v, a, np.sign(v)), np.array([1e-3]), np.array([1e-4])
-    heavy = FlexibleJoints(False, np.array([0.2, 0.0, 0.0, weight]), RATE)
-    loaded = FlexibleJoints(False, np.array([0.2, 0.0, 0.0, 0.0]), RATE, np.full_like(q, weight))
+    heavy = FlexibleJoints("axes", np.array([0.2, 0.0, 0.0, weight]), RATE)
+    loaded = FlexibleJoints("axes", np.array([0.2, 0.0, 0.0, 0.0]), RATE, np.full_like(q, weight))
     for torques in (
         [joints.backlash_torque(motion, gap) for joints in (heavy, loaded)],
         [joints.elastic_torque(motion, compliance, 0.03) for joints in (heavy, loaded)],

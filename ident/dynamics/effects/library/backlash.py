@@ -6,6 +6,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Quantity, Signal, Values
+from ident.dynamics.flexible_joints import impossible
 from recordings.recording import Floats
 
 _MOTOR_SHARES = np.linspace(0.0, 0.96, 49)
@@ -29,12 +30,17 @@ def report(torque: Floats, inputs: EffectInputs, values: Values, impact_delay: f
         return torque
     return torque + inputs.remembered(
         ("backlash", share, half_gap.tobytes(), impact_delay),
-        lambda: _change(inputs.low_passed(), share, half_gap, impact_delay),
+        lambda: _change(inputs, share, half_gap, impact_delay),
     )
 
 
 def _change(inputs: EffectInputs, share: float, half_gap: Floats, impact_delay: float) -> Floats:
     """Torque (n, dof) that a gap adds; 0 where it is unknown."""
+    simulated = partial(_simulated, share=share, half_gap=half_gap, impact_delay=impact_delay)
+    return inputs.coarsely(simulated) if inputs.rig.mechanism == "urdf" else simulated(inputs.low_passed())
+
+
+def _simulated(inputs: EffectInputs, share: float, half_gap: Floats, impact_delay: float) -> Floats:
     with_gap = inputs.flexible_joints(share).backlash_torque(inputs.motion, half_gap, impact_delay)
     changed = with_gap - inputs.arm_torque(share)
     return np.where(np.isfinite(changed), changed, 0.0)
@@ -47,14 +53,14 @@ def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, Floats]]:
     has many local minima over it.
     """
     joint_inertia = inputs.motor_inertia(1.0)
-    reductions = inputs.flexible_joints(0.0).cost_reductions(
-        inputs.motion, joint_inertia, residual, _MOTOR_SHARES, _HALF_GAPS
-    )
+    every = 2 if inputs.rig.mechanism == "urdf" else 1  # twice the joints
+    shares, gaps = _MOTOR_SHARES[::every], _HALF_GAPS[::every]
+    reductions = inputs.flexible_joints(0.0).cost_reductions(inputs.motion, joint_inertia, residual, shares, gaps)
     total = np.maximum(reductions.max(axis=1), 0.0).sum(axis=1)
     padded = np.pad(total, 1)
     peaks = np.flatnonzero((total > 0) & (total >= padded[:-2]) & (total >= padded[2:]))
     best = sorted(peaks, key=lambda s: -total[s])[:_BEST]
-    return [{"b": _HALF_GAPS[reductions[s].argmax(axis=0)], "motor": _MOTOR_SHARES[s]} for s in best]
+    return [{"b": gaps[reductions[s].argmax(axis=0)], "motor": shares[s]} for s in best]
 
 
 effect = Signal(
@@ -66,7 +72,7 @@ effect = Signal(
     record="slow motion in which the torque changes its sign, without an offset of weight where possible",
     equation="arm free within +-b of the motor, where the encoder is; teeth hit without bounce",
     axis="load",
-    mechanisms=("delta", "axes"),
+    impossible=impossible,
     memory=True,
     step=1e-2,
     discontinuous=True,

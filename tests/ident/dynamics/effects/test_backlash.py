@@ -18,11 +18,13 @@ LIGHT = {"m_p": 0.3, "T_g": 0.3, "I_1": 0.21, "I_2": 0.22, "I_3": 0.23, "m_d": 0
 class SwayingInputs:
     """Inputs of three joints that sway, each with its own frequency and phase."""
 
+    rig = simulated_rig()
+
     def __init__(self) -> None:
         self.motion = swaying(6.0, RATE)
 
     def flexible_joints(self, share: float) -> Any:
-        return flexible_joints(simulated_rig(), LIGHT, share, RATE)
+        return flexible_joints(self.rig, LIGHT, share, RATE)
 
     def motor_inertia(self, share: float) -> Floats:
         return share * np.array([LIGHT[f"I_{joint}"] for joint in (1, 2, 3)])
