@@ -33,7 +33,7 @@ _COUPLINGS = {"joint_elasticity": ("softness", flexible_arms.spring), "backlash"
 EFFECTS = (*_MOTOR, *_OTHERS, *_COUPLINGS)
 _WITH_ZERO = range(1, 5)
 """Joints (from 0) whose encoder's zero no parameter of the links replaces."""
-_LARGEST = {"encoder_zero_offset": 0.3}
+_LARGEST = {"encoder_zero_offset": 0.3, "encoder_eccentricity": 0.1}
 """Strengths beyond which no machine has the effect; arms and joints that would need more are drawn again."""
 _LARGEST_GROUP = 4
 _BANDWIDTH = 20.0

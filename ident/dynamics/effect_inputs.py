@@ -25,6 +25,8 @@ _REMEMBERED = 8
 """Number of results that `EffectInputs.remembered` keeps."""
 _PER_PERIOD = 6
 """Instants per period of the bandwidth at which trees of links are simulated."""
+Masses = tuple[tuple[float, Vector | tuple[()]], ...]
+"""Masses [kg] and their places [m], () where they stand elsewhere."""
 _SMOOTH = ("position", "velocity", "acceleration")
 """Signals of a motion to which a low-pass may be applied."""
 
@@ -54,6 +56,8 @@ class EffectInputs:
     """Computes the torque (n, dof) [N m] of the model's effects on the arms for these or other inputs; None: 0."""
     beyond: tuple[tuple[float, Vector], ...] = ()
     """Masses [kg], NaN for an unknown one, and their places [m] beyond the payload that the parameters include."""
+    unknown_payload: Masses = ()
+    """What the model has found for the unknown one; without a place, that is known. It is a part of `arm_load_at`."""
 
     @cached_property
     def rigid(self) -> Floats:
@@ -63,7 +67,8 @@ class EffectInputs:
     @cached_property
     def load(self) -> Floats:
         """Torque (n, dof) that the gears transmit, without friction: with that of the effects on the arms [N m]."""
-        return self.rigid if self._arm_load is None else self.rigid + self._arm_load
+        load = self.rigid if self._load_of_effects is None else self.rigid + self._load_of_effects
+        return load + self.torque_beyond if self.beyond else load
 
     @cached_property
     def platform(self) -> Platform:
@@ -146,16 +151,22 @@ class EffectInputs:
     def flexible_joints(self, share: float) -> FlexibleJoints:
         """Return the arms without the motors, whose inertia is a `share` of each joint's own.
 
-        Their load is that along the `motion` of these inputs.
+        They carry the masses `beyond`; their further load is that along the `motion` of these inputs.
         """
-        return flexible_joints(self.rig, self.parameters, share, self.rate, self._arm_load)
+        found = [
+            (mass, place or known)
+            for mass, place in self.unknown_payload
+            for unknown, known in self.beyond
+            if np.isnan(unknown)
+        ]
+        load, masses = self._load_of_effects, [*mechanisms.known_masses(self.beyond), *found]
+        if found and load is not None:
+            load = load - mechanisms.torque_of_masses(mechanisms.create(self.rig), found, self.motion)
+        return flexible_joints(self.rig, self.parameters, share, self.rate, load, masses)
 
     @cached_property
-    def _arm_load(self) -> Floats | None:
-        of_effects = None if self.arm_load_at is None else self.arm_load_at(self)
-        if not self.beyond:
-            return of_effects
-        return self.torque_beyond if of_effects is None else of_effects + self.torque_beyond
+    def _load_of_effects(self) -> Floats | None:
+        return None if self.arm_load_at is None else self.arm_load_at(self)
 
     @cached_property
     def torque_beyond(self) -> Floats:

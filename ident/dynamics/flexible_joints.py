@@ -3,7 +3,7 @@
 The compiled kernels are loaded when they are first needed.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from ident.dynamics.motion import Motion
 from ident.dynamics.platform import kernel_constants
 from recordings.recording import Floats
 from recordings.rig import Rig
+from recordings.urdf import Vector
 
 _KINDS = ("axes", "delta", "urdf")
 """Mechanisms by the numbers that the kernels know."""
@@ -31,6 +32,8 @@ _SCREENING_STEP = 1e-3
 """Integration step of the backlash screening [s]."""
 _DIFFERENCE = 1e-4
 """Change of an arm's position for a finite difference [rad or m]."""
+_DIVERGED = 1e30
+"""Torque that only a simulation without a stable solution reaches [N m]; the joint is taken as stiff there."""
 _STATES = 100
 """Number of poses among which the inertia of a joint of a tree of links is smallest."""
 
@@ -159,24 +162,50 @@ class FlexibleJoints:
 
 
 def flexible_joints(
-    rig: Rig, parameters: Mapping[str, float], share: float, rate: float, load: Floats | None = None
+    rig: Rig,
+    parameters: Mapping[str, float],
+    share: float,
+    rate: float,
+    load: Floats | None = None,
+    masses: Sequence[tuple[float, Vector]] = (),
 ) -> FlexibleJoints:
     """Return the arms of `rig` with a mechanism's `parameters` by name; motors have a `share` of joint inertia.
 
-    load: further torque (n, dof) [N m] of the arms along the motion with which they are used.
+    load: further torque (n, dof) [N m] of the arms along the motion with which they are used. masses: further ones
+        [kg] that they carry, and their places [m].
     """
     inertia = joint_inertia(rig, parameters)
     if rig.mechanism == "urdf":
-        constants = _of_links(rig, parameters)
+        constants = _of_links(rig, parameters, masses)
         constants[: rig.dof**2 : rig.dof + 1] -= share * inertia
         return FlexibleJoints("urdf", constants, rate, load)
     inertia = inertia * (1 - share)
     if rig.mechanism == "delta":
-        masses = (max(parameters["m_p"], 0.0), parameters["T_g"], max(parameters.get("m_d", 0.0), 0.0))
-        return FlexibleJoints("delta", kernel_constants(rig.geometry, masses, inertia), rate, load)
+        m_p = parameters["m_p"] + sum(mass for mass, _ in masses)
+        of_arms = (max(m_p, 0.0), parameters["T_g"], max(parameters.get("m_d", 0.0), 0.0))
+        return FlexibleJoints("delta", kernel_constants(rig.geometry, of_arms, inertia), rate, load)
     joints = range(1, rig.dof + 1)
     weight = [[parameters.get(f"{name}{j}", 0.0) for j in joints] for name in ("G_c", "G_s", "G_")]
-    return FlexibleJoints("axes", np.concatenate([inertia, *weight]), rate, load)
+    return FlexibleJoints("axes", np.stack([inertia, *weight]).ravel() + _of_masses(rig, masses), rate, load)
+
+
+def _of_masses(rig: Rig, masses: Sequence[tuple[float, Vector]]) -> Floats:
+    """Constants (4 dof,) of independent axes of which the last one carries `masses` [kg] at their places [m]."""
+    still, last = np.zeros((3, rig.dof)), rig.dof - 1
+    position, acceleration = still.copy(), still.copy()
+    position[1, last], acceleration[2, last] = np.pi / 2, 1.0
+    across, along, moved = mechanisms.torque_of_masses(
+        mechanisms.create(rig), masses, Motion(position, still, acceleration, still)
+    )[:, last]
+    constants = np.zeros((4, rig.dof))
+    weights = (0, 0, across) if rig.joint_types[last] == "prismatic" else (across, along, 0)
+    constants[:, last] = moved - across, *weights
+    return constants.ravel()
+
+
+def without_diverged(change: Floats) -> Floats:
+    """Return the `change` (n, dof) of the torque by springs or gaps, 0 where it is unknown or diverges."""
+    return np.where(np.abs(change) < _DIVERGED, change, 0.0)
 
 
 def joint_inertia(rig: Rig, parameters: Mapping[str, float]) -> Floats:
@@ -194,10 +223,10 @@ def joint_inertia(rig: Rig, parameters: Mapping[str, float]) -> Floats:
     return np.array([max(inertia, 0.0) for inertia in inertias])
 
 
-def _of_links(rig: Rig, parameters: Mapping[str, float]) -> Floats:
+def _of_links(rig: Rig, parameters: Mapping[str, float], masses: Sequence[tuple[float, Vector]] = ()) -> Floats:
     mechanism = mechanisms.create(rig)
     assert isinstance(mechanism, Urdf)
-    return mechanism.kernel_constants(np.array([parameters[each.name] for each in mechanism.parameters]))
+    return mechanism.kernel_constants(np.array([parameters[each.name] for each in mechanism.parameters]), masses)
 
 
 def _contiguous(motion: Motion) -> tuple[Floats, Floats, Floats]:

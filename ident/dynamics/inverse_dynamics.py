@@ -52,7 +52,7 @@ class InverseDynamics:
             motion = _corrected(motion, correct)
         rate = np.nan if dt is None else 1 / dt
         time = np.full(len(motion.position), np.nan) if t is None else t
-        load, arm_load_at = self.structure.load(self.structure.load_parameters(self.values))
+        load, arm_load_at, _ = self.structure.load(self.structure.load_parameters(self.values))
         known = MechanismMotion(rig, motion, self.structure.mechanism_of(rig)).effect_inputs(
             rate, time, rate / 2, load, temperature, end, arm_load_at
         )

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ident.basics.recent import RecentResults
-from ident.dynamics.effect_inputs import EffectInputs
+from ident.dynamics.effect_inputs import EffectInputs, Masses
 from ident.dynamics.mechanisms import Mechanism
 from ident.dynamics.mechanisms.urdf import Urdf
 from ident.dynamics.motion import Motion
@@ -69,12 +69,14 @@ class MechanismMotion:
         temperature: Floats | None = None,
         end: float | None = None,
         arm_load_at: Callable[[EffectInputs], Floats] | None = None,
+        unknown_payload: Masses = (),
     ) -> EffectInputs:
         """Inputs of effects.
 
         rate: instants per second [Hz]. time: (n,) [s]. bandwidth: of the analysis [Hz].
         load_parameters: (k or k + 1,) of mechanism and rods. temperature: (n, dof) of the drives [degC].
-        end: time at which the run ends [s]; None: with the last instant. arm_load_at: as in the inputs.
+        end: time at which the run ends [s]; None: with the last instant.
+        arm_load_at, unknown_payload: as in the inputs.
         """
         known = self.mechanism.parameters
         parameters, m_d = load_parameters[: len(known)], float(load_parameters[len(known) :].sum())
@@ -99,4 +101,5 @@ class MechanismMotion:
             end,
             arm_load_at,
             self.beyond,
+            unknown_payload,
         )

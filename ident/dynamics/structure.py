@@ -8,7 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 from ident.dynamics import mechanisms
-from ident.dynamics.effect_inputs import EffectInputs
+from ident.dynamics.effect_inputs import EffectInputs, Masses
+from ident.dynamics.effects import unknown_payload
 from ident.dynamics.effects.base import Additive, Effect, Quantity, Shapes, Signal, Values
 from ident.dynamics.effects.reading import PositionCorrection
 from ident.dynamics.mechanisms import Parameter, RigidMechanism
@@ -193,10 +194,11 @@ class ModelStructure:
         """Parameters of the load that effects depend on: those of the rigid model, and of the effects on the arms."""
         return np.concatenate([self.rigid_parameters(x), *(x[self._entries[index]] for index in self.arm_terms)])
 
-    def load(self, load_parameters: Floats) -> tuple[Floats, Callable[[EffectInputs], Floats] | None]:
+    def load(self, load_parameters: Floats) -> tuple[Floats, Callable[[EffectInputs], Floats] | None, Masses]:
         """Split `load_parameters` into those of the rigid model and what computes the torque (n, dof) on the arms.
 
-        They may be those of a structure that lacks the last terms, which then do not load the arms.
+        They may be those of a structure that lacks the last terms, which then do not load the arms. Returns also the
+        unknown payload, which is among them, with its place where that is a parameter.
         """
         x = np.zeros(len(self.parameters))
         rigid, on_arms = np.split(load_parameters, [len(self.rigid_parameters(x))])
@@ -208,7 +210,9 @@ class ModelStructure:
             torques = (self.terms[i].torque(self.columns(i, x, inputs), self.local_values(i, x)) for i in loading)
             return sum(torques, start=np.zeros_like(inputs.motion.position))
 
-        return rigid, arm_load if loading else None
+        payload = [index for index in loading if self.terms[index].name == unknown_payload.NAME]
+        masses = tuple((self.local_values(i, x)[0, 0], tuple(self.shape_values(i, x))) for i in payload)
+        return rigid, arm_load if loading else None, masses
 
     @cached_property
     def arm_terms(self) -> tuple[int, ...]:

@@ -163,7 +163,7 @@ class TorquePredictor:
         prepared = self.prepared
 
         def inputs() -> EffectInputs:
-            rigid, arm_load_at = structure.load(load)
+            rigid, arm_load_at, payload = structure.load(load)
             return corrected.effect_inputs(
                 prepared.samples.rate,
                 prepared.instant_time,
@@ -172,6 +172,7 @@ class TorquePredictor:
                 prepared.temperature,
                 prepared.end,
                 arm_load_at,
+                payload,
             )
 
         on_arms = tuple((structure.terms[index].name, structure.terms[index].joints) for index in structure.arm_terms)

@@ -146,9 +146,7 @@ class FittedModel:
                     self.split.train, self.judged_residuals, before.judged_residuals, strict=True
                 )
             ]
-            turned = Blocks.of(
-                self.split, before.turned.residuals, self.turned.residuals, self.noise_floor.certain, judged
-            )
+            turned = self._blocks(before, before.turned.residuals, self.turned.residuals, judged)
             return turned.improvement(joints=joints), (held_out + turned).improvement(joints=joints)
 
         return in_turn(held_out.improvement(compared, joints), other_way, required)
@@ -159,7 +157,13 @@ class FittedModel:
         The others tell nothing about the effect.
         """
         rows = self.split.test if rows is None else rows
-        return Blocks.of(self.split, before.judged_residuals, self.judged_residuals, self.noise_floor.certain, rows)
+        return self._blocks(before, before.judged_residuals, self.judged_residuals, rows)
+
+    def _blocks(
+        self, before: "FittedModel", old: Sequence[Floats], new: Sequence[Floats], rows: Sequence[Bools]
+    ) -> Blocks:
+        smoothed = (before.noise_floor.smoothed, self.noise_floor.smoothed)
+        return Blocks.of(self.split, old, new, self.noise_floor.certain, rows, smoothed)
 
 
 def _at(split: SplitData, structure: ModelStructure, x: Floats) -> FittedModel:

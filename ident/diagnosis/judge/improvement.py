@@ -58,6 +58,7 @@ class Blocks:
 
     before: Floats
     after: Floats
+    """With the noise that a model smooths: it is not better for that."""
     change: Floats
     """Of what the second model changes: where both models agree, a block tells nothing."""
     count: Floats
@@ -67,11 +68,17 @@ class Blocks:
 
     @classmethod
     def of(
-        cls, split: SplitData, before: Sequence[Floats], after: Sequence[Floats], floor: Floats, rows: Sequence[Bools]
+        cls,
+        split: SplitData,
+        before: Sequence[Floats],
+        after: Sequence[Floats],
+        floor: Floats,
+        rows: Sequence[Bools],
+        smoothed: Sequence[Floats | float] = (0.0, 0.0),
     ) -> "Blocks":
         """Those of the residuals (m, dof) of every recording `before` and `after`, in the `rows` (m, dof).
 
-        floor: (dof,) noise floor [N m].
+        floor: (dof,) noise floor [N m]; smoothed: (dof,) what each of both models takes of it [(N m)^2].
         """
         # An effect may be undefined in more rows than the model without it: compare where both are defined.
         rows = [
@@ -82,7 +89,8 @@ class Blocks:
             [np.where(r, x**2, 0.0) for r, x in zip(rows, each, strict=True)] for each in (before, after, change)
         )
         sums = [_block_sums(split, rows, each) for each in (*squares, [selected.astype(float) for selected in rows])]
-        return cls(sums[0], sums[1], sums[2], sums[3], np.maximum(floor, TINY) ** 2)
+        first, second = (each + sums[3] * taken for each, taken in zip(sums[:2], smoothed, strict=True))
+        return cls(first, second, sums[2], sums[3], np.maximum(floor, TINY) ** 2)
 
     def __add__(self, other: "Blocks") -> "Blocks":
         """The blocks of both."""

@@ -61,6 +61,9 @@ class NoiseFloor:
     """Significant steady change from one repetition to the next, per joint."""
     least: Floats
     """(dof,) error below which preprocessing may leave as much of a correct model [N m]."""
+    smoothed: Floats
+    """(dof,) mean square of the encoders' quantization that is no error of this model, as its effects smooth the
+    motion [(N m)^2]; `quantization` does not allow for it."""
 
     @property
     def ci95(self) -> Floats:
@@ -117,14 +120,16 @@ def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequen
         fixed,
         refitted,
     )
+    encoders, smoothed = np.mean(mean_squares, axis=0)
     drives = in_threads(partial(_drive_mean_square, solution), split.predictors, scored)
     return NoiseFloor(
         level,
-        np.sqrt(np.mean(mean_squares, axis=0) + np.mean(drives, axis=0)),
+        np.sqrt(encoders + np.mean(drives, axis=0)),
         "repetition" if statistics else "spectrum",
         vibrations,
         tuple(trends or [None] * len(level)),
         MIN_TORQUE_SHARE * split.torque_rms,
+        smoothed,
     )
 
 
@@ -164,10 +169,10 @@ def _encoder_mean_square(
     fixed: Floats,
     refitted: Floats,
 ) -> Floats:
-    """(dof,) mean square [(N m)^2] of the repeating torque error due to encoder quantization.
+    """(2, dof) mean square [(N m)^2] of the repeating torque error due to encoder quantization, and what is smoothed.
 
-    Some effects amplify the error of the mechanism alone. The ratio is estimated from clipped values, because an
-    amplifier near its limit amplifies without bound.
+    Some effects amplify the error of the mechanism alone, and some smooth it. The ratio is estimated from clipped
+    values, because an amplifier near its limit amplifies without bound.
 
     scored: (m, dof) rows that count.
 
@@ -180,8 +185,9 @@ def _encoder_mean_square(
     full, mechanism = (
         _clipped_mean_square(np.where(scored, torque, np.nan)) for torque in (prepared.condition(difference), fixed)
     )
-    amplification = np.maximum(full / np.maximum(mechanism, TINY**2), 1.0)
-    expected: Floats = np.nanmean(np.where(scored, refitted, np.nan) ** 2, axis=0) * amplification
+    amplification = full / np.maximum(mechanism, TINY**2)
+    parts = np.stack([np.maximum(amplification, 1.0), np.maximum(1 - amplification, 0.0)])
+    expected: Floats = np.nanmean(np.where(scored, refitted, np.nan) ** 2, axis=0) * parts
     if len(difference) != len(prepared.samples.position):  # a mean cycle: the repeating share is unknown
         return expected
     return expected * repeating * _loop_amplification(predictor, solution, difference, repeating)

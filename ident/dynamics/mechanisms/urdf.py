@@ -99,12 +99,15 @@ class Urdf:
             of_motors += motors * (motion.acceleration @ C.T)
         return self.links.torque(motion, links) + of_motors @ C + offset
 
-    def kernel_constants(self, parameters: Floats) -> Floats:
-        """Return motors, offsets, gravity and links with the `parameters` (k,), as `link_kernels` take them."""
+    def kernel_constants(self, parameters: Floats, beyond: Sequence[tuple[float, Vector]] = ()) -> Floats:
+        """Return motors, offsets, gravity and links with the `parameters` (k,), as `link_kernels` take them.
+
+        beyond: masses [kg] and their places [m] on the tool beyond the payload.
+        """
         C, dof = motor_matrix(self.chain), len(self.chain.joints)
         links, motors = np.split(self.physical_parameters(parameters), [self.links.nominal_parameters.size])
         inertia = C.T * motors @ C if len(motors) else np.zeros((dof, dof))
-        rows = self.links.kernel_rows(links)
+        rows = self.links.kernel_rows(self._loaded(links, beyond))
         return np.concatenate([inertia.ravel(), parameters[-dof:], self.chain.gravity, rows.ravel()])
 
     def inertia(self, motion: Motion, parameters: Floats) -> Floats:
@@ -159,10 +162,12 @@ class Urdf:
         """
         still = np.zeros_like(motion.position)
         start = replace(motion, velocity=still, acceleration=still)
-        links = self.physical_parameters(parameters)[: self.links.nominal_parameters.size]
-        for mass, place in beyond:
-            links += mass * self.links.mass_at(place)
+        links = self._loaded(self.physical_parameters(parameters)[: self.links.nominal_parameters.size], beyond)
         return np.stack([self.links.with_gravity(e).torque(start, links) for e in self.across], axis=2)
+
+    def _loaded(self, links: Floats, beyond: Sequence[tuple[float, Vector]]) -> Floats:
+        """Parameters (10 N,) of `links` that carry masses [kg] at places [m] of the tool."""
+        return links + sum((mass * self.links.mass_at(place) for mass, place in beyond), start=np.zeros_like(links))
 
     @property
     def across(self) -> Floats:

@@ -1,5 +1,6 @@
 """Recordings with different payloads are fitted together: what is known enters the model, all else is shared."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 
 import ident
 from ident.basics.statistics import NORMAL
+from ident.data.prepared_recording import prepare
 from ident.dynamics import mechanisms
 from ident.dynamics.motion import Motion
 from ident.dynamics.torque_map import voltage_from_torque
@@ -195,3 +197,25 @@ def test_a_model_is_judged_on_all_recordings_that_are_held_out() -> None:
     assert [each.name for each in both.recordings] == [each.recordings[0].name for each in alone if each]
     squares = [each.fitted.rms[0] ** 2 for each in alone if each]
     assert both.fitted.rms[0] ** 2 == pytest.approx(np.mean(squares), rel=0.02)
+
+
+@pytest.mark.parametrize("kind", list(ROBOTS))
+@pytest.mark.parametrize("told", [True, False], ids=["known", "found"])
+def test_arms_behind_springs_and_gaps_carry_the_payload(kind: str, told: bool) -> None:
+    """Its inertia turns with the arm: as a torque along the motors' motion, a spring seemed too soft."""
+    place = (math.nan,) * 3 if kind == "urdf" and not told else PLACE
+    empty, loaded = (prepare(record(kind, mass, seed=1), "parallel", 20.0) for mass in (0.0, 2.0))
+    inputs = TorquePredictor(empty).effect_inputs(empty.base_structure, truth(kind))
+    of_mass = mechanisms.torque_of_masses(loaded.mechanism, [(2.0, PLACE)], inputs.motion)
+    carrying = replace(
+        inputs,
+        beyond=((2.0 if told else math.nan, place),),
+        unknown_payload=() if told else ((2.0, PLACE if kind == "urdf" else ()),),
+        arm_load_at=None if told else lambda inputs: of_mass,
+    ).flexible_joints(0.0)
+    bare = inputs.flexible_joints(0.0)
+    change = carrying.rigid_torque(inputs.motion) - bare.rigid_torque(inputs.motion)
+    known = np.isfinite(change).all(axis=1)
+    np.testing.assert_allclose(change[known], of_mass[known], atol=1e-9 * np.abs(of_mass[known]).max())
+    assert not np.abs(np.nan_to_num(carrying.load if carrying.load is not None else 0.0)).max() > 1e-9
+    assert (np.abs(carrying.constants - bare.constants) > 0).any()

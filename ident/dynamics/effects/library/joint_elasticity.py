@@ -6,7 +6,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Quantity, Signal, Values
-from ident.dynamics.flexible_joints import impossible
+from ident.dynamics.flexible_joints import impossible, without_diverged
 from recordings.recording import Floats
 
 _SOFTEST = 0.02
@@ -16,9 +16,6 @@ _LIGHTEST = 1e-6
 _FILTER_ABOVE = 1.5
 """Natural frequency, as a multiple of the analysis bandwidth, above which the motion is fully low-passed: there, the
 spring would amplify nothing but noise."""
-_DIVERGED = 1e30
-"""Torque that only a simulation without a stable solution reaches [N m]; the joint is taken as stiff there."""
-
 _STIFFEST_GUESS, _SOFTEST_GUESS = 1e-4, 4e-3
 """Compliances [rad/(N m)] between which a search starts where no `guess_scale` is needed."""
 _HIGHEST_GUESS = 40.0
@@ -54,7 +51,7 @@ def _change(inputs: EffectInputs, share: float, damping_ratio: float, compliance
 def _simulated(inputs: EffectInputs, share: float, damping_ratio: float, compliance: Floats) -> Floats:
     elastic = inputs.flexible_joints(share).elastic_torque(inputs.motion, compliance, damping_ratio)
     changed = elastic - inputs.arm_torque(share)
-    return np.where(np.abs(changed) < _DIVERGED, changed, 0.0)
+    return without_diverged(changed)
 
 
 def guess_scale(inputs: EffectInputs) -> Floats:

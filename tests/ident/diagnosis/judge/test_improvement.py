@@ -20,13 +20,22 @@ TAPS = filters.low_pass(30.0, RATE)[:, None]
 
 
 def compare(
-    before: Floats, after: Floats, floor: Floats | float = 1.0, time: Floats | None = None, compared: int = 1
+    before: Floats,
+    after: Floats,
+    floor: Floats | float = 1.0,
+    time: Floats | None = None,
+    compared: int = 1,
+    smoothed: float = 0.0,
 ) -> Improvement:
-    """Improvement on all rows of one recording; residuals (m, dof), noise floor (dof,)."""
+    """Improvement on all rows of one recording; residuals (m, dof), noise floor (dof,).
+
+    smoothed: mean square of the noise that the second model takes.
+    """
     time = np.arange(len(before)) / RATE if time is None else time
     split: Any = SimpleNamespace(recordings=[SimpleNamespace(time=time)])
     floors = np.broadcast_to(floor, before.shape[1])
-    return Blocks.of(split, [before], [after], floors, [np.ones(before.shape, bool)]).improvement(compared)
+    rows = [np.ones(before.shape, bool)]
+    return Blocks.of(split, [before], [after], floors, rows, (0.0, smoothed)).improvement(compared)
 
 
 def low_passed(rng: np.random.Generator, shape: tuple[int, int]) -> Floats:
@@ -50,6 +59,16 @@ def coverage(seconds: float, before: float, after: float, draws: int, joints: in
         low, high = compare(noise + before * sine, noise + after * sine).interval
         inside += low <= true <= high
     return inside / draws
+
+
+@pytest.mark.parametrize(("sine", "supported"), [(0.3, False), (3.0, True)])
+def test_noise_that_a_model_smooths_is_no_improvement(sine: float, supported: bool) -> None:
+    """An elastic joint takes a part of what the encoders' steps make of the torque."""
+    noise = low_passed(np.random.default_rng(0), (2500, 1))
+    missing = sine * np.sin(2 * np.pi * 1.3 * np.arange(len(noise)) / RATE)[:, None]
+    before, after = noise + missing, 0.6 * noise + 0.5 * missing
+    assert compare(before, after).is_supported
+    assert compare(before, after, smoothed=1 - 0.6**2).is_supported == supported
 
 
 def test_ratio_is_significant_where_one_block_outweighs_the_others() -> None:

@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
+from ident.diagnosis.judge.fitted_model import FittedModel
 from ident.diagnosis.split.noise_floor import NoiseFloor, estimate_noise_floor
 from ident.diagnosis.split.split_data import SplitData, rms
+from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
+from ident.dynamics.structure import Term
 from recordings.recording import Floats, Recording
 from tests.ident import building
 
@@ -119,3 +122,14 @@ def test_floor_does_not_depend_on_the_order_of_recordings() -> None:
     recordings = [building.record(2, cycles, noise=0.1, seed=cycles) for cycles in (3, 5)]
     forwards, backwards = floor_of(*recordings)[0], floor_of(*reversed(recordings))[0]
     np.testing.assert_allclose(backwards.rms, forwards.rms, rtol=1e-6)
+
+
+def test_elastic_joint_smooths_what_the_encoder_steps_make_of_the_torque() -> None:
+    """Beyond its resonance the motor alone follows the encoder; a stiff one follows as the mechanism does."""
+    data = building.split([building.record(noise=0.02, encoder_step=1e-4)])
+    for compliance, share in ((0.0, 0.0), (2e-3, 0.5)):
+        solution = building.fitted(data).solution
+        structure = solution.structure.with_term(Term("joint_elasticity", library()["joint_elasticity"], (0,)))
+        x = np.concatenate([solution.x, [compliance, 0.3, 0.3]])
+        floor = FittedModel(data, data.at(structure, x)).noise_floor
+        assert floor.smoothed[0] == pytest.approx(share * floor.quantization[0] ** 2, rel=0.6, abs=1e-12)
