@@ -25,7 +25,7 @@ def steps(document: Document) -> ResultTable:
     return ResultTable(
         ("model", *document.joints),
         rows,
-        title=f"RMS error [{document.effort_units[0]}], training | held out",
+        title=f"RMS error [{', '.join(dict.fromkeys(document.effort_units))}], training | held out",
         sections=(end,),
         styles={len(rows) - 2: "green", len(rows) - 1: "dim"},
     )
