@@ -32,8 +32,8 @@ _SCREENING_STEP = 1e-3
 """Integration step of the backlash screening [s]."""
 _DIFFERENCE = 1e-4
 """Change of an arm's position for a finite difference [rad or m]."""
-_DIVERGED = 1e30
-"""Torque that only a simulation without a stable solution reaches [N m]; the joint is taken as stiff there."""
+_DIVERGED = 1e3
+"""Largest change of the torque, over the largest torque: beyond it, the simulation has no stable solution."""
 _STATES = 100
 """Number of poses among which the inertia of a joint of a tree of links is smallest."""
 
@@ -203,9 +203,13 @@ def _of_masses(rig: Rig, masses: Sequence[tuple[float, Vector]]) -> Floats:
     return constants.ravel()
 
 
-def without_diverged(change: Floats) -> Floats:
-    """Return the `change` (n, dof) of the torque by springs or gaps, 0 where it is unknown or diverges."""
-    return np.where(np.abs(change) < _DIVERGED, change, 0.0)
+def change_of_torque(soft: Floats, stiff: Floats) -> Floats:
+    """Return what springs or gaps change of the torque (n, dof) of `stiff` joints, 0 where it is unknown or diverges.
+
+    soft: (n, dof) torque with springs or gaps [N m].
+    """
+    change = soft - stiff
+    return np.where(np.abs(change) < _DIVERGED * np.nanmax(np.abs(stiff), initial=0.0), change, 0.0)
 
 
 def joint_inertia(rig: Rig, parameters: Mapping[str, float]) -> Floats:

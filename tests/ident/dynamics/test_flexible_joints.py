@@ -7,7 +7,7 @@ import pytest
 
 from ident.basics.filters import convolve, low_pass
 from ident.dynamics import mechanisms
-from ident.dynamics.flexible_joints import FlexibleJoints, flexible_joints
+from ident.dynamics.flexible_joints import FlexibleJoints, change_of_torque, flexible_joints
 from ident.dynamics.motion import Motion
 from ident.dynamics.platform import platform
 from recordings.recording import Floats
@@ -173,3 +173,9 @@ def test_the_torque_is_nan_in_a_gap_of_the_motion_and_nowhere_else() -> None:
     ):
         assert np.isnan(torque[700:710]).all()
         assert np.isfinite(torque[710:]).all()
+
+
+def test_torque_of_a_simulation_that_diverges_is_that_of_stiff_joints() -> None:
+    stiff, soft = np.array([[1.0], [2.0], [np.nan], [1.0]]), np.array([[1.5], [1e6], [1.0], [-1e200]])
+    np.testing.assert_array_equal(change_of_torque(soft, stiff), [[0.5], [0.0], [0.0], [0.0]])
+    assert not change_of_torque(soft, np.full((4, 1), np.nan)).any()

@@ -6,7 +6,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Quantity, Signal, Values
-from ident.dynamics.flexible_joints import impossible, without_diverged
+from ident.dynamics.flexible_joints import change_of_torque, impossible
 from recordings.recording import Floats
 
 _MOTOR_SHARES = np.linspace(0.0, 0.96, 49)
@@ -42,8 +42,7 @@ def _change(inputs: EffectInputs, share: float, half_gap: Floats, impact_delay: 
 
 def _simulated(inputs: EffectInputs, share: float, half_gap: Floats, impact_delay: float) -> Floats:
     with_gap = inputs.flexible_joints(share).backlash_torque(inputs.motion, half_gap, impact_delay)
-    changed = with_gap - inputs.arm_torque(share)
-    return without_diverged(changed)
+    return change_of_torque(with_gap, inputs.arm_torque(share))
 
 
 def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, Floats]]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Quantity, Signal, Values
-from ident.dynamics.flexible_joints import impossible, without_diverged
+from ident.dynamics.flexible_joints import change_of_torque, impossible
 from recordings.recording import Floats
 
 _SOFTEST = 0.02
@@ -50,8 +50,7 @@ def _change(inputs: EffectInputs, share: float, damping_ratio: float, compliance
 
 def _simulated(inputs: EffectInputs, share: float, damping_ratio: float, compliance: Floats) -> Floats:
     elastic = inputs.flexible_joints(share).elastic_torque(inputs.motion, compliance, damping_ratio)
-    changed = elastic - inputs.arm_torque(share)
-    return without_diverged(changed)
+    return change_of_torque(elastic, inputs.arm_torque(share))
 
 
 def guess_scale(inputs: EffectInputs) -> Floats:
