@@ -26,7 +26,7 @@ _REMEMBERED = 8
 _PER_PERIOD = 6
 """Instants per period of the bandwidth at which trees of links are simulated."""
 Masses = tuple[tuple[float, Vector | tuple[()]], ...]
-"""Masses [kg] and their places [m], () where they stand elsewhere."""
+"""Masses [kg] and their places [m]; () for a place that is given elsewhere."""
 _SMOOTH = ("position", "velocity", "acceleration")
 """Signals of a motion to which a low-pass may be applied."""
 
@@ -57,7 +57,10 @@ class EffectInputs:
     beyond: tuple[tuple[float, Vector], ...] = ()
     """Masses [kg], NaN for an unknown one, and their places [m] beyond the payload that the parameters include."""
     unknown_payload: Masses = ()
-    """What the model has found for the unknown one; without a place, that is known. It is a part of `arm_load_at`."""
+    """Mass [kg] that the model has for the unknown one of `beyond`, and its place [m]; () where `beyond` has that.
+
+    Its torque is a part of `arm_load_at`.
+    """
 
     @cached_property
     def rigid(self) -> Floats:
@@ -115,18 +118,18 @@ class EffectInputs:
         return replace(self, motion=replace(self.motion, **known))
 
     def coarsely(self, compute: Callable[["EffectInputs"], Floats]) -> Floats:
-        """Return (n, dof) what `compute` tells of the low-passed motion, at no more instants than that needs.
+        """Compute a torque (n, dof) along the low-passed motion, at no more instants than its bandwidth needs.
 
-        An instant of a tree of links costs microseconds. NaN becomes 0.
+        compute: returns it for the inputs that it is given, without NaN. An instant of a tree of links costs
+            microseconds; the others are interpolated.
         """
         step, instants = self._coarse_step, np.arange(len(self.time))
-        computed = np.nan_to_num(compute(self._coarse))
+        computed = compute(self._coarse)
         return computed if step == 1 else np.asarray(CubicSpline(instants[::step], computed)(instants))
 
     @cached_property
     def _coarse(self) -> "EffectInputs":
-        smooth = self.low_passed()
-        return smooth if self._coarse_step == 1 else smooth.decimated(self._coarse_step)
+        return self.low_passed().decimated(self._coarse_step)
 
     @property
     def _coarse_step(self) -> int:
@@ -146,7 +149,11 @@ class EffectInputs:
 
     def motor_inertia(self, share: float) -> Floats:
         """Motor inertia (dof,) [kg m^2]: a `share` of each joint's own inertia."""
-        return share * joint_inertia(self.rig, self.parameters)
+        return share * self._joint_inertia
+
+    @cached_property
+    def _joint_inertia(self) -> Floats:
+        return joint_inertia(self.rig, self.parameters)
 
     def flexible_joints(self, share: float) -> FlexibleJoints:
         """Return the arms without the motors, whose inertia is a `share` of each joint's own.

@@ -197,8 +197,8 @@ class ModelStructure:
     def load(self, load_parameters: Floats) -> tuple[Floats, Callable[[EffectInputs], Floats] | None, Masses]:
         """Split `load_parameters` into those of the rigid model and what computes the torque (n, dof) on the arms.
 
-        They may be those of a structure that lacks the last terms, which then do not load the arms. Returns also the
-        unknown payload, which is among them, with its place where that is a parameter.
+        They may be those of a structure that lacks the last terms, which then do not load the arms. The third is the
+        unknown payload, whose torque that is a part of: its mass, and its place where that is a parameter.
         """
         x = np.zeros(len(self.parameters))
         rigid, on_arms = np.split(load_parameters, [len(self.rigid_parameters(x))])

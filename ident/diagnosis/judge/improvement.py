@@ -58,7 +58,7 @@ class Blocks:
 
     before: Floats
     after: Floats
-    """With the noise that a model smooths: it is not better for that."""
+    """Both with the noise that the model smooths, which is no improvement."""
     change: Floats
     """Of what the second model changes: where both models agree, a block tells nothing."""
     count: Floats
@@ -78,7 +78,7 @@ class Blocks:
     ) -> "Blocks":
         """Those of the residuals (m, dof) of every recording `before` and `after`, in the `rows` (m, dof).
 
-        floor: (dof,) noise floor [N m]; smoothed: (dof,) what each of both models takes of it [(N m)^2].
+        floor: (dof,) noise floor [N m]; smoothed: (dof,) mean square of the noise that each model smooths [(N m)^2].
         """
         # An effect may be undefined in more rows than the model without it: compare where both are defined.
         rows = [
@@ -89,8 +89,9 @@ class Blocks:
             [np.where(r, x**2, 0.0) for r, x in zip(rows, each, strict=True)] for each in (before, after, change)
         )
         sums = [_block_sums(split, rows, each) for each in (*squares, [selected.astype(float) for selected in rows])]
-        first, second = (each + sums[3] * taken for each, taken in zip(sums[:2], smoothed, strict=True))
-        return cls(first, second, sums[2], sums[3], np.maximum(floor, TINY) ** 2)
+        old, new, changed, count = sums
+        left = (old + count * smoothed[0], new + count * smoothed[1])
+        return cls(*left, changed, count, np.maximum(floor, TINY) ** 2)
 
     def __add__(self, other: "Blocks") -> "Blocks":
         """The blocks of both."""

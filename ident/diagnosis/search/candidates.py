@@ -104,7 +104,7 @@ class Fits:
         start = np.concatenate([x[: entries[0]], values, shapes, x[entries[-1] + 1 :]])
         fitted = self.fit(replace(structure, terms=terms), start)
         if kept.keys() < {*joints} and fitted.solution.loss > model.solution.loss:
-            # It contains the model, so the fit got lost: resonances that are far off are.
+            # What contains a model leaves no more than it: this fit is stuck, as at a resonance that is not there.
             start[entries[0] :][: values.size] = np.concatenate([kept.get(joint, 0 * mean) for joint in joints])
             return self.fit(replace(structure, terms=terms), start)
         return fitted

@@ -167,8 +167,8 @@ class Effect:
     """Suggest further initial guesses from a residual (n, dof) [N m] at the instants of the inputs, which may be
     decimated: shapes, and for a signal effect also its parameters. Of local shapes, nothing else is tried then."""
     guess_scale: Callable[[EffectInputs], Floats] | None = None
-    """Return (dof,) what the initial guesses of its local parameters are multiplied with, where the joints of one
-    robot differ by orders of magnitude."""
+    """Return factors (dof,) of the initial guesses of its local parameters: the joints of one robot may differ by
+    orders of magnitude."""
     merge: Callable[[Sequence[Suggestion]], Suggestion] | None = None
     """Merge what several recordings suggest; None: each of the suggestions is tried."""
     step: float = 1e-4
