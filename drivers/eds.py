@@ -62,6 +62,17 @@ class ObjectDescription:
         return self.data_type in datatypes.INTEGER_TYPES
 
     @property
+    def is_limited(self) -> bool:
+        """Whether it takes less than its type can hold."""
+        limits = (self.low, -(1 << 64)), (self.high, 1 << 64)
+        return any(limit is not None and self.encode(limit) != self.encode(extreme) for limit, extreme in limits)
+
+    @property
+    def span(self) -> str:
+        """Its limits, as text."""
+        return f"{'...' if self.low is None else self.low} to {'...' if self.high is None else self.high}"
+
+    @property
     def is_readable(self) -> bool:
         """Whether SDO may read the object."""
         return "r" in self.access or self.access == "const"

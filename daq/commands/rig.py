@@ -8,7 +8,7 @@ import click
 
 from daq.command_options import FILE
 from recordings.command_line import IntegerRange, NameChoice, output_name, refuse_existing, say, say_next
-from recordings.errors import BadInput, RunFailed
+from recordings.errors import BadInput
 
 if TYPE_CHECKING:
     from daq.proposal.facts import DriveFacts
@@ -130,10 +130,7 @@ def _drives(eds: Sequence[Path], bus: "CanBus", nodes: str) -> "list[DriveFacts]
     from drivers.canopen.node_axes import AXES
 
     if not eds:
-        drives = from_bus(bus)
-        if not drives:
-            raise RunFailed("no CiA 402 drive answers; check power, cable, termination and bit rate")
-        return drives
+        return from_bus(bus)
     try:
         node_ids = [int(node) for node in nodes.split(",")]
     except ValueError:

@@ -17,7 +17,7 @@ from daq.commissioning.small_motion import move
 from daq.cycle.stream import STOPPED_TO_SEE
 from drivers.canopen.drive import CanopenDrives
 from drivers.canopen.poll import PolledVelocity
-from drivers.canopen.setup import TooCoarse
+from drivers.canopen.requirements import TooCoarse
 from drivers.protocol import Amplifiers, Report
 from recordings.command_line import say, say_report
 from recordings.errors import BadInput, RunFailed

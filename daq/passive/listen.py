@@ -18,7 +18,7 @@ from daq.passive.reconstruct import Motion, Reconstructed, reconstruct
 from daq.simulation import torque_age
 from drivers.canopen import emcy
 from drivers.canopen.bus import Link, open_bus
-from drivers.canopen.setup import SYNC_ID
+from drivers.canopen.requirements import SYNC_ID
 from recordings.buses import SerialBus
 from recordings.errors import BadInput, RunFailed
 from recordings.files import replacement

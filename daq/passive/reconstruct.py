@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from daq.cycle.progress import loss_of
 from daq.passive.sync_line import fit_line, number_syncs
 from drivers import cia402
-from drivers.canopen import emcy, pdo, setup
+from drivers.canopen import emcy, pdo, requirements
 from drivers.canopen.dictionary import standard_dictionary
 from recordings.blocks import SampleTable
 from recordings.container import Batch, load
@@ -114,7 +114,7 @@ def reconstruct(
         BadInput: the file cannot be read.
     """
     frames = _frames(path)
-    sync_positions = np.flatnonzero(frames["id"] == setup.SYNC_ID)
+    sync_positions = np.flatnonzero(frames["id"] == requirements.SYNC_ID)
     if not len(sync_positions):
         return None
     arrival = frames["log"][sync_positions]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from daq.cycle.stopping import StopRequest
 from drivers.canopen.bus import frame_bits
-from drivers.canopen.setup import MASTER_ID, SYNC_ID
+from drivers.canopen.requirements import MASTER_ID, SYNC_ID
 from recordings.errors import BadInput, RunFailed
 from recordings.recording import Bools, CanFrames, Floats
 

@@ -7,7 +7,7 @@ from typing import Literal
 
 from daq.proposal.facts import DriveFacts
 from daq.proposal.text import ASSUMED, STATED
-from drivers.canopen.setup import interpolation_period
+from drivers.canopen.requirements import interpolation_period
 from drivers.eds import Address
 from recordings.errors import BadInput
 
@@ -16,6 +16,7 @@ TorqueSource = Literal["voltage", "torque_actual", "current_actual", "none"]
 
 MODES: tuple[tuple[Mode, int, Address], ...] = (("cyclic", 8, (0x607A, 0)), ("interpolated", 7, (0x60C1, 1)))
 """Modes that follow targets, the preferred one first, with their numbers and targets."""
+_TORQUE, _CURRENT = (0x6077, 0), (0x6078, 0)
 _RATES = (500.0, 1000.0, 250.0, 200.0, 125.0, 100.0, 50.0)
 _MOTOR = re.compile(r"\b(motor|output|terminal|phase|winding)\b", re.IGNORECASE)
 _OTHER = re.compile(
@@ -48,7 +49,7 @@ def mode_of(facts: DriveFacts) -> tuple[Mode, str]:
     listed = {mode: not modes or bool(modes >> number - 1 & 1) for mode, number, _ in MODES}
     said = "6502h does not say which modes the drive has" if not modes else f"6502h = {modes:X}h"
     for mode, number, target in MODES:
-        if listed[mode] and facts.can_map(target):
+        if listed[mode] and not facts.lack(target):
             return (
                 mode,
                 f"{STATED if modes else ASSUMED}{said}: mode {number}, its target {name_of(target)} can be mapped",
@@ -58,15 +59,15 @@ def mode_of(facts: DriveFacts) -> tuple[Mode, str]:
             f"{facts.origin}: {said}: neither mode 8 (cyclic synchronous position) nor mode 7 (interpolated "
             "position) is there; this drive cannot follow a motion that is streamed to it"
         )
-    targets = " and ".join(name_of(target) for mode, _, target in MODES if listed[mode])
-    raise BadInput(f"{facts.origin}: {targets} cannot be mapped into a PDO; this drive cannot follow targets in time")
+    lacks = "; ".join(facts.lack(target) for mode, _, target in MODES if listed[mode])
+    raise BadInput(f"{facts.origin}: {lacks}; this drive cannot follow targets in time")
 
 
 def torque_sources(facts: DriveFacts) -> list[TorqueSource]:
     """What the torque of a drive can be found from, the best first: a torque, a current, a voltage of the motor."""
     found: dict[TorqueSource, bool] = {
-        "torque_actual": facts.can_map((0x6077, 0)),
-        "current_actual": facts.can_map((0x6078, 0)),
+        "torque_actual": not facts.lack(_TORQUE),
+        "current_actual": not facts.lack(_CURRENT),
         "voltage": motor_voltage(facts) is not None,
     }
     return [source for source, is_there in found.items() if is_there]
@@ -82,11 +83,11 @@ def common_torque_source(drives: Sequence[DriveFacts]) -> TorqueSource:
     for source in sources[0][1]:
         if all(source in others for _, others in sources):
             return source
-    for origin, found in sources:
+    for facts, (origin, found) in zip(drives, sources, strict=True):
         if not found:
             raise BadInput(
-                f"{origin}: nothing to find the torque from: no torque actual (6077h) and no current actual (6078h) "
-                "that a PDO can hold, and no object that is named as the motor's voltage. Look for one in the "
+                f"{origin}: nothing to find the torque from: {facts.lack(_TORQUE)}; {facts.lack(_CURRENT)}; "
+                "and no object is named as the motor's voltage. Look for one in the "
                 "manual: with --eds, correct the file where it hides one (PDOMapping, ParameterName), or write "
                 "voltage in [[drives]] of a rig file by hand (docs/how-to/drive-dictionaries.md). To "
                 "commission without a torque: daq rig propose --torque none"
@@ -121,7 +122,10 @@ def rate_of(drives: Sequence[DriveFacts]) -> tuple[float, str]:
     """
     for rate in _RATES:
         period = interpolation_period(rate)
-        if all(facts.accepts(0x60C2, sub, value) for facts in drives for sub, value in enumerate(period, start=1)):
+        places = [(facts, (0x60C2, sub), value) for facts in drives for sub, value in enumerate(period, start=1)]
+        if all(
+            address not in facts or facts.dictionary().accepts(address, value) for facts, address, value in places
+        ):
             usual = f"{ASSUMED}Hz; the usual rate, which 60C2h does not exclude"
             return rate, usual if rate == _RATES[0] else f"{STATED}Hz; 60C2h accepts no period of 2 ms"
     raise BadInput("the drives accept no common period in 60C2h; check the limits of that object in their EDS")

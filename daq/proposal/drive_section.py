@@ -9,9 +9,11 @@ from typing import Any
 from daq.proposal.choices import TorqueSource, mode_of, motor_voltage, name_of
 from daq.proposal.facts import DriveFacts
 from daq.proposal.text import ASK, ASSUMED, NAMED, STATED, UNKNOWN, Key, comment
-from drivers.canopen import pdo, readiness, setup
-from drivers.canopen.roles import ROLES
-from drivers.canopen.sdo import SdoWrite
+from drivers.canopen import pdo, readiness
+from drivers.canopen.dictionary import DriveDictionary
+from drivers.canopen.readiness import DriveFinding
+from drivers.canopen.requirements import ROWS, TABLE, Requirement
+from drivers.canopen.sdo import format_address
 from drivers.canopen.units import OBJECTS, gear_ratio, position_units_per_turn
 from recordings.config import validated
 from recordings.errors import BadInput
@@ -25,6 +27,16 @@ PLACEHOLDERS: Mapping[str, object] = {
 _STAY_POWERED = 6
 """Option of 605Ah."""
 _TOUCH_PROBE = {0x60B9: "touch probe status", 0x60BA: "touch probe 1, rising edge"}
+_ACCELERATION_UNITS = {
+    **dict.fromkeys(("count", "cnt", "inc", "pulse", "increment"), "counts/s^2"),
+    **{"rpm": "rpm/s", "rev": "rev/s^2", "r": "rev/s^2", "rad": "rad/s^2", "deg": "deg/s^2"},
+}
+_ACCELERATION = re.compile(
+    r"(?P<factor>\d+(\.\d+)?)? ?\b(?P<unit>rpm(?= ?/ ?s\b)"
+    r"|(count|cnt|inc|pulse|increment|rev|r|rad|deg)(?=s? ?/ ?s(\^2|2|²|/s)))",
+    re.IGNORECASE,
+)
+"""As in "10 counts/s^2"."""
 _SAFE_TORQUE_OFF = re.compile(r"\bSTO\b|safe.torque", re.IGNORECASE)
 
 
@@ -53,14 +65,22 @@ class DriveSection:
             self._gear = None
         self._counts = next(iter(position_units_per_turn(self._values).items()), None)
         self._dictionary = facts.dictionary(self._drive())
+        self._named = self._named_acceleration() if self._asks_acceleration else None
+        if self._named is not None:
+            self._dictionary = facts.dictionary(self._drive(units={"acceleration": self._named[0]}))
 
-    def _drive(self) -> Drive:
-        """The drive as it is proposed, with placeholders for what is asked."""
+    @property
+    def _asks_acceleration(self) -> bool:
+        """Whether the unit of accelerations must be known and nothing says it."""
+        return bool(self._dictionary.units.question) and self._dictionary.has_ramp
+
+    def _drive(self, **further: object) -> Drive:
+        """The drive as it is proposed, with placeholders for what is asked, and `further` keys."""
         keys: dict[str, object] = {"node_id": self._facts.node_id, "axis": self._facts.axis, "mode": self._mode}
         keys |= {"counts_per_turn": self._counts_per_turn, "gear": self._gear or ASK, "torque_source": self._source}
         if self._source == "voltage":
             keys["voltage"] = self._voltage()[0]
-        return validated(with_placeholders(keys), Drive, f"proposal for {self._facts.origin}")
+        return validated(with_placeholders(keys | further), Drive, f"proposal for {self._facts.origin}")
 
     def _voltage(self) -> tuple[dict[str, object], str]:
         """Key `voltage` and its comment."""
@@ -96,7 +116,7 @@ class DriveSection:
             yield from comment(self._pdo_text())
         for key in [*self._machine(), *self._operation(), *self._measurement()]:
             yield from key.lines()
-        yield from self._missing([] if draft is None else self._refused(draft), explain=explain)
+        yield from self._missing([] if draft is None else self._findings(draft), explain=explain)
         if explain:
             yield from self._settings()
         if listed := ", ".join(self._states()):
@@ -140,16 +160,39 @@ class DriveSection:
         yield Key("mode", f'"{self._mode}"', self._why)
         if not self._facts.value(0x6502):
             yield Key("assume_mode", "true", "uncomment to try this mode; the drive does not list its modes", False)
-            self.notes.append("6502h gives no modes: uncomment assume_mode to try the mode")
-        if self._facts.value(0x605A) == _STAY_POWERED:
-            comment = f"{STATED}605Ah as it is: quick stop ramp, then powered until the host is done"
-            yield Key("quick_stop_option", f"{_STAY_POWERED}", comment)
-        question = self._dictionary.units.question
-        if question and self._dictionary.has_ramp:
+        yield from self._options()
+        if self._named is not None:
+            yield Key("units", f'{{ acceleration = "{self._named[0]}" }}', f'{NAMED}"{self._named[1]}"')
+        elif self._asks_acceleration:
+            question = self._dictionary.units.question
             self.notes.append(question)
             yield Key(
                 "units", f'{{ acceleration = "{ASK}" }}', f"{UNKNOWN}{question}; a wrong one makes stops far too hard"
             )
+
+    def _named_acceleration(self) -> tuple[str, str] | None:
+        """Unit of acceleration in the name of a ramp, and that name."""
+        for index in (0x6085, 0x6084, 0x6083):
+            item = self._facts.descriptions.get((index, 0))
+            if item is not None and (match := _ACCELERATION.search(item.name)):
+                unit = _ACCELERATION_UNITS[match["unit"].lower()]
+                return f"{match['factor'] or ''} {unit}".strip(), item.name
+        return None
+
+    def _options(self) -> Iterator[Key]:
+        """Reactions of the drive where it, or its file, has others than the usual ones."""
+        if self._facts.value(0x605A) == _STAY_POWERED:
+            comment = f"{STATED}605Ah as it is: quick stop ramp, then powered until the host is done"
+            yield Key("quick_stop_option", f"{_STAY_POWERED}", comment)
+            return
+        for row in TABLE:
+            usual = Drive.model_fields[row.key].default if row.choices else None
+            fitting = [value for value in row.choices if self._dictionary.accepts(row.address, value)]
+            if fitting and usual not in fitting:
+                refusal = self._dictionary.lack(row, usual)
+                yield Key(
+                    row.key, f"{max(fitting)}", f"{STATED}{row.address[0]:04X}h {refusal} for the usual reaction"
+                )
 
     def _measurement(self) -> Iterator[Key]:
         if self._source == "voltage":
@@ -163,8 +206,11 @@ class DriveSection:
         if self._source == "none":
             yield Key("torque_source", '"none"', ASSUMED + "positions only, for commissioning, as --torque none says")
             return
-        index = {"torque_actual": 0x6077, "current_actual": 0x6078}[self._source]
-        yield Key("torque_source", f'"{self._source}"', f"{STATED}{index:04X}h can be mapped")
+        row = ROWS[{"torque_actual": 0x6077, "current_actual": 0x6078}[self._source], 0]
+        name = self._dictionary.misnamed(row)
+        doubt = f'{NAMED}{row.address[0]:04X}h is "{name}" there, {row.meaning} by the standard'
+        stated = f"{STATED}{row.address[0]:04X}h can be mapped"
+        yield Key("torque_source", f'"{self._source}"', doubt if name else stated)
         yield self._rated_torque() if self._source == "torque_actual" else self._rated_current()
 
     def _rated_torque(self) -> Key:
@@ -175,46 +221,77 @@ class DriveSection:
                 f"{rated / 1000 * self._gear:.6g}",
                 f"{STATED}N m at the joint; 6076h = {rated} mN m * gear",
             )
+        if (0x6076, 0) not in self._facts:
+            return self._asked("rated_torque", f"N m at the joint, {self._of_count(0x6077, 0x6076)}")
         known = (
             f"6076h = {rated / 1000:g} N m of the motor" if rated else "rated torque of the motor, by its type plate"
         )
         return self._asked("rated_torque", f"N m at the joint; {known}, times the gear")
 
+    def _of_count(self, index: int, base: int) -> str:
+        """What is asked where a drive has no rating of which its counts are thousandths."""
+        item = self._facts.descriptions.get((0x6071, 0))
+        limits = f", and 6071h takes {item.span}" if item is not None and item.is_limited else ""
+        gear = ", times the gear" if base == 0x6076 else ""
+        return f"by the manual: 1000 times what one count of {index:04X}h is{gear}; there is no {base:04X}h{limits}"
+
     def _rated_current(self) -> Key:
         rated = self._facts.value(0x6075)
         if rated:
             return Key("rated_current", f"{rated / 1000:g}", f"{STATED}A; 6075h = {rated} mA")
+        if (0x6075, 0) not in self._facts:
+            return self._asked("rated_current", f"A, {self._of_count(0x6078, 0x6075)}")
         return self._asked("rated_current", "A, by the motor's type plate; 6075h gives no value")
 
-    def _refused(self, draft: Rig) -> list[SdoWrite]:
-        """What the set-up writes to this drive and its limits in the EDS exclude."""
-        try:
-            writes = setup.own_writes(draft, self._facts.dictionary(draft.drives[self._joint - 1]))
-        except BadInput as error:
-            self.notes.append(f"{self.origin}: {error}")
-            return []
-        return [write for write in writes if not self._facts.accepts(write.index, write.sub, write.value)]
+    def _findings(self, draft: Rig) -> list[DriveFinding]:
+        """What the drive lacks for the rig; what the user decides is noted.
 
-    def _missing(self, refused: Sequence[SdoWrite], *, explain: bool) -> Iterator[str]:
-        missing = readiness.missing_for_safety(self._dictionary)
-        for write in refused:
-            role = ROLES.get(write.index)
-            if role is not None and role.role == "safety" and write.index not in missing:
-                missing.append(write.index)
-            if role is None or role.role != "convenience":
-                low, high = self._facts.limits(write.index, write.sub)
-                span = f"{'' if low is None else low}...{'' if high is None else high}"
-                name = f"{write.index:04X}:{write.sub:02X}"
-                self.notes.append(f"{self.origin}: {name} accepts {span} in this file, {write.value} will be written")
-        missing.sort()
-        if not missing:
+        Raises:
+            BadInput: a drive that no rig file can drive.
+        """
+        dictionary = self._facts.dictionary(draft.drives[self._joint - 1])
+        found = readiness.findings(draft, dictionary)
+        found = [each for each in found if not self._is_of_placeholder(dictionary, each.row)]
+        self.notes += self._open_limits(dictionary)
+        if fatal := [each.sentence for each in found if each.is_final]:
+            raise BadInput(f"{self.origin}: {'; '.join(fatal)}")
+        safety = [each for each in found if each.row is not None and each.row.role == "safety"]
+        others = [each for each in found if each not in safety]
+        self.notes += [each.sentence for each in others if each.verdict == "problem" or each.contradicts]
+        return safety
+
+    @property
+    def _open(self) -> set[str]:
+        """Quantities whose values in the drive depend on keys that are asked."""
+        if self._counts is None or self._gear is None:
+            return {"position", "acceleration"}
+        return {"acceleration"} if self._dictionary.units.question else set()
+
+    def _is_of_placeholder(self, dictionary: DriveDictionary, row: Requirement | None) -> bool:
+        """Whether a finding is of a value that a placeholder gives."""
+        if row is None or row.quantity not in self._open:
+            return False
+        return not dictionary.lack(row) and not dictionary.misnamed(row)
+
+    def _open_limits(self, dictionary: DriveDictionary) -> Iterator[str]:
+        """Limits that may exclude what the keys that are asked will give."""
+        for row in TABLE:
+            item = dictionary.descriptions.get(row.address)
+            if item is not None and item.is_limited and row.quantity in self._open and row.role != "motion":
+                yield (
+                    f"{format_address(*row.address)} {row.meaning}: takes {item.span}; whether it takes what the "
+                    "rig file wants depends on what is asked (counts_per_turn, gear, units)"
+                )
+
+    def _missing(self, found: Sequence[DriveFinding], *, explain: bool) -> Iterator[str]:
+        lines = {each.row.address[0]: each.sentence for each in reversed(found) if each.row}
+        if not lines:
             return
         if explain:
             yield from comment("Not in this drive or not usable, so without its protection:")
-            for index in missing:
-                role = ROLES[index]
-                yield from comment(f"- {index:04X}h {role.meaning}: {role.loss}; {role.instead}.")
-        listed = ", ".join(f'"{index:04X}"' for index in missing)
+            for index in sorted(lines):
+                yield from comment(f"- {lines[index]}.")
+        listed = ", ".join(f'"{index:04X}"' for index in sorted(lines))
         yield from Key("accept_missing", f"[{listed}]", "uncomment to drive without them", False).lines()
         self.notes.append(f"objects of safety are missing ({listed}): read what that means before accept_missing")
 

@@ -2,25 +2,27 @@
 
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from drivers.canopen import check, discovery
 from drivers.canopen.bus import Link, open_bus
-from drivers.canopen.dictionary import STANDARD, DriveDictionary, read_dictionary
+from drivers.canopen.dictionary import DriveDictionary, read_dictionary
 from drivers.canopen.node_axes import AXES, of_axis, on_node
-from drivers.canopen.sdo import Sdo
+from drivers.canopen.readiness import DRIVE_PROFILE
+from drivers.canopen.requirements import ROWS, STANDARD
+from drivers.canopen.sdo import Sdo, format_address
 from drivers.canopen.units import OBJECTS
 from drivers.eds import Address, ObjectDescription, load_dictionary
 from drivers.protocol import unheard
 from recordings.buses import CanBus
-from recordings.errors import BadInput
+from recordings.errors import BadInput, RunFailed
 from recordings.rig import Drive
 
-_CIA_402 = 402
 _MAKERS = range(0x2000, 0x6000)
 _NAMED_AXIS = re.compile(r"\baxis[ _-]?([1-4])\b", re.IGNORECASE)
-_FURTHER: Mapping[Address, str] = {(0x6080, 0): "<I", (0x607F, 0): "<I", (0x1000, 0): "<I"}
+_FURTHER: Mapping[Address, str] = {(0x6080, 0): "<I", (0x607F, 0): "<I"}
 _LAYOUTS = {**STANDARD, **OBJECTS, **_FURTHER}
 
 
@@ -55,28 +57,17 @@ class DriveFacts:
         address = (index, sub)
         if self.descriptions and (address not in self.data or self.descriptions[address].value is None):
             return None
-        return self.dictionary(Drive(node_id=self.node_id, axis=self.axis)).value(address, _LAYOUTS.get(address))
+        return self.dictionary().value(address, _LAYOUTS.get(address))
 
-    def can_map(self, *addresses: Address) -> bool:
-        """Whether objects exist and can be mapped into a PDO, as far as this is known."""
-        return all(
-            address in self.data and (not self.descriptions or self.descriptions[address].mappable)
-            for address in addresses
-        )
+    def lack(self, address: Address) -> str:
+        """See `DriveDictionary.lack`, with the object's name."""
+        row = ROWS[address]
+        lack = self.dictionary().lack(row)
+        return f"{format_address(*address)} {row.meaning}: {lack}" if lack else ""
 
-    def limits(self, index: int, sub: int = 0) -> tuple[int | None, int | None]:
-        """Lowest and highest value that an object accepts; None: not said."""
-        description = self.descriptions.get((index, sub))
-        return (None, None) if description is None else (description.low, description.high)
-
-    def accepts(self, index: int, sub: int, value: int) -> bool:
-        """Whether an object's limits include a value, as far as they are known."""
-        low, high = self.limits(index, sub)
-        return (low is None or value >= low) and (high is None or value <= high)
-
-    def dictionary(self, drive: Drive) -> DriveDictionary:
-        """The same as the driver has it."""
-        return DriveDictionary(drive, self.data)
+    def dictionary(self, drive: Drive | None = None) -> DriveDictionary:
+        """The same as the driver has it; without a `drive`: whatever the rig file says."""
+        return DriveDictionary(drive or Drive(node_id=self.node_id, axis=self.axis), self.data, self.descriptions)
 
 
 def from_file(path: Path, node_id: int, axis: int = 1) -> DriveFacts:
@@ -91,7 +82,7 @@ def from_file(path: Path, node_id: int, axis: int = 1) -> DriveFacts:
         what = "a CiA 402 drive" if axis == 1 else f"axis {axis} of a CiA 402 drive"
         raise BadInput(f"{path}: {what} expected, no {words} found")
     items = {address: item for address, item in dictionary.items() if _may_be_of(axis, address[0], item.name)}
-    data = {address: item.value if item.value else bytes(item.size or 0) for address, item in items.items()}
+    data = {a: (item.value or bytes(item.size or 0)) if item.is_readable else None for a, item in items.items()}
     kind = "values of this DCF" if dictionary.has_parameters else "defaults of this EDS, not settings of your drive"
     return DriveFacts(
         node_id,
@@ -121,19 +112,24 @@ def from_bus(bus: CanBus) -> list[DriveFacts]:
         BadInput: the bus cannot be opened.
         RunFailed: another master is on the bus, no drive answers, or one stops answering.
     """
-    link = Link(open_bus(bus))
-    try:
+    others = list[str]()
+    with closing(Link(open_bus(bus))) as link:
         discovery.check_no_other_master(link)
-        return list(_scan(link))
-    finally:
-        link.close()
+        found = list(_scan(link, others))
+    if not found:
+        answers = f" (what answers is {', '.join(others)})" if others else ""
+        raise RunFailed(f"no CiA 402 drive answers{answers}; check power, cable, termination and bit rate")
+    return found
 
 
-def _scan(link: Link) -> Iterator[DriveFacts]:
+def _scan(link: Link, others: list[str]) -> Iterator[DriveFacts]:
+    """The drives; `others` gets what else answers."""
     for node in sorted(check.scan_nodes(link)):
         sdo = Sdo(node, f"node {node}", link, unheard)
         device_type = sdo.read_optional(0x1000, 0, "<I")
-        if device_type is None or device_type & 0xFFFF != _CIA_402:
+        if device_type is None or device_type & 0xFFFF != DRIVE_PROFILE:
+            profile = "no device type" if device_type is None else f"device profile {device_type & 0xFFFF}"
+            others.append(f"node {node}: {profile}")
             continue
         name = sdo.read_text(0x1008) or "a device without a name"
         for axis in range(1, AXES + 1):

@@ -39,5 +39,6 @@ class Key:
 
 
 def comment(text: str) -> Iterator[str]:
-    """Comment lines."""
-    yield from textwrap.wrap(text, _WIDTH, initial_indent="# ", subsequent_indent="# ")
+    """Comment lines; those of a list after its first are indented, so that none reads like a key."""
+    indent = "#   " if text.startswith("- ") else "# "
+    yield from textwrap.wrap(text, _WIDTH, initial_indent="# ", subsequent_indent=indent, break_on_hyphens=False)

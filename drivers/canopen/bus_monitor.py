@@ -8,7 +8,7 @@ from functools import partial
 
 import can
 
-from drivers.canopen import can_errors, setup
+from drivers.canopen import can_errors, requirements
 from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
 from drivers.canopen.discovery import axes_by_node, names
@@ -48,12 +48,12 @@ class BusMonitor:
 
     def handlers(self) -> dict[int, Handler]:
         """Handlers of these frames by their COB-ID."""
-        heartbeat = 0x700 + setup.MASTER_ID
+        heartbeat = 0x700 + requirements.MASTER_ID
         found: dict[int, Handler] = {0x000: self._on_nmt}
         found[heartbeat] = partial(self._on_any, heartbeat, "a master's heartbeat", False)
         # The kernel's SYNC is heard like any; which is whose `KernelSync` knows.
         if self._rig.can.sync == "host":
-            found[setup.SYNC_ID] = lambda data: self.second_sync()
+            found[requirements.SYNC_ID] = lambda data: self.second_sync()
         for axis in self._axes:
             for cob_id in axis.rpdos:
                 found[cob_id] = partial(self._on_any, cob_id, f"an RPDO that commands {axis.name}", True)
@@ -65,7 +65,7 @@ class BusMonitor:
 
     def second_sync(self) -> None:
         """Note a SYNC that is not ours."""
-        self._tell(setup.SYNC_ID, "a second SYNC", True)
+        self._tell(requirements.SYNC_ID, "a second SYNC", True)
 
     def end_cycle(self, cycle: int) -> None:
         """Judge what needs the answers of the cycle: doubled nodes, wrong lengths, the load."""

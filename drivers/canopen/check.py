@@ -2,32 +2,28 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from pathlib import Path
+from contextlib import suppress
 
 from drivers import cia402
 from drivers.canopen import dcf, pdo, readiness, setup
 from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
-from drivers.canopen.dictionary import DriveDictionary, integer_at, read_dictionary
-from drivers.canopen.node_axes import of_axis
-from drivers.canopen.roles import PDO, ROLES, role_of, without
-from drivers.canopen.sdo import READ_DEVICE_TYPE, ObjectRefused, SdoWrite, format_address
-from drivers.eds import load_dictionary
+from drivers.canopen.dictionary import DriveDictionary, read_dictionary
+from drivers.canopen.requirements import MODES, PDO, ROWS, Requirement, row_of
+from drivers.canopen.sdo import READ_DEVICE_TYPE, SdoWrite, format_address
+from drivers.canopen.units import Scale
 from drivers.protocol import CheckResult, Power, Verdict
 from recordings.drives import STATUSWORD
 from recordings.errors import BadInput
-from recordings.rig import Drive, Rig
+from recordings.rig import Rig
 
 _SCAN_TIMEOUT = 0.3
 """Time that the scan waits for the last answer [s]."""
 _REQUEST_INTERVAL = 0.0005
 """Time between two requests of the scan, so that no interface's queue overflows [s]."""
 _NODE_IDS = range(1, 128)
-_NOTED = (0x1006, 0x1017)
-"""Objects of convenience whose absence is shown."""
 _VOLTAGE_ENABLED = 0x10
 """Statusword bit 4."""
-_QUANTITIES = {0x6065: "position", 0x607D: "position", 0x6084: "acceleration", 0x6085: "acceleration"}
 _SI = {"position": "rad", "velocity": "rad/s", "acceleration": "rad/s^2"}
 _RADIANS_PER_SECOND_PER_RPM = math.tau / 60
 
@@ -63,24 +59,21 @@ def _compare(rig: Rig, axis: CanopenAxis) -> Iterator[Row]:
     present = read_dictionary(axis.drive, axis.sdo)
     dictionary = present.after(configuration)
     yield from _state(axis, dictionary)
-    yield from _reference(rig, axis)
+    yield from _reference(rig, dictionary, axis.joint)
     yield from _mode(dictionary)
     yield _supply(dictionary)
     yield from _torque_source(dictionary)
-    for watched in axis.drive.watched:
-        found = axis.sdo.has(watched.index, watched.sub)
-        what = f"watched object {format_address(watched.index, watched.sub)} {watched.name}".rstrip()
-        yield what, "readable", "there" if found else "no such object", _fine_if(found)
     yield from _units(dictionary)
     yield from _limits(rig, axis, dictionary)
-    yield from _missing(dictionary)
-    try:
+    yield from _watchdog(dictionary)
+    found = readiness.findings(rig, dictionary)
+    yield from ((each.what, each.expected, each.found, each.verdict) for each in found)
+    with suppress(BadInput):  # which is one of the findings
         writes = [*configuration, *setup.own_writes(rig, dictionary)]
-    except BadInput as error:
-        yield "set-up", "objects that suffice", str(error), "problem"
-        return
-    # A PDO is disabled before it is mapped; only its final value is compared.
-    yield from (_object(axis, present, dictionary, write) for write in writes if write.check)
+        judged = {each.row.address[0] for each in found if each.row is not None}
+        # A PDO is disabled before it is mapped; only its final value is compared.
+        compared = [write for write in writes if write.check and write.index not in judged]
+        yield from (_object(axis, present, dictionary, write) for write in compared)
 
 
 def _fine_if(condition: bool, otherwise: Verdict = "problem") -> Verdict:
@@ -88,6 +81,8 @@ def _fine_if(condition: bool, otherwise: Verdict = "problem") -> Verdict:
 
 
 def _state(axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[Row]:
+    if dictionary.lack(ROWS[STATUSWORD, 0]):
+        return  # which is one of the findings
     axis.read_state()
     if axis.state is None:
         text = f"statusword 0x{axis.statusword:04X} fits no state of CiA 402"
@@ -103,34 +98,30 @@ def _state(axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[Row]:
         yield "state", "not enabled by another master", text, _fine_if(not axis.has_torque)
 
 
-def _reference(rig: Rig, axis: CanopenAxis) -> Iterator[Row]:
-    limits, drive, unit = rig.limits, axis.drive, rig.position_units[axis.joint - 1]
-    pose = drive.to_position(axis.sdo.read(0x6064, 0, "<i"))
-    span = f"{limits.joint_min:g} to {limits.joint_max:g} {unit}"
-    yield "joint angle", span, f"{pose:.4f} {unit}", _fine_if(limits.joint_min <= pose <= limits.joint_max)
+def _reference(rig: Rig, dictionary: DriveDictionary, joint: int) -> Iterator[Row]:
+    limits, drive, unit = rig.limits, dictionary.drive, rig.position_units[joint - 1]
+    counts = dictionary.value((0x6064, 0))
+    if counts is not None:
+        pose = drive.to_position(counts)
+        span = f"{limits.joint_min:g} to {limits.joint_max:g} {unit}"
+        yield "joint angle", span, f"{pose:.4f} {unit}", _fine_if(limits.joint_min <= pose <= limits.joint_max)
     if drive.homed is None:
         if drive.homing is not None:
             text = f"method {drive.homing.method} (daq home); the rig file names no object that shows it (homed)"
             yield "zero reference", "homed", text, "noted"
         return
-    what = f"zero reference, {format_address(drive.homed.index, drive.homed.sub)}"
-    expected = f"homed: a bit of 0x{drive.homed.mask:X}"
-    try:
-        word = integer_at(axis.sdo, drive.homed.index, drive.homed.sub)
-    except ObjectRefused:
-        yield what, expected, "no such object", "problem"
-        return
-    homed = word & drive.homed.mask != 0
-    remedy = "daq home" if drive.homing else "home it with its own tool"
-    yield what, expected, f"0x{word:X}" if homed else f"0x{word:X}: {remedy}", _fine_if(homed)
+    if (data := dictionary.data.get((drive.homed.index, drive.homed.sub))) is not None:
+        what = f"zero reference, {format_address(drive.homed.index, drive.homed.sub)}"
+        word = int.from_bytes(data, "little")
+        homed = word & drive.homed.mask != 0
+        remedy = "" if homed else ": daq home" if drive.homing else ": home it with its own tool"
+        yield what, f"homed: a bit of 0x{drive.homed.mask:X}", f"0x{word:X}{remedy}", _fine_if(homed)
 
 
 def _mode(dictionary: DriveDictionary) -> Iterator[Row]:
-    name = dictionary.drive.mode
-    mode, problem = setup.MODES[name], readiness.mode_problem(dictionary)
-    listed = "yes" if dictionary.value((0x6502, 0)) else "not reported by the drive, tried (assume_mode)"
-    yield f"supports mode {mode}, {name} position (6502h)", "yes", problem or listed, _fine_if(not problem)
-    shown = dictionary.value((0x6061, 0))
+    shown, mode = dictionary.value((0x6061, 0)), MODES[dictionary.drive.mode]
+    if not dictionary.value((0x6502, 0)) and dictionary.drive.assume_mode:
+        yield "supports its mode (6502h)", "yes", "not reported by the drive, tried (assume_mode)", "fine"
     if shown is not None:
         yield "mode that is set (6060h)", str(mode), str(shown), _fine_if(shown == mode, "will be written")
 
@@ -147,7 +138,7 @@ def _supply(dictionary: DriveDictionary) -> Row:
 def _torque_source(dictionary: DriveDictionary) -> Iterator[Row]:
     drive = dictionary.drive
     if drive.torque_source == "voltage":
-        yield _voltage(dictionary)
+        yield from _voltage(dictionary)
         return
     if drive.torque_source == "none":
         yield "torque source", "none", "positions only: nothing can be identified from a recording", "noted"
@@ -161,11 +152,10 @@ def _torque_source(dictionary: DriveDictionary) -> Iterator[Row]:
         factor, given, unit = 1e-3 * drive.gear, drive.rated_torque, "N m"
     assert given is not None
     name, count = f"{drive.torque_source.replace('_', ' ')} {format_address(index, 0)}", dictionary.value((index, 0))
-    if count is None:
-        there = (index, 0) in dictionary
-        yield name, "readable", *(("cannot be read", "noted") if there else ("no such object", "problem"))
-    else:
+    if count is not None:
         yield name, "readable", f"{count} = {drive.sign * count / 1000 * given:g} {unit}", "fine"
+    elif (index, 0) in dictionary:
+        yield name, "readable", "cannot be read", "noted"
     if raw:
         agree = math.isclose(raw * factor, given, rel_tol=readiness.RATING_TOLERANCE)
         yield what, f"{given:g} {unit}", f"{raw * factor:g} {unit}", _fine_if(agree)
@@ -173,24 +163,20 @@ def _torque_source(dictionary: DriveDictionary) -> Iterator[Row]:
         yield what, f"{given:g} {unit}", "not stated by the drive: compare with the type plate", "noted"
 
 
-def _voltage(dictionary: DriveDictionary) -> Row:
+def _voltage(dictionary: DriveDictionary) -> Iterator[Row]:
     voltage = dictionary.drive.voltage
     address = (voltage.index, voltage.sub)
     what, data = f"voltage object {format_address(*address)}", dictionary.data.get(address)
-    if not data or len(data) not in (1, 2, 4):
-        return what, "an integer, readable", f"{len(data)} bytes" if data else "no such object", "problem"
     if voltage.kind == "dc_link":
-        return what, "the motor's voltage", "the DC link voltage, which does not follow the torque", "problem"
-    signed = pdo.voltage_is_signed(dictionary.drive)
-    volts = int.from_bytes(data, "little", signed=signed) * voltage.scale
-    kind = f"{8 * len(data)} bits, {'signed' if signed else 'unsigned'}"
-    return what, "an integer, readable", f"{volts:g} V ({kind})", "fine"
+        yield what, "the motor's voltage", "the DC link voltage, which does not follow the torque", "problem"
+    elif data:
+        signed = pdo.voltage_is_signed(dictionary.drive)
+        volts = int.from_bytes(data, "little", signed=signed) * voltage.scale
+        kind = f"{8 * len(data)} bits, {'signed' if signed else 'unsigned'}"
+        yield what, "an integer, readable", f"{volts:g} V ({kind})", "fine"
 
 
 def _units(dictionary: DriveDictionary) -> Iterator[Row]:
-    for problem in readiness.unit_problems(dictionary):
-        what, _, text = problem.partition(": ")
-        yield what, "drive and rig file agree", text, "problem"
     if doubt := readiness.position_doubt(dictionary):
         counts = f"{dictionary.drive.counts_per_turn} (counts_per_turn), assumed"
         yield "position units per motor turn", counts, doubt, "noted"
@@ -207,35 +193,21 @@ def _units(dictionary: DriveDictionary) -> Iterator[Row]:
 
 def _limits(rig: Rig, axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[Row]:
     """The drive's own largest speeds and accelerations, in SI units; a low one may slow the motion down."""
-    limits, velocity, acceleration = rig.limits, dictionary.units.velocity, dictionary.units.acceleration
-    scales = [(0x6080, "largest motor speed", _RADIANS_PER_SECOND_PER_RPM / axis.drive.gear, "rad/s", limits.speed)]
-    if velocity is not None:
-        scales.append((0x607F, "largest profile speed", 1 / velocity.per_radian, "rad/s", limits.speed))
-    if acceleration is not None:
-        for index, name in ((0x60C5, "largest acceleration"), (0x60C6, "largest deceleration")):
-            scales.append((index, name, 1 / acceleration.per_radian, "rad/s^2", limits.acceleration))
-    for index, name, factor, unit, needed in scales:
-        raw = axis.sdo.read_optional(index, 0, "<I")
-        if raw:
-            what, text = f"{format_address(index, 0)} {name}", f"{raw} = {raw * factor:.4g} {unit}"
-            yield what, f"at least {needed:g} {unit}", text, _fine_if(raw * factor >= needed, "noted")
+    motor_speed = Scale(axis.drive.gear / _RADIANS_PER_SECOND_PER_RPM, "rpm", "6080h")
+    for index, name, scale, quantity in (
+        (0x6080, "largest motor speed", motor_speed, "velocity"),
+        (0x607F, "largest profile speed", dictionary.units.velocity, "velocity"),
+        (0x60C5, "largest acceleration", dictionary.units.acceleration, "acceleration"),
+        (0x60C6, "largest deceleration", dictionary.units.acceleration, "acceleration"),
+    ):
+        if scale is not None and (raw := axis.sdo.read_optional(index, 0, "<I")):
+            needed = rig.limits.speed if quantity == "velocity" else rig.limits.acceleration
+            largest, unit = raw / scale.per_radian, _SI[quantity]
+            text, verdict = f"{raw} = {largest:.4g} {unit}", _fine_if(largest >= needed, "noted")
+            yield f"{format_address(index, 0)} {name}", f"at least {needed:g} {unit}", text, verdict
 
 
-def _missing(dictionary: DriveDictionary) -> Iterator[Row]:
-    for text in readiness.missing_for_motion(dictionary):
-        yield text.partition(":")[0], "needed for motion", text, "problem"
-    refused = readiness.not_accepted(dictionary)
-    for index in readiness.missing_for_safety(dictionary):
-        role = ROLES[index]
-        what = f"{index:04X} {role.meaning}"
-        if index in refused:
-            yield what, "needed for safety", f"no such object: {without(index)}", "problem"
-        else:
-            yield what, "needed for safety", f"missing: {role.loss}; {role.instead}", "accepted"
-    indices = {index for index, _ in dictionary.data}
-    for index in _NOTED:
-        if index not in indices:
-            yield f"{index:04X} {ROLES[index].meaning}", "optional", "no such object, left out", "noted"
+def _watchdog(dictionary: DriveDictionary) -> Iterator[Row]:
     if dictionary.watchdog not in (None, "heartbeat"):
         ways = {"guarding": "node guarding (100Ch, 100Dh)", "rpdo": "time-out of the RPDO (1400:05)"}
         yield "watchdog on the master", "heartbeat", f"{ways[str(dictionary.watchdog)]} instead of 1016h", "noted"
@@ -243,45 +215,22 @@ def _missing(dictionary: DriveDictionary) -> Iterator[Row]:
 
 def _object(axis: CanopenAxis, present: DriveDictionary, dictionary: DriveDictionary, write: SdoWrite) -> Row:
     address = (write.index, write.sub)
-    role = role_of(*address)
-    meaning = "PDO of another use, switched off" if pdo.is_foreign(write) else role.meaning
-    what = f"{format_address(*address)} {meaning}"
+    row = row_of(address)
+    meaning = "PDO of another use, switched off" if pdo.is_foreign(write) else row.meaning
+    what, expected = f"{format_address(*address)} {meaning}", _shown(dictionary, row, write.value)
     readable = present.data.get(address)
     actual = present.value(address, write.layout) if readable else axis.sdo.read_optional(*address, write.layout)
-    expected = _shown(dictionary, write.index, write.value, in_pdo=role is PDO)
-    if actual is None:
-        if axis.sdo.has(*address):
-            return what, expected, "cannot be read", "will be written"
-        return what, expected, "no such object", "problem"
-    found = _shown(dictionary, write.index, actual, in_pdo=role is PDO)
-    if not (actual ^ write.value) & write.mask:
-        return what, expected, found, "fine"
-    refusal = _refusal(axis.drive, write)
-    if refusal and role.role != "convenience" and f"{write.index:04X}" not in axis.drive.accept_missing:
-        return what, expected, f"{found}; {refusal}", "problem"
-    return what, expected, found, "will be written"
+    if actual is not None:
+        is_so = not (actual ^ write.value) & write.mask
+        return what, expected, _shown(dictionary, row, actual), _fine_if(is_so, "will be written")
+    if axis.sdo.has(*address):
+        return what, expected, "cannot be read", "will be written"
+    return what, expected, "no such object", "problem"
 
 
-def _refusal(drive: Drive, write: SdoWrite) -> str | None:
-    """Why the drive will refuse a value, by the file in `eds` or `dcf`: a drive does not say its limits."""
-    file = drive.eds or drive.dcf
-    if file is None:
-        return None
-    description = of_axis(load_dictionary(Path(file), drive.node_id), drive.axis).get((write.index, write.sub))
-    if description is None:
-        return None
-    if not description.is_writable:
-        return f"{Path(file).name}: read only ({description.access})"
-    low, high = description.low, description.high
-    if (low is None or write.value >= low) and (high is None or write.value <= high):
-        return None
-    return f"{Path(file).name}: {'...' if low is None else low} to {'...' if high is None else high} allowed"
-
-
-def _shown(dictionary: DriveDictionary, index: int, value: int, *, in_pdo: bool) -> str:
+def _shown(dictionary: DriveDictionary, row: Requirement, value: int) -> str:
     """A value as shown: of a PDO in hexadecimal, of a limit also in SI units as the drive understands it."""
-    if in_pdo:
+    if row is PDO:
         return f"0x{value:X}"
-    quantity = _QUANTITIES.get(index, "")
-    scale = getattr(dictionary.units, quantity, None)
-    return str(value) if scale is None else f"{value} = {value / scale.per_radian:.4g} {_SI[quantity]}"
+    scale = getattr(dictionary.units, row.quantity, None)
+    return str(value) if scale is None else f"{value} = {value / scale.per_radian:.4g} {_SI[row.quantity]}"

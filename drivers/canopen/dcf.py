@@ -6,7 +6,7 @@ from pathlib import Path
 from drivers.canopen.dictionary import MAPPING
 from drivers.canopen.node_axes import of_axis
 from drivers.canopen.pdo import INVALID
-from drivers.canopen.roles import PDOS
+from drivers.canopen.requirements import PDOS
 from drivers.canopen.sdo import SdoWrite
 from drivers.eds import Address, ObjectDescription, load_dictionary
 from recordings.errors import BadInput

@@ -1,47 +1,45 @@
 """The objects that a drive really has, among those that the set-up uses, read before anything is written."""
 
 import struct
-from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 
 from drivers.canopen import units
-from drivers.canopen.node_axes import FURTHER_AXES, PDOS_PER_AXIS
-from drivers.canopen.sdo import ObjectMissing, ObjectRefused, Sdo, SdoWrite
-from drivers.eds import Address
-from recordings.drives import STATUSWORD
+from drivers.canopen.node_axes import FURTHER_AXES, PDOS_PER_AXIS, of_axis
+from drivers.canopen.requirements import (
+    RPDO_TIMEOUT,
+    SLOW_DOWN,
+    STANDARD,
+    TABLE,
+    WATCHDOG,
+    Requirement,
+    heartbeat_value,
+)
+from drivers.canopen.sdo import ObjectMissing, ObjectRefused, Sdo, SdoWrite, format_address
+from drivers.eds import Address, ObjectDescription, load_dictionary
+from recordings.drives import HomedBit, Voltage, WatchedObject
 from recordings.errors import RunFailed
 from recordings.rig import Drive
 
-STANDARD: dict[Address, str] = {
-    **{(0x1006, 0): "<I", (0x1016, 1): "<I", (0x1017, 0): "<H", (0x100C, 0): "<H", (0x100D, 0): "<B"},
-    **{(0x6007, 0): "<h", (0x603F, 0): "<H", (STATUSWORD, 0): "<H", (0x605A, 0): "<h", (0x605D, 0): "<h"},
-    **{(0x605E, 0): "<h", (0x6060, 0): "<b", (0x6061, 0): "<b", (0x6064, 0): "<i", (0x6065, 0): "<I"},
-    **{(0x6066, 0): "<H", (0x6075, 0): "<I", (0x6076, 0): "<I", (0x6077, 0): "<h", (0x6078, 0): "<h"},
-    **{(0x6079, 0): "<I", (0x607A, 0): "<i", (0x607D, 1): "<i", (0x607D, 2): "<i", (0x6084, 0): "<I"},
-    **{
-        (0x6085, 0): "<I",
-        (0x60B2, 0): "<h",
-        (0x60C1, 1): "<i",
-        (0x60C2, 1): "<B",
-        (0x60C2, 2): "<b",
-        (0x6502, 0): "<I",
-    },
-}
-"""Objects of CiA 301 and CiA 402 that the set-up or the check reads or writes, with their standard types."""
-
 _LAYOUTS = {1: "b", 2: "h", 4: "i"}
 RECEIVE, TRANSMIT = 0x1400, 0x1800
-SLOW_DOWN = (1, 5)
-"""Option codes that stop on 6084 instead of 6085."""
 PREDEFINED = {RECEIVE: 0x200, TRANSMIT: 0x180}
 MAPPING = 0x200
 """Distance of the mapping from the parameters of a PDO."""
 _MAPPED = {RECEIVE: 3, TRANSMIT: 4}
 """Largest number of objects that are mapped into one PDO; a PDO with as many entries leaves no question."""
+MOST_ENTRIES = 8
+"""Objects that a PDO takes where the drive does not say it."""
 _MANY_PDOS = 8
 """PDO numbers that are tried in any case; the search ends after as many that do not exist."""
+_MAKERS = range(0x2000, 0x6000)
+_MOST_NAMED = 3
+_SHARED = (
+    "several axes share the objects of one node, where CiA 402 gives axis 2 those from 6800h on; this program drives "
+    "only these, so take a drive for each axis"
+)
 
 
 def layout_of(size: int, *, signed: bool) -> str | None:
@@ -57,6 +55,8 @@ class DriveDictionary:
     drive: Drive
     data: Mapping[Address, bytes | None]
     """None: the object exists, but cannot be read."""
+    descriptions: Mapping[Address, ObjectDescription] = field(default_factory=dict)
+    """Access, limits and names of the objects by the drive's file; empty: there is none, and they are not known."""
 
     def __contains__(self, address: Address) -> bool:
         return address in self.data
@@ -74,6 +74,66 @@ class DriveDictionary:
         layout = layout_of(len(data), signed=(standard or STANDARD.get(address, "<I")).islower())
         return None if layout is None else int(struct.unpack(layout, data)[0])
 
+    def lack(self, row: Requirement, wanted: int | None = None) -> str:
+        """Why the run cannot use an object as it needs to; "": it can, as far as the drive and its file tell.
+
+        `wanted`: the value that it writes; None: any.
+        """
+        index, sub = row.address
+        data, item = self.data.get(row.address), self.descriptions.get(row.address)
+        if sub == 0 and (data is None or row.may_be_count(data)) and self.data.get((index, 1)):
+            return f"{index:04X}h is divided into sub-indices: {_SHARED}"
+        if row.address not in self:
+            return f"no such object{self.beside(row)}"
+        if "m" in row.use and item is not None and not item.mappable:
+            return "cannot be mapped into a PDO"
+        if "r" in row.use and (data is None if item is None else not item.is_readable):
+            return "cannot be read"
+        if "m" in row.use and data and len(data) not in row.sizes:
+            return f"{struct.calcsize(row.layout)} bytes expected, {len(data)} found"
+        if "w" not in row.use or item is None:
+            return ""
+        if wanted is not None:
+            return self.refusal(SdoWrite(*row.address, self.layout(row.address, row.layout), wanted))
+        return "" if item.is_writable else f"read only ({item.access})"
+
+    def beside(self, row: Requirement) -> str:
+        """What a drive has in place of an object, or beside one that is named as something else."""
+        index, sub = row.address
+        others = [(index, 0 if sub else 1), *row.likewise] if row.address not in self else row.likewise
+        found = [f"{format_address(*other)} is there" for other in others if other in self]
+        found += [
+            f'{format_address(*address)} is named "{item.name}"'
+            for address, item in self.descriptions.items()
+            if address[0] in _MAKERS and row.resembles(item.name)
+        ]
+        return f" ({'; '.join(found[:_MOST_NAMED])})" if found else ""
+
+    def refusal(self, write: SdoWrite) -> str:
+        """Why the drive will refuse a value by its file, for a drive does not say its limits; "": it will not, or has
+        the value already."""
+        address = write.index, write.sub
+        item, present = self.descriptions.get(address), self.value(address, write.layout)
+        if item is None:
+            return "no such object" if self.descriptions and address not in self else ""
+        if write.check and present is not None and not (present ^ write.value) & write.mask:
+            return ""
+        if not item.is_writable:
+            return f"read only ({item.access}), {write.value} is needed"
+        low, high = item.low, item.high
+        if (low is None or write.value >= low) and (high is None or write.value <= high):
+            return ""
+        return f"takes {item.span}, {write.value} is needed"
+
+    def accepts(self, address: Address, value: int) -> bool:
+        """Whether an object takes a value, as far as the drive's file tells."""
+        return not self.refusal(SdoWrite(*address, self.layout(address, STANDARD.get(address, "<I")), value))
+
+    def misnamed(self, row: Requirement) -> str:
+        """Name of an object in the drive's file that speaks against what the standard says of it; "": none."""
+        item = self.descriptions.get(row.address)
+        return item.name if item is not None and row.contradicts(item.name) else ""
+
     def after(self, writes: Sequence[SdoWrite]) -> "DriveDictionary":
         """The dictionary after `writes`, which change the values of its objects."""
         values = {(write.index, write.sub): write for write in writes}
@@ -81,7 +141,7 @@ class DriveDictionary:
             address: struct.pack(values[address].layout, values[address].value) if address in values else present
             for address, present in self.data.items()
         }
-        return DriveDictionary(self.drive, data)
+        return replace(self, data=data)
 
     @cached_property
     def units(self) -> units.Units:
@@ -97,18 +157,22 @@ class DriveDictionary:
     @property
     def has_ramp(self) -> bool:
         """Whether the set-up writes a deceleration, so that its unit must be known."""
-        slow_down = self.drive.quick_stop_option in SLOW_DOWN or self.drive.fault_reaction_option in SLOW_DOWN
-        return (0x6085, 0) in self.data or (slow_down and (0x6084, 0) in self.data)
+        return (0x6085, 0) in self.data or (self.slows_down and (0x6084, 0) in self.data)
+
+    @property
+    def slows_down(self) -> bool:
+        """Whether a stop uses the slow down ramp (6084h)."""
+        return self.drive.quick_stop_option in SLOW_DOWN or self.drive.fault_reaction_option in SLOW_DOWN
 
     @property
     def watchdog(self) -> str | None:
         """The way in which the drive notices a lost master; 1016h where the rig file does not do without it."""
-        if (0x1016, 1) in self.data and "1016" not in self.drive.accept_missing:
+        if "1016" not in self.drive.accept_missing and not self.lack(WATCHDOG, heartbeat_value()):
             return "heartbeat"
         if (0x100C, 0) in self.data and (0x100D, 0) in self.data:
             return "guarding"
         # A drive whose first RPDO maps one object may get its targets by another.
-        return "rpdo" if (RECEIVE, 5) in self.data and self.entries(RECEIVE).get(0) != 1 else None
+        return "rpdo" if RPDO_TIMEOUT in self.data and self.entries(RECEIVE).get(0) != 1 else None
 
     def pdos(self, first: int) -> dict[int, int]:
         """COB-ID of each PDO, by its number from 0; `first`: RECEIVE or TRANSMIT."""
@@ -120,8 +184,15 @@ class DriveDictionary:
 
     def entries(self, first: int) -> dict[int, int]:
         """Number of objects that each PDO can map, by its number from 0; 8 where it is not known."""
-        mapped = Counter(index - first - MAPPING for index, sub in self.data if sub and index >= first + MAPPING)
-        return {number: mapped[number] or 8 for number in self.pdos(first)}
+        known = set(self.descriptions or self.data)
+        return {number: self._entries(first + MAPPING + number, known) for number in self.pdos(first)}
+
+    def _entries(self, mapping: int, known: set[Address]) -> int:
+        """Number of entries of a mapping, from the first one on, among what is `known`."""
+        item = self.descriptions.get((mapping, 0))
+        most = MOST_ENTRIES if item is None or item.high is None else min(item.high, MOST_ENTRIES)
+        is_silent = not self.descriptions and not any((mapping, sub) in known for sub in range(1, most + 1))
+        return next((sub for sub in range(most) if (mapping, sub + 1) not in known and not is_silent), most)
 
 
 def read_dictionary(drive: Drive, sdo: Sdo) -> DriveDictionary:
@@ -130,13 +201,29 @@ def read_dictionary(drive: Drive, sdo: Sdo) -> DriveDictionary:
     Raises:
         RunFailed: the drive stops answering.
     """
-    voltage = (drive.voltage.index, drive.voltage.sub)
     data: dict[Address, bytes | None] = {}
-    for address in (*STANDARD, *units.OBJECTS, voltage, (RECEIVE, 5)):
+    asked: list[Voltage | WatchedObject | HomedBit] = [drive.voltage, *drive.watched]
+    asked += [drive.homed] if drive.homed else []
+    for address in dict.fromkeys((*STANDARD, *units.OBJECTS, *((each.index, each.sub) for each in asked))):
         _read(sdo, address, data)
+    for row in TABLE:
+        index, sub = row.address
+        if row.role != "convenience" and (row.address not in data or row.may_be_count(data[row.address])):
+            for address in ((index, 0 if sub else 1), *row.likewise):
+                _read(sdo, address, data)
     for first in (RECEIVE, TRANSMIT):
         _read_pdos(sdo, first, data)
-    return DriveDictionary(drive, data)
+    return DriveDictionary(drive, data, descriptions_of(drive))
+
+
+def descriptions_of(drive: Drive) -> Mapping[Address, ObjectDescription]:
+    """What the file in `eds` or `dcf` of a drive says of its objects, at the indices of a first axis; empty: no file.
+
+    Raises:
+        BadInput: as `load_dictionary`.
+    """
+    file = drive.eds or drive.dcf
+    return {} if file is None else of_axis(load_dictionary(Path(file), drive.node_id), drive.axis)
 
 
 def _read(sdo: Sdo, address: Address, data: dict[Address, bytes | None]) -> None:
@@ -158,7 +245,11 @@ def _read_pdos(sdo: Sdo, first: int, data: dict[Address, bytes | None]) -> None:
         missing = 0 if (first + number, 1) in data else missing + 1
         number += 1
     for existing in range(number):
-        if (first + existing, 1) in data and _read_entries(sdo, first + existing + MAPPING, _MAPPED[first], data):
+        if (first + existing, 1) not in data:
+            continue
+        for address in ((first + existing, 2), (first + existing + MAPPING, 0)):
+            _read(sdo, address, data)
+        if _read_entries(sdo, first + existing + MAPPING, _MAPPED[first], data):
             return
 
 

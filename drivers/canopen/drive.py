@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers import cia402
-from drivers.canopen import check, discovery, pdo, preparation, readiness, self_test, setup, shutdown
+from drivers.canopen import check, discovery, pdo, preparation, readiness, requirements, self_test, shutdown
 from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
 from drivers.canopen.bus_monitor import BusMonitor
@@ -28,9 +28,9 @@ _INTERPOLATE = 0x10
 """Controlword bit 4 in interpolated position mode."""
 _START_HOMING = 0x10
 """Controlword bit 4 in homing mode."""
-_HEARTBEAT_TIMEOUT = 3.5 * setup.DRIVE_HEARTBEAT_MS / 1000
+_HEARTBEAT_TIMEOUT = 3.5 * requirements.DRIVE_HEARTBEAT_MS / 1000
 """Time without a heartbeat after which a drive counts as lost [s]."""
-_TWICE_HEARD = 0.5 * setup.DRIVE_HEARTBEAT_MS / 1000
+_TWICE_HEARD = 0.5 * requirements.DRIVE_HEARTBEAT_MS / 1000
 """Time between two heartbeats of one id below which they are of two nodes [s]."""
 _BOOT_UP = b"\x00"
 """Content of the message under the heartbeat's id after a start; a drive without heartbeat sends it, too."""
@@ -53,7 +53,7 @@ class CanopenDrives:
         self._report = report
         self._kernel_sync = kernel_sync
         self._cycle = 0
-        self._heartbeat_interval = self._cycles(setup.MASTER_HEARTBEAT)
+        self._heartbeat_interval = self._cycles(requirements.MASTER_HEARTBEAT)
         self._operational = False
         self._axes = [CanopenAxis(rig, joint, link, self._dispatch) for joint in range(1, rig.dof + 1)]
         polled = [axis for axis in self._axes if axis.drive.voltage.transfer == "sdo"]
@@ -179,7 +179,7 @@ class CanopenDrives:
             self._show_life()
         number = None
         if self._kernel_sync is None:
-            self._link.send(setup.SYNC_ID, b"")
+            self._link.send(requirements.SYNC_ID, b"")
         else:
             number = self._kernel_sync.wait(self._dispatch, timeout)
             if self._kernel_sync.second:
@@ -191,7 +191,7 @@ class CanopenDrives:
         return self._sample(number)
 
     def _show_life(self) -> None:
-        self._link.send(0x700 + setup.MASTER_ID, b"\x05")
+        self._link.send(0x700 + requirements.MASTER_ID, b"\x05")
         for node_id, axes in self._nodes.items():
             if axes[0].dictionary.watchdog == "guarding":
                 self._link.send(0x700 + node_id, None)

@@ -4,8 +4,8 @@ from enum import Enum
 
 from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.dictionary import DriveDictionary
+from drivers.canopen.requirements import MODES
 from drivers.canopen.sdo import SdoWrite
-from drivers.canopen.setup import MODES
 from drivers.canopen.units import Scale
 from recordings.errors import BadInput
 from recordings.rig import Homing

@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable
 
 from drivers.canopen.bus import Link
-from drivers.canopen.setup import SYNC_ID
+from drivers.canopen.requirements import SYNC_ID
 from recordings.errors import BadInput, RunFailed
 
 LEAD = 0.3

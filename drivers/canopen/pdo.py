@@ -9,6 +9,7 @@ from itertools import accumulate
 from drivers.canopen.bus import frame_bits
 from drivers.canopen.dictionary import (
     MAPPING,
+    MOST_ENTRIES,
     PREDEFINED,
     RECEIVE,
     TRANSMIT,
@@ -17,7 +18,7 @@ from drivers.canopen.dictionary import (
     standard_dictionary,
 )
 from drivers.canopen.node_axes import on_node
-from drivers.canopen.sdo import SdoWrite
+from drivers.canopen.sdo import SdoWrite, format_address
 from drivers.eds import Address
 from recordings.drives import STATUSWORD
 from recordings.errors import BadInput
@@ -32,8 +33,6 @@ _LARGEST = 8
 """Data bytes of a PDO."""
 _FIRST_OF_AXIS = (0, 2, 1, 3)
 """The first PDO of each axis, of the four each way to which CiA 301 gives a node COB-IDs: two axes have two each."""
-_MOST_ENTRIES = 8
-"""Objects that a PDO takes where the drive does not say it."""
 
 
 @dataclass(frozen=True)
@@ -116,20 +115,66 @@ def _placed(dictionary: DriveDictionary, first: int, fields: list[PdoField]) -> 
     """
     usable = len(_FIRST_OF_AXIS) - _FIRST_OF_AXIS[dictionary.drive.axis - 1]
     known = {number: count for number, count in dictionary.entries(first).items() if number < usable}
-    for entries in (known, dict.fromkeys(known, _MOST_ENTRIES)):
+    for entries in (known, dict.fromkeys(known, MOST_ENTRIES)):
         placed, free, rest = list[Pdo](), dict(entries), fields
         while rest:
-            number = max(free, key=lambda n: _fitting(rest, free[n]), default=None)
-            if number is None or not (count := _fitting(rest, free.pop(number))):
+            taken = {number: _taken(dictionary, first + number, rest, count) for number, count in free.items()}
+            number = max(taken, key=lambda n: len(taken[n].fields), default=None)
+            if number is None or not taken[number].fields:
                 break
-            placed.append(Pdo(first + number, _cob_id(first + number, dictionary.drive), rest[:count]))
-            rest = rest[count:]
+            placed.append(taken[number])
+            rest = rest[len(taken[number].fields) :]
+            del free[number]
         else:
             return placed
-    kind = "RPDO" if first == RECEIVE else "TPDO"
-    raise BadInput(
-        f"{dictionary.drive.address}: {len(placed) + 1} {kind}(s) or more needed, {len(known)} found among the "
-        f'{usable} that have COB-IDs; record less by PDO (voltage.transfer = "sdo", torque_actual = false)'
+    raise BadInput(_too_few(dictionary, first, fields, len(placed) + 1, {first + number for number in known}))
+
+
+def _taken(dictionary: DriveDictionary, parameters: int, fields: list[PdoField], entries: int) -> Pdo:
+    """The PDO with as many of the objects, from the first on, as it takes; none where it is fixed to others."""
+    cob_id = _cob_id(parameters, dictionary.drive)
+    if not (fixed := _fixed(dictionary, parameters)):
+        return Pdo(parameters, cob_id, fields[: _fitting(fields, entries)])
+    as_it_is = Pdo(parameters, cob_id, fields[: dictionary.value((parameters + MAPPING, 0), "<B") or 0])
+    return as_it_is if fixed and is_set_up(dictionary, as_it_is) else Pdo(parameters, cob_id, [])
+
+
+def _fixed(dictionary: DriveDictionary, parameters: int) -> list[Address]:
+    """What is read only, by the drive's file, of all that must be written to map other objects into a PDO."""
+    needed = (parameters, 1), (parameters + MAPPING, 0), (parameters + MAPPING, 1)
+    items = dictionary.descriptions
+    return [address for address in needed if address in items and not items[address].is_writable]
+
+
+def _too_few(
+    dictionary: DriveDictionary, first: int, fields: list[PdoField], least: int, known: Iterable[int]
+) -> str:
+    """Why the objects have no place, and what may be done."""
+    kind, drive = ("RPDO" if first == RECEIVE else "TPDO"), dictionary.drive
+    objects, count = ", ".join(format_address(*field.address) for field in fields), len(set(known))
+    usable = len(_FIRST_OF_AXIS) - _FIRST_OF_AXIS[drive.axis - 1]
+    if fixed := [address for parameters in known for address in _fixed(dictionary, parameters)]:
+        return (
+            f"{drive.address}: {format_address(*fixed[0])} is read only, so the mapping of its {kind} cannot be "
+            f"changed (CiA 301 switches a PDO off for that); {objects} are needed: map them by the drive's own tool, "
+            "and let it store them"
+        )
+    less = "" if first == RECEIVE else '; record less by PDO (voltage.transfer = "sdo", torque_actual = false)'
+    return (
+        f"{drive.address}: {least} {kind}(s) or more needed for {objects}, {count} found among the {usable} that "
+        f"have COB-IDs{less}"
+    )
+
+
+def is_set_up(dictionary: DriveDictionary, pdo: Pdo) -> bool:
+    """Whether the drive has a PDO as it is needed, so that nothing is written."""
+    mapping, axis = pdo.parameters + MAPPING, dictionary.drive.axis
+    cob_id, kind = dictionary.value((pdo.parameters, 1)), dictionary.value((pdo.parameters, 2), "<B")
+    entries = [dictionary.value((mapping, sub)) for sub in range(1, len(pdo.fields) + 1)]
+    return (
+        (cob_id is not None and cob_id & _COB_ID_BITS == pdo.cob_id and kind == 1)
+        and dictionary.value((mapping, 0), "<B") == len(pdo.fields)
+        and entries == [field.mapped(axis) for field in pdo.fields]
     )
 
 
@@ -220,7 +265,8 @@ def pdo_writes(dictionary: DriveDictionary) -> list[SdoWrite]:
     """
     ours = [*rpdos(dictionary), *tpdos(dictionary)]
     used = {pdo.parameters for pdo in ours}
-    return [*switch_off(dictionary, used), *(write for pdo in ours for write in _set_up(dictionary, pdo))]
+    needed = [pdo for pdo in ours if not is_set_up(dictionary, pdo)]
+    return [*switch_off(dictionary, used), *(write for pdo in needed for write in _set_up(dictionary, pdo))]
 
 
 def switch_off(dictionary: DriveDictionary, used: Container[int] = ()) -> list[SdoWrite]:

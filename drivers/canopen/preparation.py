@@ -10,9 +10,10 @@ from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.dictionary import DriveDictionary, read_dictionary, standard_dictionary
 from drivers.canopen.node_axes import AXES
 from drivers.canopen.pdo import is_foreign, switch_off
-from drivers.canopen.roles import ROLES, role_of, without
+from drivers.canopen.requirements import MODES, PDO, ROWS, Requirement, row_of
 from drivers.canopen.sdo import ObjectRefused, SdoWrite, format_address
 from drivers.protocol import Power, Report
+from recordings.drives import STATUSWORD
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import Rig
 from recordings.schemas import Level
@@ -70,11 +71,14 @@ class Preparation:
         """Objects and values of the drive before the writes that follow."""
 
     def switch_off(self) -> None:
-        """Switch off a drive that another program left with power.
+        """Read the drive's dictionary; switch off a drive that another program left with power.
 
         Raises:
             RunFailed: it stays powered.
         """
+        self._dictionary = read_dictionary(self._axis.drive, self._sdo)
+        if self._dictionary.lack(ROWS[STATUSWORD, 0]):
+            return  # which is one of the reasons why it does not fit
         self._axis.read_state()
         if not self._axis.has_torque:
             return
@@ -85,17 +89,16 @@ class Preparation:
             raise RunFailed(f"{self._axis.name} stays in '{self._state}'; cut its power by hand")
 
     def check_fit(self) -> None:
-        """Read the drive's dictionary and compare it, with the values of the DCF, with the rig file.
+        """Compare the drive's dictionary, with the values of the DCF, with the rig file.
 
         Raises:
             BadInput: the drive does not fit, or lacks what the rig file does not accept as missing.
         """
-        self._dictionary = read_dictionary(self._axis.drive, self._sdo)
         self._refuse_misfit(self._dictionary.after(dcf.configuration(self._axis.drive)))
 
     def _refuse_misfit(self, dictionary: DriveDictionary) -> str:
         """Raise BadInput where the drive does not fit; returns the doubt that a small motion will decide, or ""."""
-        reasons = readiness.problems(dictionary)
+        reasons = readiness.problems(self._rig, dictionary)
         if doubt := readiness.position_doubt(dictionary):
             doubt = f"position units per motor turn: {doubt}"
         if doubt and self._decided:
@@ -123,12 +126,11 @@ class Preparation:
         axis.use(dictionary)
         if doubt:
             self._report("warning", axis.name, doubt)
-        for index in readiness.missing_for_safety(dictionary):
-            role = ROLES[index]
-            text = f"driven without {index:04X}h ({role.meaning}): {role.loss}; {role.instead}"
-            self._report("warning", axis.name, text)
+        for finding in readiness.findings(self._rig, dictionary):
+            if finding.verdict == "accepted":
+                self._report("warning", axis.name, f"driven without {finding.sentence}")
         kept = [size for write in setup.own_writes(self._rig, dictionary) for size in self._apply(write)]
-        mode = setup.MODES[drive.mode]
+        mode = MODES[drive.mode]
         if not axis.confirm_mode(mode):
             self._report("warning", axis.name, f"shows no mode yet (6061h) after mode {mode} was written")
         axis.counts = self._sdo.read(0x6064, 0, "<i")
@@ -205,8 +207,7 @@ class Preparation:
 
     def _apply(self, write: SdoWrite) -> list[int]:
         """Write one object; returns the size of a PDO that the drive does not let go of."""
-        role = role_of(write.index, write.sub)
-        address = format_address(write.index, write.sub)
+        row, address = row_of((write.index, write.sub)), format_address(write.index, write.sub)
         try:
             self._sdo.write(write)
         except ObjectRefused as refusal:
@@ -217,12 +218,12 @@ class Preparation:
                 self._report("warning", self._axis.name, f"a PDO ({address}) cannot be switched off: {_COUNTED}")
                 return [_LARGEST_PDO]
             accepted = f"{write.index:04X}" in self._axis.drive.accept_missing
-            if role.role == "convenience" or accepted:
-                level, loss = ("warning", f": {role.loss}, {role.instead}") if accepted else ("info", "")
-                self._report(level, self._axis.name, f"object {address} ({role.meaning}) left as it is{loss}")  # type: ignore[arg-type]
+            if row.role == "convenience" or accepted:
+                level, loss = ("warning", f": {row.loss}, {row.instead}") if accepted else ("info", "")
+                self._report(level, self._axis.name, f"object {address} ({row.meaning}) left as it is{loss}")  # type: ignore[arg-type]
                 return []
             has = "" if present is None else f"; the drive has {present}"
-            raise RunFailed(f"{refusal} (value {write.value}){has}; {_advice(write, present)}") from None
+            raise RunFailed(f"{refusal} (value {write.value}){has}; {_advice(row, present)}") from None
         return []
 
     def _was_so(self, write: SdoWrite, present: int | None) -> bool:
@@ -232,13 +233,14 @@ class Preparation:
         return value is not None and not (value ^ write.value) & write.mask
 
 
-def _advice(write: SdoWrite, present: int | None) -> str:
-    role = role_of(write.index, write.sub)
-    if write.index == _PERIOD:
+def _advice(row: Requirement, present: int | None) -> str:
+    if row.address[0] == _PERIOD:
         rates = "1000 Hz" if present == 1 else "one that it accepts"
         return f"it interpolates over another period: choose another --rate, e.g. {rates}"
-    if role.key:
-        return f"set {role.key} of this drive in the rig file to what its manual allows"
-    if role.role == "safety":
-        return without(write.index)
+    if row is PDO:
+        return "where its mapping cannot be changed, map the objects by the drive's own tool, and let it store them"
+    if row.key:
+        return f"set {row.key} of this drive in the rig file to what its manual allows"
+    if row.role == "safety":
+        return row.waiver
     return "check what the drive supports"

@@ -1,68 +1,170 @@
-"""What keeps a drive from being driven by this rig file, from its dictionary alone: no bus, nothing is written."""
+"""Whether a drive can be driven by this rig file, from its dictionary alone: no bus, nothing is written.
+
+Each finding is one sentence, the same in `daq rig propose`, `daq check` and before a run.
+"""
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
+from drivers.canopen import pdo, setup
 from drivers.canopen.dictionary import DriveDictionary
-from drivers.canopen.pdo import TARGET
-from drivers.canopen.roles import ROLES, without
-from drivers.canopen.setup import MODES
-from recordings.drives import STATUSWORD
+from drivers.canopen.requirements import MODES, ROWS, TABLE, Requirement, row_of
+from drivers.canopen.sdo import SdoWrite, format_address
+from drivers.protocol import Verdict
+from recordings.errors import BadInput
+from recordings.rig import Rig
 
+DRIVE_PROFILE = 402
+"""Of CiA, in the lower half of 1000h."""
 RATING_TOLERANCE = 0.01
 """Relative difference below which ratings of the drive and of the rig file agree."""
-_GUARDS = {0x1016: ("guarding", "rpdo")}
-"""Other ways to notice a lost master than 1016h."""
 _PLAUSIBLE = {"607Dh": (0.1, 1000.0), "6065h": (0.001, 100.0), "6064h": (0.0, 1000.0)}
 """Turns of a motor that a range of travel, a following error and a position may be."""
 _UNSET = (-(2**31), 2**31 - 1, 2**32 - 1)
 """Limits that limit nothing."""
 
 
-def missing_for_motion(dictionary: DriveDictionary) -> Iterator[str]:
-    """Objects without which the drive cannot follow targets of the rig's mode."""
-    target = TARGET[dictionary.drive.mode].address
-    for index, sub in ((STATUSWORD, 0), (0x6060, 0), (0x6064, 0), target):
-        if (index, sub) not in dictionary:
-            yield f"{index:04X}:{sub:02X} {ROLES[index].meaning}: no such object"
-    if dictionary.drive.torque_offset and (0x60B2, 0) not in dictionary:
-        yield "60B2:00 torque offset: no such object, so no torque can be fed forward; drop --feedforward"
-    for address in ((0x6064, 0), target):
-        data = dictionary.data.get(address)
-        if data and len(data) != 4:
-            yield f"{address[0]:04X}:{address[1]:02X}: 4 bytes expected, {len(data)} found"
+@dataclass(frozen=True)
+class DriveFinding:
+    """One thing that a drive lacks, or that contradicts the rig file."""
+
+    what: str
+    expected: str
+    found: str
+    verdict: Verdict = "problem"
+    row: Requirement | None = None
+    """Of the object that it is about, where it has one."""
+
+    @property
+    def is_final(self) -> bool:
+        """Whether no rig file can do anything about it."""
+        row = self.row
+        return self.verdict == "problem" and row is not None and row.role == "motion" and not row.key
+
+    @property
+    def contradicts(self) -> bool:
+        """Whether the drive's file names an object of the motion as something else."""
+        return self.verdict == "noted" and self.row is not None and self.row.role == "motion"
+
+    @property
+    def sentence(self) -> str:
+        """The finding where no table is."""
+        return f"{self.what}: {self.found}"
 
 
-def missing_for_safety(dictionary: DriveDictionary) -> list[int]:
-    """Objects of safety that the drive lacks, and for which it has no other means."""
-    indices = {index for index, _ in dictionary.data}
-    return [
-        index
-        for index, role in ROLES.items()
-        if role.role == "safety" and index not in indices and dictionary.watchdog not in _GUARDS.get(index, ())
-    ]
+def findings(rig: Rig, dictionary: DriveDictionary) -> list[DriveFinding]:
+    """All that a run would meet, as far as the drive and its file tell."""
+    found = [*_profile(dictionary)]
+    judged = (_judged(rig, dictionary, row) for row in _rows(dictionary))
+    # Sub-indices of one object are accepted together.
+    found += {each.row.address[0]: each for each in judged if each is not None and each.row is not None}.values()
+    found += _mode(dictionary)
+    found += _units(dictionary)
+    try:
+        writes = setup.object_writes(rig, dictionary)
+        writes += pdo.pdo_writes(dictionary)
+    except BadInput as error:
+        return [*found, DriveFinding("set-up", "objects that suffice", str(error))]
+    indices = {finding.row.address[0] for finding in found if finding.row}
+    return [*found, *_refused(dictionary, [write for write in writes if write.index not in indices])]
 
 
-def not_accepted(dictionary: DriveDictionary) -> list[int]:
-    """Objects of safety that the drive lacks and the rig file does not accept as missing."""
-    accepted = {int(index, 16) for index in dictionary.drive.accept_missing}
-    return [index for index in missing_for_safety(dictionary) if index not in accepted]
+def problems(rig: Rig, dictionary: DriveDictionary) -> list[str]:
+    """Everything that keeps a run from starting."""
+    return [finding.sentence for finding in findings(rig, dictionary) if finding.verdict == "problem"]
 
 
-def unit_problems(dictionary: DriveDictionary) -> list[str]:
+def _rows(dictionary: DriveDictionary) -> Iterator[Requirement]:
+    """The rows that this drive must fulfil, with the objects that the rig file names."""
+    drive = dictionary.drive
+    yield from (row for row in TABLE if row.needed(dictionary))
+    if drive.torque_source == "voltage":
+        use = "m" if drive.voltage.transfer == "pdo" else "r"
+        yield Requirement(
+            (drive.voltage.index, drive.voltage.sub), "<h", "motion", "voltage", use, quantity="voltage"
+        )
+    for watched in drive.watched:
+        yield Requirement((watched.index, watched.sub), "<I", "motion", f"watched {watched.name}".rstrip(), "r")
+    if drive.homed is not None and (drive.homed.index, drive.homed.sub) not in ROWS:
+        yield Requirement((drive.homed.index, drive.homed.sub), "<I", "motion", "zero reference (homed)", "r")
+
+
+def _judged(rig: Rig, dictionary: DriveDictionary, row: Requirement) -> DriveFinding | None:
+    """The finding of one object that is missing, or not what the run needs."""
+    what = f"{format_address(*row.address)} {row.meaning}"
+    try:
+        lack = dictionary.lack(row, row.wanted(rig, dictionary))
+    except BadInput:  # which `findings` says
+        return None
+    if not lack and (name := dictionary.misnamed(row)):
+        lack = f'named "{name}" in the dictionary{dictionary.beside(row)}'
+        if row.role != "safety":
+            return DriveFinding(what, "as the standard says", lack, "noted", row)
+    if not lack:
+        return None
+    if row.role == "convenience":
+        return DriveFinding(what, "optional", f"{lack}, left out", "noted", row)
+    if row.role == "motion":
+        return DriveFinding(what, "needed for motion", f"{lack}{_remedy(dictionary, row)}", row=row)
+    if f"{row.address[0]:04X}" in dictionary.drive.accept_missing:
+        return DriveFinding(what, "needed for safety", f"{lack}; {row.loss}; {row.instead}", "accepted", row)
+    return DriveFinding(what, "needed for safety", f"{lack}{_remedy(dictionary, row)}; {row.waiver}", row=row)
+
+
+def _refused(dictionary: DriveDictionary, writes: list[SdoWrite]) -> Iterator[DriveFinding]:
+    """Values that the drive's file excludes, of objects that may be missing, and of PDOs."""
+    for write in writes:
+        row, refusal = row_of((write.index, write.sub)), dictionary.refusal(write)
+        if refusal and not pdo.is_foreign(write) and row.role == "motion":
+            what = f"{format_address(write.index, write.sub)} {row.meaning}"
+            yield DriveFinding(what, f"{write.value}", f"{refusal}{_remedy(dictionary, row)}", row=row)
+
+
+def _remedy(dictionary: DriveDictionary, row: Requirement) -> str:
+    """The values of the rig file's key that the drive's file allows."""
+    item = dictionary.descriptions.get(row.address)
+    fitting = [] if item is None else [value for value in row.choices if dictionary.accepts(row.address, value)]
+    return f"; {row.key} = {' or '.join(map(str, fitting))} in [[drives]]" if fitting else ""
+
+
+def _profile(dictionary: DriveDictionary) -> Iterator[DriveFinding]:
+    profile = (dictionary.value((0x1000, 0)) or 0) & 0xFFFF
+    if profile not in (0, DRIVE_PROFILE):
+        row, text = ROWS[0x1000, 0], f"profile {profile}, which is of no drive"
+        yield DriveFinding("1000:00 device type", f"profile {DRIVE_PROFILE}", text, row=row)
+
+
+def _mode(dictionary: DriveDictionary) -> Iterator[DriveFinding]:
+    """Why the drive may not have the rig's mode (6502h)."""
+    drive, modes = dictionary.drive, dictionary.value((0x6502, 0))
+    name = f"mode {MODES[drive.mode]} ({drive.mode})"
+    others = [other for other, number in MODES.items() if (modes or 0) >> number - 1 & 1]
+    if drive.mode in others or (not modes and drive.assume_mode):
+        return
+    if modes:
+        advice = f'mode = "{others[0]}" is there' if others else "neither mode 7 nor 8 is there"
+        text = f"0x{modes:X}, without {name}; {advice}"
+    else:
+        text = (
+            f"{'absent' if modes is None else 'none named'}, so {name} may not be there; assume_mode = true tries it"
+        )
+    yield DriveFinding("6502:00 supported modes", name, text)
+
+
+def _units(dictionary: DriveDictionary) -> Iterator[DriveFinding]:
     """Contradictions and gaps in the units of the drive and of the rig file, also in the rated torque (6076h), which
     scales torque offsets."""
     drive, units, rated = dictionary.drive, dictionary.units, dictionary.rated_torque
-    problems = list(units.problems)
-    if units.question and dictionary.has_ramp:
-        problems.append(units.question)
+    texts = [*units.problems, *([units.question] if units.question and dictionary.has_ramp else [])]
     if drive.torque_offset and not math.isclose(rated, drive.rated_torque, rel_tol=RATING_TOLERANCE):
-        problems.append(
+        texts.append(
             f"rated torque: 6076h of the drive gives {rated:g} N m at the joint ({rated / drive.gear:g} N m of the "
             f"motor times gear {drive.gear:g}), rated_torque of the rig file is {drive.rated_torque:g} N m; correct "
             "one"
         )
-    return problems
+    for what, _, text in (each.partition(": ") for each in texts):
+        yield DriveFinding(what, "drive and rig file agree", text)
 
 
 def position_doubt(dictionary: DriveDictionary) -> str:
@@ -91,28 +193,3 @@ def _lengths(dictionary: DriveDictionary) -> Iterator[tuple[str, int]]:
     lengths = {"607Dh": 0 if {low, high} & {*_UNSET} else high - low, "6065h": dictionary.value((0x6065, 0)) or 0}
     lengths["6064h"] = abs(dictionary.value((0x6064, 0)) or 0)
     yield from ((name, length) for name, length in lengths.items() if length > 0 and length not in _UNSET)
-
-
-def mode_problem(dictionary: DriveDictionary) -> str | None:
-    """Why the drive may not have the rig's mode (6502h); None: it has it, or the rig file assumes it."""
-    drive, modes = dictionary.drive, dictionary.value((0x6502, 0))
-    name = f"mode {MODES[drive.mode]} ({drive.mode})"
-    if modes:
-        others = [other for other, number in MODES.items() if modes >> number - 1 & 1]
-        if drive.mode in others:
-            return None
-        advice = f'mode = "{others[0]}" is there' if others else "neither mode 7 nor 8 is there"
-        return f"6502h = 0x{modes:X}: {name} not supported; {advice}"
-    if drive.assume_mode:
-        return None
-    absent = "is 0" if modes == 0 else "is absent"
-    return f"6502h {absent}, so the drive does not say whether it has {name}; assume_mode = true tries it"
-
-
-def problems(dictionary: DriveDictionary) -> list[str]:
-    """Everything that keeps a run from starting."""
-    mode = mode_problem(dictionary)
-    safety = [
-        f"{index:04X}h ({ROLES[index].meaning}) is missing: {without(index)}" for index in not_accepted(dictionary)
-    ]
-    return [*missing_for_motion(dictionary), *unit_problems(dictionary), *([mode] if mode else []), *safety]

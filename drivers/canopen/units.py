@@ -186,7 +186,8 @@ class Units:
         """Text that asks for the unit of acceleration, with what the drive says of it."""
         return (
             f"unit of acceleration: {self._known_of_acceleration()}; find the unit of 6085h in the manual and say it "
-            f"in [[drives]], units = {{ acceleration = ... }} ({', '.join(ACCELERATION_UNITS)})"
+            f"in [[drives]], units = {{ acceleration = ... }} ({', '.join(ACCELERATION_UNITS)}, or a factor and one "
+            'of these, as in "10 counts/s^2")'
         )
 
     def _known_of_acceleration(self) -> str:

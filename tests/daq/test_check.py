@@ -50,9 +50,9 @@ def test_simulated_drives_have_no_problems_and_equal_results_are_grouped(daq_in_
 @pytest.mark.parametrize(
     ("habits", "keys", "sections", "what", "texts"),
     [
-        ("", "homed = { index = 0x2F00, sub = 9 }", "", "zero reference", []),
+        ("", "homed = { index = 0x2F00, sub = 9 }", "", "2F00:09 zero reference", ["no such object"]),
         ("", HOMED, "", "zero reference", []),
-        ("", "voltage = { index = 0x2300 }", "", "voltage object", []),
+        ("", "voltage = { index = 0x2300 }", "", "2300:01 voltage", ["no such object"]),
         ("", 'voltage = { kind = "dc_link" }', "", "voltage", ["DC link"]),
         ("", "", "[limits]\njoint_min = 0.0", "joint angle", ["-0.32"]),
         ("fault_at_power_on = 0x3220", "", "", "state", ["0x3220: DC link under-voltage", "remove its cause"]),

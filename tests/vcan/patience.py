@@ -9,7 +9,7 @@ from daq.cycle import stream
 from daq.cycle.clock import LockstepClock
 from daq.passive import listen
 from drivers.canopen import drive as canopen_drive
-from drivers.canopen import setup as canopen_setup
+from drivers.canopen import requirements
 
 STALL = 20.0
 """Longest stall of the computer that is expected [s]."""
@@ -21,7 +21,7 @@ def of_recorder() -> None:
     SdoClient.RESPONSE_TIMEOUT = STALL
     stream._POWER_TIMEOUT = STALL
     canopen_drive._HEARTBEAT_TIMEOUT = STALL
-    canopen_setup.MASTER_TIMEOUT_MS = round(1000 * STALL)
+    requirements.MASTER_TIMEOUT_MS = round(1000 * STALL)
     listen.SYNC_TIMEOUT = STALL
 
 

@@ -153,7 +153,7 @@ def test_torque_comes_before_current_and_both_before_a_voltage(tmp_path: Path) -
 
 
 def test_no_torque_source_is_refused_with_what_may_be_done(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match=r"nothing to find the torque from.*6077h.*6078h.*manual"):
+    with pytest.raises(BadInput, match=r"nothing to find the torque from.*6077:00.*6078:00.*manual"):
         proposal(tmp_path, MADE_UP["outputs_only"].items)
     facts = [facts_of(tmp_path, MadeUpDrive(base() | items)) for items in (TORQUE, CURRENT)]
     with pytest.raises(BadInput, match="none in common"):
@@ -164,7 +164,7 @@ def test_what_needs_a_decision_is_commented_out(tmp_path: Path) -> None:
     items = {a: item for a, item in (base() | TORQUE).items() if a[0] not in (0x1016, 0x6502, 0x6007)}
     text = proposal(tmp_path, items).text
     assert '# accept_missing = ["1016", "6007"]' in text
-    assert "- 1016h watchdog on the master: the drive does not stop when this program or the cable fails" in text
+    assert "- 1016:01 watchdog on the master: no such object; the drive does not stop when this program or" in text
     assert "# assume_mode = true" in text
     drive = tomllib.loads(text)["drives"][0]
     assert not {"accept_missing", "assume_mode"} & set(drive)
@@ -184,7 +184,7 @@ def test_limits_of_the_file_exclude_values(tmp_path: Path) -> None:
     items = base() | TORQUE | {(0x1016, 1): Item(U32, low=0, high=0xFFFF), (0x6066, 0): Item(U16, high=5)}
     document = proposal(tmp_path, items)
     assert '# accept_missing = ["1016", "6066"]' in document.text
-    assert any("1016:01 accepts 0...65535 in this file, 8323322 will be written" in note for note in document.notes)
+    assert "- 1016:01 watchdog on the master: takes 0 to 65535, 8323322 is needed; " in document.text
 
 
 def test_rate_units_gear_and_resolution_suit_the_drive_and_the_bus(tmp_path: Path) -> None:
@@ -226,8 +226,8 @@ def test_a_dcf_is_offered_and_an_eds_says_that_it_only_has_defaults(tmp_path: Pa
     ("without", "modes", "reason"),
     [
         ((), 0x25, "6502h = 25h: neither mode 8"),
-        ((0x607A,), 0x80, "607Ah cannot be mapped"),
-        ((0x607A, 0x60C1), 0xC0, "607Ah and 60C1h:01 cannot be mapped"),
+        ((0x607A,), 0x80, "607A:00 target position: no such object"),
+        ((0x607A, 0x60C1), 0xC0, "607A:00 .* no such object; 60C1:01 .* no such object"),
         ((0x6040,), 0xC0, "no controlword"),
     ],
 )

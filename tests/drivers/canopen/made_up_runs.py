@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from drivers.canopen import roles
 from drivers.canopen.drive import CanopenDrives
+from drivers.canopen.requirements import TABLE
 from drivers.protocol import Goal, Power, Sample
 from drivers.simulated.habits import Habits
 from recordings.errors import BadInput, RunFailed
@@ -28,7 +28,7 @@ RATED = RATED_TORQUE * GEAR / 1000
 """Rated torque at the joint [N m]."""
 ACCELERATION, SPEED = 20.0, 1.0
 """Limit of the quick stop [rad/s^2], speed before it [rad/s]."""
-SAFETY = tuple(f"{index:04X}" for index, role in roles.ROLES.items() if role.role == "safety")
+SAFETY = tuple(dict.fromkeys(f"{row.address[0]:04X}" for row in TABLE if row.role == "safety"))
 
 
 @dataclass

@@ -132,7 +132,7 @@ def test_drive_without_an_accepted_object_is_driven_and_the_loss_is_said() -> No
     outcome = run_and_judge(MadeUpDrive(items, WIDE.habits))
     assert outcome.samples
     (text,) = outcome.reports
-    assert text.startswith("driven without 605Ah")
+    assert text.startswith("driven without 605A:00")
     assert "the host waits for standstill" in text
 
 

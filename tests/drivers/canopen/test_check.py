@@ -16,7 +16,9 @@ def test_power_is_a_problem_but_where_the_start_of_a_run_removes_it(state: Drive
     power = cia402.POWER[state]
     has_torque = power in (Power.ON, Power.STOPPING)
     axis = SimpleNamespace(state=state, power=power, has_torque=has_torque, read_state=lambda: None)
-    [(_, _, text, verdict)] = _state(cast(Any, axis), cast(Any, SimpleNamespace(value=lambda key: None)))
+    [(_, _, text, verdict)] = _state(
+        cast(Any, axis), cast(Any, SimpleNamespace(value=lambda key: 0, lack=lambda row: ""))
+    )
     expected = {
         DriveState.FAULT: "problem",
         DriveState.FAULT_REACTION: "problem",

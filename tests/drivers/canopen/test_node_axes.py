@@ -11,7 +11,7 @@ from drivers.canopen.drive import CanopenDrives
 from drivers.canopen.pdo import bus_load
 from drivers.protocol import Goal, Power
 from drivers.simulated.mark import EDS
-from recordings.errors import BadInput, RunFailed
+from recordings.errors import BadInput
 from recordings.rig import Axis, Drive, Rig, Torque
 from tests.conftest import Runner
 from tests.drivers.canopen.lossy_bus import LossyBus, reach
@@ -97,7 +97,7 @@ def test_an_axis_that_a_node_does_not_have_is_refused() -> None:
     bus._rig = rig_of((5, 2))
     driver = bus.driver()
     driver.discover()
-    with pytest.raises(RunFailed, match=r"node 5 axis 2\) refuses to read object 6841:00"):
+    with pytest.raises(BadInput, match=r"node 5 axis 2\): 6040:00 controlword: no such object"):
         driver.configure()
 
 

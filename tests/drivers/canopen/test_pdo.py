@@ -74,7 +74,7 @@ def test_cob_id_keeps_bit_30_and_is_compared_without_it_and_reserved_bits() -> N
         ({}, ((0x1400, 1),), "RPDO"),
         ({}, ((0x1801, 1),), "TPDO"),
         ({(0x1404, 1): 0x8000_0000}, ((0x1400, 1),), "0 found among the 4 that have COB-IDs"),
-        ({(0x1804, 1): 0x8000_0000}, ((0x1800, 1),), r"2 TPDO\(s\) or more needed, 1 found among the 4"),
+        ({(0x1804, 1): 0x8000_0000}, ((0x1800, 1),), r"2 TPDO\(s\) or more needed for .*, 1 found among the 4"),
         ({(0x2200, 1): bytes(8)}, (), "has 8 bytes"),
     ],
 )

@@ -2,25 +2,28 @@ import pytest
 
 from drivers.canopen import readiness
 from drivers.eds import Address
-from recordings.rig import Drive
+from recordings.rig import Drive, simulated_rig
 from tests.drivers.canopen.given import dictionary
 
+RIG = simulated_rig()
 
-def problems(drive: Drive, *absent: int, values: dict[Address, int] | None = None) -> list[str]:
-    return readiness.problems(dictionary(drive, {(0x6502, 0): 0xC0, **(values or {})}, absent))
+
+def problems(drive: Drive, *absent: int | Address, values: dict[Address, int] | None = None) -> list[str]:
+    return readiness.problems(RIG, dictionary(drive, {(0x6502, 0): 0xC0, **(values or {})}, absent))
 
 
 @pytest.mark.parametrize("index", [0x6065, 0x6066, 0x607D, 0x605A, 0x605D, 0x605E, 0x6007, 0x6085])
 def test_missing_object_of_safety_is_named_with_its_loss_until_it_is_accepted(index: int) -> None:
     (problem,) = problems(Drive(node_id=1), index)
-    assert problem.startswith(f"{index:04X}h")
+    assert problem.startswith(f"{index:04X}:")
     assert f'accept_missing = ["{index:04X}"]' in problem
     assert problems(Drive(node_id=1, accept_missing=(f"{index:04X}",)), index) == []
 
 
 def test_watchdog_is_missing_only_where_no_other_one_is_there() -> None:
     assert problems(Drive(node_id=1), 0x1016) == []  # guarding
-    (problem,) = problems(Drive(node_id=1), 0x1016, 0x100D)
+    assert problems(Drive(node_id=1), 0x1016, 0x100D) == []  # time-out of the RPDO
+    (problem,) = problems(Drive(node_id=1), 0x1016, 0x100D, (0x1400, 5))
     assert "does not stop when this program or the cable fails" in problem
 
 
@@ -28,7 +31,7 @@ def test_torque_offset_needs_its_object_and_the_rated_torque_of_the_drive() -> N
     drive = Drive(node_id=1, torque_offset=True, rated_torque=21.0, gear=21.0)
     assert problems(drive) == problems(drive, values={(0x6076, 0): 1005}) == []
     (missing,) = problems(drive, 0x60B2)
-    assert missing.startswith("60B2:00 torque offset: no such object")
+    assert missing.startswith("60B2:00 torque offset [thousandths of the rated torque]: no such object")
     (differs,) = problems(drive, values={(0x6076, 0): 1500})
     assert "6076h of the drive gives 31.5 N m" in differs
     assert "rated_torque of the rig file is 21 N m" in differs
@@ -54,7 +57,7 @@ def test_objects_of_convenience_may_be_missing(index: int) -> None:
         (0x80, False, None),
         (0x40, True, 'mode = "interpolated" is there'),
         (0x25, True, "neither mode 7 nor 8"),
-        (0, False, "6502h is 0"),
+        (0, False, "none named"),
         (0, True, None),
     ],
 )

@@ -1,6 +1,6 @@
 import pytest
 
-from drivers.canopen import setup
+from drivers.canopen import requirements, setup
 from drivers.eds import Address
 from recordings.errors import BadInput
 from recordings.rig import AssumedUnits, Drive, simulated_rig
@@ -14,9 +14,9 @@ RIG = simulated_rig()
     [(500, (2, -3)), (1000, (1, -3)), (200, (5, -3)), (400, (25, -4)), (250, (4, -3)), (4000, (25, -5))],
 )
 def test_interpolation_period(rate: float, period: tuple[int, int]) -> None:
-    assert setup.interpolation_period(rate) == period
+    assert requirements.interpolation_period(rate) == period
     with pytest.raises(BadInput, match="choose a rate such as"):
-        setup.interpolation_period(333.0)
+        requirements.interpolation_period(333.0)
 
 
 def test_limits_are_ordered_for_a_drive_that_counts_backwards_and_the_slow_ramp_written_where_a_stop_uses_it() -> (
