@@ -32,15 +32,15 @@ if TYPE_CHECKING:
     is_flag=False,
     flag_value=10.0,
     metavar="[S]",
-    help="Then test the adapter and this host: own frames, time stamps, load, a histogram of delays.  [seconds: 10]",
+    help="Then run the cycle with the drives set up and without power: time stamps, load, jitter.  [seconds: 10]",
 )
 @click.option("--all", "show_all", is_flag=True, help="Show what is fine, too.")
 @JSON
 def command(drives: DriveOptions, set_up: bool, tested: float | None, show_all: bool, as_json: bool) -> None:
     """Find the drives, compare state, units, limits, watchdogs and PDO maps with the rig file, compute the bus load.
 
-    Nothing moves, and nothing is written unless --set-up asks for it: which values a drive refuses is known only when
-    they are written. Exit code 1 where a problem was found that would end a recording.
+    Nothing moves, and nothing is written unless --set-up or --self-test asks for it: which values a drive refuses is
+    known only when they are written. Exit code 1 where a problem was found that would end a recording.
     """
     from daq.cycle.pose_memory import PoseMemory
     from drivers import transports
@@ -52,10 +52,10 @@ def command(drives: DriveOptions, set_up: bool, tested: float | None, show_all: 
     with bench.serve(), closing(transport.connect(bench.rig, unheard, unheard, None)) as connected:
         identities = connected.discover()
         findings = [*connected.check(), *PoseMemory(bench.rig, identities).results()]
-        if tested is not None:
+        if (set_up or tested is not None) and not _problems(findings):
+            findings += _set_up(connected)
+        if tested is not None and not _problems(findings):
             findings += _self_test(connected, tested)
-        if set_up and not _problems(findings):
-            findings = [*findings, *_set_up(connected)]
     problems = _problems(findings)
     bus = transport.describe(bench.rig)
     if as_json:

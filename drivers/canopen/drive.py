@@ -89,9 +89,9 @@ class CanopenDrives:
         return [*check.unexpected_nodes(self._rig, self._link), *check.compare_with_rig(self._rig, self._axes)]
 
     def self_test(self, duration: float) -> Sequence[CheckResult]:
-        """Exchange requests and answers for `duration` [s], to see how well this host and the adapter keep time;
-        writes nothing, moves nothing. Call after `discover`."""
-        return list(self_test.self_test(self._rig, self._link, duration))
+        """Run the cycle without power for `duration` [s], to see how well this host and the adapter keep time. Call
+        after `configure`."""
+        return list(self_test.self_test(self._rig, self._link, self.exchange, duration))
 
     def configure(self, *, decided: bool = False, referenced: bool = True) -> None:
         """See `Amplifiers`; `referenced`: refuse drives without their zero reference."""

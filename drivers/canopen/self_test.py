@@ -1,68 +1,59 @@
-"""Self-test of a CAN adapter: how late its host is, how soon answers come, and what the adapter does with frames.
+"""Self-test of an adapter and its host: how late cycles begin, how soon answers come, what becomes of frames.
 
-One SDO request a cycle goes to a drive, as a recording would send SYNC; nothing is written and nothing moves.
+The cycle of a recording, SYNC at the rate of the rig, with drives that are set up and have no power.
 """
 
 import time
 from bisect import bisect_left
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
-from drivers.canopen.bus import Link, frame_bits
-from drivers.canopen.sdo import READ_DEVICE_TYPE
-from drivers.protocol import CheckResult, Verdict
+from drivers.canopen.bus import Link
+from drivers.protocol import CheckResult, Sample, Verdict
 from recordings.rig import Rig
 
 _BINS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 """Upper ends of the histogram [ms]; a last bin holds the rest."""
+_ANSWER_SHARE = 0.8
+"""Share of the period in which answers are waited for."""
 
 
-def self_test(rig: Rig, link: Link, duration: float) -> Iterator[CheckResult]:
-    """Exchange one request and answer in each cycle for `duration` [s].
+def self_test(
+    rig: Rig, link: Link, exchange: Callable[[None, float], Sample], duration: float
+) -> Iterator[CheckResult]:
+    """Run the cycle for `duration` [s] by `exchange`, see `Amplifiers`.
 
     Raises:
         RunFailed: the bus is lost.
     """
-    lateness, delays, frames = _exchange(rig, link, duration)
-    cycles, period = len(lateness), 1e3 / rig.rate
+    before, period = link.bits, 1 / rig.rate
+    lateness, delays, lost = list[float](), list[float](), 0
+    start = time.perf_counter()
+    for cycle in range(1, max(2, round(duration * rig.rate)) + 1):
+        due = start + cycle * period
+        time.sleep(max(0.0, due - time.perf_counter()))
+        begin = time.perf_counter()
+        lateness.append(1e3 * (begin - due))
+        lost += exchange(None, _ANSWER_SHARE * period).missing
+        delays.append(1e3 * (time.perf_counter() - begin))
 
     def row(what: str, expected: str, found: str, verdict: Verdict = "noted") -> CheckResult:
         return CheckResult("bus", f"self-test: {what}", expected, found, verdict)
 
     own = f"{link.echoes} came back and are told from those of others" if link.echoes else "none come back"
     yield row("own frames", "not taken for those of others", own)
-    yield row(
-        "time stamps", "of the kernel or adapter", "of the host's clock" if link.stamped else "those of this program"
+    stamps = "of the host's clock" if link.stamped else "those of this program"
+    yield row("time stamps", "of the kernel or adapter", stamps)
+    load = (link.bits - before) / rig.can.bitrate / (time.perf_counter() - start)
+    yield row("load", f"at most {rig.can.max_load:.0%}", f"{load:.1%}")
+    text, is_late = (
+        f"{_histogram(lateness)}; largest {max(lateness):.2f} ms",
+        max(lateness) > 1e3 * rig.limits.host_stall,
     )
-    yield row("load", f"at most {rig.can.max_load:.0%}", f"{frames * frame_bits(8) / rig.can.bitrate / duration:.1%}")
-    late = max(lateness)
-    allowed = rig.limits.host_stall * 1e3
-    text = f"{_histogram(lateness)}; largest {late:.2f} ms"
-    yield row("lateness", f"below {period:.3g} ms", text, "noted" if late <= allowed else "problem")
-    if not delays:
-        yield row("answers", f"{cycles} in time", "none", "problem")
-        return
-    lost = f", {cycles - len(delays)} of {cycles} not within a cycle" if len(delays) < cycles else ""
-    yield row(
-        "answers", f"after less than {period:.3g} ms", f"{_histogram(delays)}; largest {max(delays):.2f} ms{lost}"
-    )
-
-
-def _exchange(rig: Rig, link: Link, duration: float) -> tuple[list[float], list[float], int]:
-    """Lateness of each cycle and delay of each answer [ms], and the number of frames."""
-    node, lateness, delays = rig.drives[0].node_id, list[float](), list[float]()
-    before, sent = link.received, max(2, round(duration * rig.rate))
-    start = time.perf_counter()
-    for cycle in range(1, sent + 1):
-        due = start + cycle / rig.rate
-        time.sleep(max(0.0, due - time.perf_counter()))
-        begin = time.perf_counter()
-        lateness.append((begin - due) * 1e3)
-        link.send(0x600 + node, READ_DEVICE_TYPE)
-        for arbitration_id, _ in link.frames(due + 0.8 / rig.rate - time.perf_counter()):
-            if arbitration_id == 0x580 + node:
-                delays.append((time.perf_counter() - begin) * 1e3)
-                break
-    return lateness, delays, sent + link.received - before
+    yield row("lateness of SYNC", f"below {1e3 * period:.3g} ms", text, "problem" if is_late else "noted")
+    all_answers = rig.dof * len(delays)
+    text = f"{_histogram(delays)}; largest {max(delays):.2f} ms; {lost} of {all_answers} missing"
+    is_deaf = lost == all_answers
+    yield row("answers", f"after less than {1e3 * period:.3g} ms", text, "problem" if is_deaf else "noted")
 
 
 def _histogram(milliseconds: Sequence[float]) -> str:

@@ -9,7 +9,8 @@ import can
 import pytest
 
 from drivers.canopen.bus import Link, open_bus
-from drivers.canopen.self_test import self_test
+from drivers.canopen.drive import CanopenDrives
+from drivers.protocol import unheard
 from drivers.simulated.config import SimConfig
 from drivers.simulated.rig import SimulatedRig
 from recordings.buses import bus_from
@@ -134,14 +135,15 @@ def test_frames_keep_their_order_when_they_are_read_late() -> None:
 def test_self_test_says_what_the_adapter_does() -> None:
     rig = simulated_rig()
     with SimulatedRig(rig, SimConfig(), open_bus(rig.can), pace="lockstep", seed=0):
-        link = Link(open_bus(rig.can))
-        rows = {row.what: row for row in self_test(rig, link, 0.2)}
-        link.close()
-    assert set(rows) == {
-        f"self-test: {what}" for what in ("own frames", "time stamps", "load", "lateness", "answers")
-    }
-    assert "ms" in rows["self-test: lateness"].found
-    assert "none come back" in rows["self-test: own frames"].found
+        drives = CanopenDrives(rig, Link(open_bus(rig.can)), unheard)
+        drives.discover()
+        drives.configure()
+        rows = {row.what.removeprefix("self-test: "): row for row in drives.self_test(0.2)}
+        drives.close()
+    assert list(rows) == ["own frames", "time stamps", "load", "lateness of SYNC", "answers"]
+    assert "ms" in rows["lateness of SYNC"].found
+    assert "none come back" in rows["own frames"].found
+    assert f"of {3 * round(0.2 * rig.rate)} missing" in rows["answers"].found
 
 
 def rig_over(path: str) -> str:
