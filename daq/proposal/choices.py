@@ -124,7 +124,7 @@ def rate_of(drives: Sequence[DriveFacts]) -> tuple[float, str]:
         period = interpolation_period(rate)
         places = [(facts, (0x60C2, sub), value) for facts in drives for sub, value in enumerate(period, start=1)]
         if all(
-            address not in facts or facts.dictionary().accepts(address, value) for facts, address, value in places
+            address not in facts or not facts.dictionary().refuses(address, value) for facts, address, value in places
         ):
             usual = f"{ASSUMED}Hz; the usual rate, which 60C2h does not exclude"
             return rate, usual if rate == _RATES[0] else f"{STATED}Hz; 60C2h accepts no period of 2 ms"

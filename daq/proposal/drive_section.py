@@ -12,7 +12,7 @@ from daq.proposal.text import ASK, ASSUMED, NAMED, STATED, UNKNOWN, Key, comment
 from drivers.canopen import pdo, readiness
 from drivers.canopen.dictionary import DriveDictionary
 from drivers.canopen.readiness import DriveFinding
-from drivers.canopen.requirements import ROWS, TABLE, Requirement
+from drivers.canopen.requirements import ROWS, TABLE
 from drivers.canopen.sdo import format_address
 from drivers.canopen.units import OBJECTS, gear_ratio, position_units_per_turn
 from recordings.config import validated
@@ -187,9 +187,9 @@ class DriveSection:
             return
         for row in TABLE:
             usual = Drive.model_fields[row.key].default if row.choices else None
-            fitting = [value for value in row.choices if self._dictionary.accepts(row.address, value)]
-            if fitting and usual not in fitting:
-                refusal = self._dictionary.lack(row, usual)
+            fitting = [value for value in row.choices if not self._dictionary.refuses(row.address, value)]
+            if usual is not None and fitting and usual not in fitting:
+                refusal = self._dictionary.refuses(row.address, usual)
                 yield Key(
                     row.key, f"{max(fitting)}", f"{STATED}{row.address[0]:04X}h {refusal} for the usual reaction"
                 )
@@ -208,7 +208,7 @@ class DriveSection:
             return
         row = ROWS[{"torque_actual": 0x6077, "current_actual": 0x6078}[self._source], 0]
         name = self._dictionary.misnamed(row)
-        doubt = f'{NAMED}{row.address[0]:04X}h is "{name}" there, {row.meaning} by the standard'
+        doubt = f"{NAMED}{row.address[0]:04X}h is {name}, {row.meaning} by the standard"
         stated = f"{STATED}{row.address[0]:04X}h can be mapped"
         yield Key("torque_source", f'"{self._source}"', doubt if name else stated)
         yield self._rated_torque() if self._source == "torque_actual" else self._rated_current()
@@ -251,7 +251,7 @@ class DriveSection:
         """
         dictionary = self._facts.dictionary(draft.drives[self._joint - 1])
         found = readiness.findings(draft, dictionary)
-        found = [each for each in found if not self._is_of_placeholder(dictionary, each.row)]
+        found = [each for each in found if not (each.of_value and each.row and each.row.quantity in self._open)]
         self.notes += self._open_limits(dictionary)
         if fatal := [each.sentence for each in found if each.is_final]:
             raise BadInput(f"{self.origin}: {'; '.join(fatal)}")
@@ -266,12 +266,6 @@ class DriveSection:
         if self._counts is None or self._gear is None:
             return {"position", "acceleration"}
         return {"acceleration"} if self._dictionary.units.question else set()
-
-    def _is_of_placeholder(self, dictionary: DriveDictionary, row: Requirement | None) -> bool:
-        """Whether a finding is of a value that a placeholder gives."""
-        if row is None or row.quantity not in self._open:
-            return False
-        return not dictionary.lack(row) and not dictionary.misnamed(row)
 
     def _open_limits(self, dictionary: DriveDictionary) -> Iterator[str]:
         """Limits that may exclude what the keys that are asked will give."""

@@ -74,30 +74,27 @@ class DriveDictionary:
         layout = layout_of(len(data), signed=(standard or STANDARD.get(address, "<I")).islower())
         return None if layout is None else int(struct.unpack(layout, data)[0])
 
-    def lack(self, row: Requirement, wanted: int | None = None) -> str:
-        """Why the run cannot use an object as it needs to; "": it can, as far as the drive and its file tell.
-
-        `wanted`: the value that it writes; None: any.
-        """
+    def lack(self, row: Requirement) -> str:
+        """Why the run cannot use an object as it needs to, whatever it writes; "": it can, as far as is known."""
         index, sub = row.address
         data, item = self.data.get(row.address), self.descriptions.get(row.address)
         if sub == 0 and (data is None or row.may_be_count(data)) and self.data.get((index, 1)):
             return f"{index:04X}h is divided into sub-indices: {_SHARED}"
         if row.address not in self:
-            return f"no such object{self.beside(row)}"
+            return f"no such object{self._beside(row)}"
         if "m" in row.use and item is not None and not item.mappable:
             return "cannot be mapped into a PDO"
         if "r" in row.use and (data is None if item is None else not item.is_readable):
             return "cannot be read"
         if "m" in row.use and data and len(data) not in row.sizes:
             return f"{struct.calcsize(row.layout)} bytes expected, {len(data)} found"
-        if "w" not in row.use or item is None:
-            return ""
-        if wanted is not None:
-            return self.refusal(SdoWrite(*row.address, self.layout(row.address, row.layout), wanted))
-        return "" if item.is_writable else f"read only ({item.access})"
+        if "mw" in row.use and item is not None and not item.is_writable:
+            return f"read only ({item.access})"
+        if row.role == "safety" and self.misnamed(row):
+            return f"{self.misnamed(row)}{self._beside(row)}"
+        return ""
 
-    def beside(self, row: Requirement) -> str:
+    def _beside(self, row: Requirement) -> str:
         """What a drive has in place of an object, or beside one that is named as something else."""
         index, sub = row.address
         others = [(index, 0 if sub else 1), *row.likewise] if row.address not in self else row.likewise
@@ -119,20 +116,20 @@ class DriveDictionary:
         if write.check and present is not None and not (present ^ write.value) & write.mask:
             return ""
         if not item.is_writable:
-            return f"read only ({item.access}), {write.value} is needed"
+            return f"read only ({item.access}), and holds another value"
         low, high = item.low, item.high
         if (low is None or write.value >= low) and (high is None or write.value <= high):
             return ""
         return f"takes {item.span}, {write.value} is needed"
 
-    def accepts(self, address: Address, value: int) -> bool:
-        """Whether an object takes a value, as far as the drive's file tells."""
-        return not self.refusal(SdoWrite(*address, self.layout(address, STANDARD.get(address, "<I")), value))
+    def refuses(self, address: Address, value: int) -> str:
+        """See `refusal`, of a value of an object of the table."""
+        return self.refusal(SdoWrite(*address, self.layout(address, STANDARD[address]), value))
 
     def misnamed(self, row: Requirement) -> str:
-        """Name of an object in the drive's file that speaks against what the standard says of it; "": none."""
+        """What the drive's file calls an object, against what the standard says of it; "": nothing else."""
         item = self.descriptions.get(row.address)
-        return item.name if item is not None and row.contradicts(item.name) else ""
+        return f'named "{item.name}" in the dictionary' if item is not None and row.contradicts(item.name) else ""
 
     def after(self, writes: Sequence[SdoWrite]) -> "DriveDictionary":
         """The dictionary after `writes`, which change the values of its objects."""
@@ -167,7 +164,8 @@ class DriveDictionary:
     @property
     def watchdog(self) -> str | None:
         """The way in which the drive notices a lost master; 1016h where the rig file does not do without it."""
-        if "1016" not in self.drive.accept_missing and not self.lack(WATCHDOG, heartbeat_value()):
+        refused = self.lack(WATCHDOG) or self.refuses(WATCHDOG.address, heartbeat_value())
+        if "1016" not in self.drive.accept_missing and not refused:
             return "heartbeat"
         if (0x100C, 0) in self.data and (0x100D, 0) in self.data:
             return "guarding"

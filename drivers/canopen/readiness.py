@@ -5,12 +5,14 @@ Each finding is one sentence, the same in `daq rig propose`, `daq check` and bef
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 
 from drivers.canopen import pdo, setup
 from drivers.canopen.dictionary import DriveDictionary
-from drivers.canopen.requirements import MODES, ROWS, TABLE, Requirement, row_of
+from drivers.canopen.requirements import MODES, PDO, ROWS, TABLE, Requirement, row_of
 from drivers.canopen.sdo import SdoWrite, format_address
+from drivers.eds import Address
 from drivers.protocol import Verdict
 from recordings.errors import BadInput
 from recordings.rig import Rig
@@ -35,6 +37,8 @@ class DriveFinding:
     verdict: Verdict = "problem"
     row: Requirement | None = None
     """Of the object that it is about, where it has one."""
+    of_value: bool = False
+    """Whether the object takes other values."""
 
     @property
     def is_final(self) -> bool:
@@ -62,12 +66,11 @@ def findings(rig: Rig, dictionary: DriveDictionary) -> list[DriveFinding]:
     found += _mode(dictionary)
     found += _units(dictionary)
     try:
-        writes = setup.object_writes(rig, dictionary)
-        writes += pdo.pdo_writes(dictionary)
+        setup.object_writes(rig, dictionary)
+        writes = pdo.pdo_writes(dictionary)
     except BadInput as error:
         return [*found, DriveFinding("set-up", "objects that suffice", str(error))]
-    indices = {finding.row.address[0] for finding in found if finding.row}
-    return [*found, *_refused(dictionary, [write for write in writes if write.index not in indices])]
+    return [*found, *_pdo_problems(dictionary, writes)]
 
 
 def problems(rig: Rig, dictionary: DriveDictionary) -> list[str]:
@@ -92,40 +95,39 @@ def _rows(dictionary: DriveDictionary) -> Iterator[Requirement]:
 
 def _judged(rig: Rig, dictionary: DriveDictionary, row: Requirement) -> DriveFinding | None:
     """The finding of one object that is missing, or not what the run needs."""
-    what = f"{format_address(*row.address)} {row.meaning}"
-    try:
-        lack = dictionary.lack(row, row.wanted(rig, dictionary))
-    except BadInput:  # which `findings` says
-        return None
-    if not lack and (name := dictionary.misnamed(row)):
-        lack = f'named "{name}" in the dictionary{dictionary.beside(row)}'
-        if row.role != "safety":
-            return DriveFinding(what, "as the standard says", lack, "noted", row)
+    lack, refusal = dictionary.lack(row), ""
     if not lack:
-        return None
+        with suppress(BadInput):  # which `findings` says
+            value = row.wanted(rig, dictionary)
+            refusal = "" if value is None else dictionary.refuses(row.address, value)
+    if name := "" if lack or refusal else dictionary.misnamed(row):
+        return DriveFinding(_what(row.address), "as the standard says", name, "noted", row)
+    return _found(dictionary, row, lack or refusal) if lack or refusal else None
+
+
+def _found(dictionary: DriveDictionary, row: Requirement, text: str) -> DriveFinding:
+    """The finding of what an object lacks, with what may be done."""
+    what, item = _what(row.address), dictionary.descriptions.get(row.address)
     if row.role == "convenience":
-        return DriveFinding(what, "optional", f"{lack}, left out", "noted", row)
-    if row.role == "motion":
-        return DriveFinding(what, "needed for motion", f"{lack}{_remedy(dictionary, row)}", row=row)
+        return DriveFinding(what, "optional", f"{text}, left out", "noted", row)
     if f"{row.address[0]:04X}" in dictionary.drive.accept_missing:
-        return DriveFinding(what, "needed for safety", f"{lack}; {row.loss}; {row.instead}", "accepted", row)
-    return DriveFinding(what, "needed for safety", f"{lack}{_remedy(dictionary, row)}; {row.waiver}", row=row)
+        return DriveFinding(what, "needed for safety", f"{text}; {row.loss}; {row.instead}", "accepted", row)
+    fitting = [f"{value}" for value in row.choices if item is not None and not dictionary.refuses(row.address, value)]
+    text += f"; {row.key} = {' or '.join(fitting)} in [[drives]]" if fitting else ""
+    text += f"; {row.waiver}" if row.role == "safety" else ""
+    takes_others = item is not None and item.is_writable and not dictionary.lack(row)
+    return DriveFinding(what, f"needed for {row.role}", text, row=row, of_value=takes_others)
 
 
-def _refused(dictionary: DriveDictionary, writes: list[SdoWrite]) -> Iterator[DriveFinding]:
-    """Values that the drive's file excludes, of objects that may be missing, and of PDOs."""
+def _what(address: Address) -> str:
+    return f"{format_address(*address)} {row_of(address).meaning}"
+
+
+def _pdo_problems(dictionary: DriveDictionary, writes: list[SdoWrite]) -> Iterator[DriveFinding]:
+    """What the drive's file excludes of the set-up of our PDOs."""
     for write in writes:
-        row, refusal = row_of((write.index, write.sub)), dictionary.refusal(write)
-        if refusal and not pdo.is_foreign(write) and row.role == "motion":
-            what = f"{format_address(write.index, write.sub)} {row.meaning}"
-            yield DriveFinding(what, f"{write.value}", f"{refusal}{_remedy(dictionary, row)}", row=row)
-
-
-def _remedy(dictionary: DriveDictionary, row: Requirement) -> str:
-    """The values of the rig file's key that the drive's file allows."""
-    item = dictionary.descriptions.get(row.address)
-    fitting = [] if item is None else [value for value in row.choices if dictionary.accepts(row.address, value)]
-    return f"; {row.key} = {' or '.join(map(str, fitting))} in [[drives]]" if fitting else ""
+        if not pdo.is_foreign(write) and (refusal := dictionary.refusal(write)):
+            yield DriveFinding(_what((write.index, write.sub)), f"0x{write.value:X}", refusal, row=PDO)
 
 
 def _profile(dictionary: DriveDictionary) -> Iterator[DriveFinding]:

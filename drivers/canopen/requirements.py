@@ -242,7 +242,7 @@ WATCHDOGS = {
 
 TABLE = (
     Requirement((0x1000, 0), "<I", "motion", "device type", needed=_never),
-    Requirement((0x6040, 0), "<H", "motion", "controlword", "wm"),
+    Requirement((0x6040, 0), "<H", "motion", "controlword", "mw"),
     Requirement((STATUSWORD, 0), "<H", "motion", "statusword", "rm"),
     Requirement(
         (0x6060, 0),
@@ -332,7 +332,7 @@ TABLE = (
         "<h",
         "motion",
         "torque offset [thousandths of the rated torque]",
-        "wm",
+        "mw",
         lambda rig, dictionary: 0 if dictionary.value((0x60B2, 0)) else None,
         lambda dictionary: dictionary.drive.torque_offset,
         "torque",

@@ -25,9 +25,7 @@ def object_writes(rig: Rig, dictionary: DriveDictionary) -> list[SdoWrite]:
     writes = [
         SdoWrite(*row.address, dictionary.layout(row.address, row.layout), value)
         for row in TABLE
-        if row not in others
-        and (value := row.wanted(rig, dictionary)) is not None
-        and not dictionary.lack(row, value)
+        if row not in others and (value := row.wanted(rig, dictionary)) is not None and not dictionary.lack(row)
     ]
     for write in writes:
         try:

@@ -207,7 +207,10 @@ ACTUAL = Item(I16, "ro", mappable=True)
             _drive(i6085_0=Item(U32, name="Quick stop time [ms]")),
             'named "Quick stop time [ms] 6085" in the dictionary; a quick stop has the deceleration that is set',
         ),
-        (_drive(i6077_0=replace(ACTUAL, name="Current actual value")), '6077h is "Current actual value 6077" there'),
+        (
+            _drive(i6077_0=replace(ACTUAL, name="Current actual value")),
+            'named "Current actual value 6077" in the dictionary, torque actual by',
+        ),
         (
             _drive(0x6077, 0x6076, i6078_0=ACTUAL, i6071_0=Item(I16, low=-2048, high=2047)),
             "1000 times what one count of 6078h is; there is no 6075h, and 6071h takes -2048 to 2047",
