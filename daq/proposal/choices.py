@@ -1,11 +1,10 @@
 """Choices of a proposal: mode of operation, what the torque is found from, rate."""
 
-import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 from daq.proposal.facts import DriveFacts
+from daq.proposal.names import motor_voltage
 from daq.proposal.text import ASSUMED, STATED
 from drivers.canopen.requirements import interpolation_period
 from drivers.eds import Address
@@ -18,25 +17,6 @@ MODES: tuple[tuple[Mode, int, Address], ...] = (("cyclic", 8, (0x607A, 0)), ("in
 """Modes that follow targets, the preferred one first, with their numbers and targets."""
 _TORQUE, _CURRENT = (0x6077, 0), (0x6078, 0)
 _RATES = (500.0, 1000.0, 250.0, 200.0, 125.0, 100.0, 50.0)
-_MOTOR = re.compile(r"\b(motor|output|terminal|phase|winding)\b", re.IGNORECASE)
-_OTHER = re.compile(
-    r"\b(threshold|limit|level|protect|under|over|max|min\b|minimum|nominal|rated|analog|digital|supply|bus|link"
-    r"|brake|sensor|encoder|phase\W*[a-cu-w1-3]\b|[a-cu-w]\W*phase)",
-    re.IGNORECASE,
-)
-"""Voltages of something else, and of one phase of several: it alternates with the angle of the rotor."""
-_UNIT = re.compile(r"\b(?P<factor>0?\.\d+|1) ?(?P<unit>m?V)\b|\[(?P<plain>m?V)\]|\b(?P<bare>mV)\b")
-
-
-@dataclass(frozen=True)
-class VoltageObject:
-    """An object whose name says that it holds the motor's voltage."""
-
-    address: Address
-    name: str
-    scale: float | None
-    """Voltage per count [V]; None: the name does not say it."""
-    mappable: bool
 
 
 def mode_of(facts: DriveFacts) -> tuple[Mode, str]:
@@ -94,24 +74,6 @@ def common_torque_source(drives: Sequence[DriveFacts]) -> TorqueSource:
             )
     listed = "; ".join(f"{origin}: {', '.join(found)}" for origin, found in sources)
     raise BadInput(f"one torque source for all drives expected, none in common found ({listed}); choose other drives")
-
-
-def motor_voltage(facts: DriveFacts) -> VoltageObject | None:
-    """The manufacturer's object of the motor voltage, by its name; a drive that is read does not tell names."""
-    for address, item in sorted(facts.descriptions.items()):
-        name = item.name
-        is_voltage = "voltage" in name.lower() and _MOTOR.search(name) and not _OTHER.search(name)
-        if 0x2000 <= address[0] < 0x6000 and item.size in (1, 2, 4) and item.is_readable and is_voltage:
-            return VoltageObject(address, name, _scale(name), item.mappable)
-    return None
-
-
-def _scale(name: str) -> float | None:
-    match = _UNIT.search(name)
-    if match is None:
-        return None
-    unit = match["unit"] or match["plain"] or match["bare"]
-    return float(match["factor"] or 1) * (1e-3 if unit == "mV" else 1.0)
 
 
 def rate_of(drives: Sequence[DriveFacts]) -> tuple[float, str]:

@@ -1,13 +1,12 @@
 """The section [[drives]] of one joint in a proposed rig file."""
 
-import json
 import math
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from daq.proposal.choices import TorqueSource, mode_of, motor_voltage, name_of
+from daq.proposal.choices import TorqueSource, mode_of, name_of
 from daq.proposal.facts import DriveFacts
+from daq.proposal.names import motor_voltage, named_acceleration, states
 from daq.proposal.text import ASK, ASSUMED, NAMED, STATED, UNKNOWN, Key, comment
 from drivers.canopen import pdo, readiness
 from drivers.canopen.dictionary import DriveDictionary
@@ -26,18 +25,6 @@ PLACEHOLDERS: Mapping[str, object] = {
 """What stands for ASK, by key, where only the sizes of objects and the load of the bus are computed."""
 _STAY_POWERED = 6
 """Option of 605Ah."""
-_TOUCH_PROBE = {0x60B9: "touch probe status", 0x60BA: "touch probe 1, rising edge"}
-_ACCELERATION_UNITS = {
-    **dict.fromkeys(("count", "cnt", "inc", "pulse", "increment"), "counts/s^2"),
-    **{"rpm": "rpm/s", "rev": "rev/s^2", "r": "rev/s^2", "rad": "rad/s^2", "deg": "deg/s^2"},
-}
-_ACCELERATION = re.compile(
-    r"(?P<factor>\d+(\.\d+)?)? ?\b(?P<unit>rpm(?= ?/ ?s\b)"
-    r"|(count|cnt|inc|pulse|increment|rev|r|rad|deg)(?=s? ?/ ?s(\^2|2|²|/s)))",
-    re.IGNORECASE,
-)
-"""As in "10 counts/s^2"."""
-_SAFE_TORQUE_OFF = re.compile(r"\bSTO\b|safe.torque", re.IGNORECASE)
 
 
 def with_placeholders(content: Any, key: str = "") -> Any:
@@ -65,7 +52,7 @@ class DriveSection:
             self._gear = None
         self._counts = next(iter(position_units_per_turn(self._values).items()), None)
         self._dictionary = facts.dictionary(self._drive())
-        self._named = self._named_acceleration() if self._asks_acceleration else None
+        self._named = named_acceleration(facts) if self._asks_acceleration else None
         if self._named is not None:
             self._dictionary = facts.dictionary(self._drive(units={"acceleration": self._named[0]}))
 
@@ -119,7 +106,7 @@ class DriveSection:
         yield from self._missing([] if draft is None else self._findings(draft), explain=explain)
         if explain:
             yield from self._settings()
-        if listed := ", ".join(self._states()):
+        if listed := ", ".join(states(facts)):
             yield from Key("watched", f"[{listed}]", "uncomment to record their changes", False).lines()
         if facts.eds:
             yield from Key("eds", f'"{facts.eds}"', "uncomment: daq check then knows the limits", False).lines()
@@ -169,15 +156,6 @@ class DriveSection:
             yield Key(
                 "units", f'{{ acceleration = "{ASK}" }}', f"{UNKNOWN}{question}; a wrong one makes stops far too hard"
             )
-
-    def _named_acceleration(self) -> tuple[str, str] | None:
-        """Unit of acceleration in the name of a ramp, and that name."""
-        for index in (0x6085, 0x6084, 0x6083):
-            item = self._facts.descriptions.get((index, 0))
-            if item is not None and (match := _ACCELERATION.search(item.name)):
-                unit = _ACCELERATION_UNITS[match["unit"].lower()]
-                return f"{match['factor'] or ''} {unit}".strip(), item.name
-        return None
 
     def _options(self) -> Iterator[Key]:
         """Reactions of the drive where it, or its file, has others than the usual ones."""
@@ -288,16 +266,6 @@ class DriveSection:
         listed = ", ".join(f'"{index:04X}"' for index in sorted(lines))
         yield from Key("accept_missing", f"[{listed}]", "uncomment to drive without them", False).lines()
         self.notes.append(f"objects of safety are missing ({listed}): read what that means before accept_missing")
-
-    def _states(self) -> Iterator[str]:
-        """Touch probe and Safe Torque Off, as far as the drive has objects for them, as TOML."""
-        facts = self._facts
-        names = {(index, 0): name for index, name in _TOUCH_PROBE.items() if (index, 0) in facts}
-        for address, item in sorted(facts.descriptions.items()):
-            if _SAFE_TORQUE_OFF.search(item.name) and item.is_readable and item.size in (1, 2, 4):
-                names[address] = item.name
-        for (index, sub), name in names.items():
-            yield f"{{ index = 0x{index:04X}, {f'sub = {sub}, ' if sub else ''}name = {json.dumps(name)} }}"
 
     def _settings(self) -> Iterator[str]:
         """Comment on the drive's present limits in SI units, where its own are known."""

@@ -11,9 +11,8 @@ from drivers.canopen.bus import Link, open_bus
 from drivers.canopen.dictionary import DriveDictionary, read_dictionary
 from drivers.canopen.node_axes import AXES, of_axis, on_node
 from drivers.canopen.readiness import DRIVE_PROFILE
-from drivers.canopen.requirements import ROWS, STANDARD
+from drivers.canopen.requirements import ROWS
 from drivers.canopen.sdo import Sdo, format_address
-from drivers.canopen.units import OBJECTS
 from drivers.eds import Address, ObjectDescription, load_dictionary
 from drivers.protocol import unheard
 from recordings.buses import CanBus
@@ -22,8 +21,6 @@ from recordings.rig import Drive
 
 _MAKERS = range(0x2000, 0x6000)
 _NAMED_AXIS = re.compile(r"\baxis[ _-]?([1-4])\b", re.IGNORECASE)
-_FURTHER: Mapping[Address, str] = {(0x6080, 0): "<I", (0x607F, 0): "<I"}
-_LAYOUTS = {**STANDARD, **OBJECTS, **_FURTHER}
 
 
 @dataclass(frozen=True)
@@ -57,7 +54,7 @@ class DriveFacts:
         address = (index, sub)
         if self.descriptions and (address not in self.data or self.descriptions[address].value is None):
             return None
-        return self.dictionary().value(address, _LAYOUTS.get(address))
+        return self.dictionary().value(address)
 
     def lack(self, address: Address) -> str:
         """See `DriveDictionary.lack`, with the object's name."""

@@ -23,6 +23,7 @@ from recordings.drives import HomedBit, Voltage, WatchedObject
 from recordings.errors import RunFailed
 from recordings.rig import Drive
 
+_STANDARD = {**STANDARD, **units.OBJECTS}
 _LAYOUTS = {1: "b", 2: "h", 4: "i"}
 RECEIVE, TRANSMIT = 0x1400, 0x1800
 PREDEFINED = {RECEIVE: 0x200, TRANSMIT: 0x180}
@@ -71,7 +72,7 @@ class DriveDictionary:
         data = self.data.get(address)
         if not data:
             return None
-        layout = layout_of(len(data), signed=(standard or STANDARD.get(address, "<I")).islower())
+        layout = layout_of(len(data), signed=(standard or _STANDARD.get(address, "<I")).islower())
         return None if layout is None else int(struct.unpack(layout, data)[0])
 
     def lack(self, row: Requirement) -> str:
@@ -143,7 +144,7 @@ class DriveDictionary:
     @cached_property
     def units(self) -> units.Units:
         """Units of position, velocity and acceleration."""
-        values = {address: self.value(address, layout) for address, layout in units.OBJECTS.items()}
+        values = {address: self.value(address) for address in units.OBJECTS}
         return units.Units({address: value for address, value in values.items() if value is not None}, self.drive)
 
     @property
@@ -202,7 +203,7 @@ def read_dictionary(drive: Drive, sdo: Sdo) -> DriveDictionary:
     data: dict[Address, bytes | None] = {}
     asked: list[Voltage | WatchedObject | HomedBit] = [drive.voltage, *drive.watched]
     asked += [drive.homed] if drive.homed else []
-    for address in dict.fromkeys((*STANDARD, *units.OBJECTS, *((each.index, each.sub) for each in asked))):
+    for address in dict.fromkeys((*_STANDARD, *((each.index, each.sub) for each in asked))):
         _read(sdo, address, data)
     for row in TABLE:
         index, sub = row.address

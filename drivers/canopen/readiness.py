@@ -110,7 +110,7 @@ def _found(dictionary: DriveDictionary, row: Requirement, text: str) -> DriveFin
     what, item = _what(row.address), dictionary.descriptions.get(row.address)
     if row.role == "convenience":
         return DriveFinding(what, "optional", f"{text}, left out", "noted", row)
-    if f"{row.address[0]:04X}" in dictionary.drive.accept_missing:
+    if row.role == "safety" and f"{row.address[0]:04X}" in dictionary.drive.accept_missing:
         return DriveFinding(what, "needed for safety", f"{text}; {row.loss}; {row.instead}", "accepted", row)
     fitting = [f"{value}" for value in row.choices if item is not None and not dictionary.refuses(row.address, value)]
     text += f"; {row.key} = {' or '.join(fitting)} in [[drives]]" if fitting else ""

@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 
-from daq.proposal.choices import common_torque_source, motor_voltage, torque_sources
+from daq.proposal.choices import common_torque_source, torque_sources
 from daq.proposal.document import RigProposal, propose
 from daq.proposal.facts import DriveFacts, from_file
+from daq.proposal.names import motor_voltage
 from recordings.buses import CanBus
 from recordings.errors import BadInput
 from recordings.rig import Rig, load_rig
