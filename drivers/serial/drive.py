@@ -109,11 +109,14 @@ class SerialDrives:
 
     def configure(self, *, decided: bool = False) -> None:
         """See `Amplifiers`."""
+        accepted: dict[str, list[str]] = {}
         for row in self._protections():
             if row.verdict == "problem":
                 raise BadInput(f"{row.where}: {row.what} {row.found}")
             if row.verdict == "accepted":
-                self._report("warning", row.where, f"{row.what} {row.found}; the rig file accepts it")
+                accepted.setdefault(f"{row.what} {row.found}; the rig file accepts it", []).append(row.where)
+        for text, places in accepted.items():
+            self._report("warning", ", ".join(places), text)
         self._configured = True
         for axis in self._axes:
             self._require(axis, axis.configure)

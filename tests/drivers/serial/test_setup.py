@@ -141,8 +141,10 @@ def test_accepted_protections_are_warned_of_and_every_one_is_shown() -> None:
     states = [exchange for node in (1, 2, 3) for exchange in (status(node, OFF), (f"{node} g r0xc8", "v 0"))]
     amplifiers, port, log = drives([*cleared, *states], accepting(("watchdog", *NAMED), BARE))
     amplifiers.configure()
-    told = [(level, text.partition(" missing")[0]) for level, source, text in log if source.startswith("joint 3")]
-    assert told == [("warning", name) for name in ("watchdog", *NAMED)]
+    assert [(level, text.partition(" missing")[0]) for level, _, text in log] == [
+        ("warning", name) for name in ("watchdog", *NAMED)
+    ]
+    assert log[0][1] == "joint 1 ('1' on line), joint 2 ('2' on line), joint 3 ('3' on line)"
     assert log[0][2].endswith("the joint stays powered; the rig file accepts it")
     shown = {row.what: (row.found, row.verdict) for row in amplifiers.check() if row.what in PROTECTIONS}
     assert {verdict for _, verdict in shown.values()} == {"accepted"}
