@@ -270,3 +270,8 @@ def test_the_pose_of_each_run_is_kept_and_a_refusal_changes_nothing(daq_in_proce
         runs = [daq_in_process(*jog(sim), *accepted) for accepted in ((), (), (), ("--accept", "pose"), ())]
     machine.expect(all(done.code != 1 for done in runs), "".join(done.err for done in runs))
     assert [done.code for done in runs] == [0, 2, 2, 0, 0]
+    said = "joint 3 (node 3): absolute zero: "
+    for done, words in ((runs[0], "no last pose"), (runs[3], "+1 turn(s)"), (runs[4], "where it was")):
+        (line,) = [line for line in done.err.splitlines() if said in line]
+        assert words in line
+        assert line.startswith("info" if done is runs[4] else "warning")
