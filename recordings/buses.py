@@ -148,8 +148,8 @@ class SerialBus(ConfigSection):
     """Command that brings the drive to rest on its own ramp, still powered."""
     deceleration_unit: Positive = 10.0
     """[counts/s^2]."""
-    watchdog_timeout: Positive = 0.25
-    """[s]."""
+    watchdog_timeout: Annotated[float, Field(ge=0.001)] = 0.25
+    """[s], written in ms, of which 0 would be no timeout."""
     setup: dict[str, int] = Field(default_factory=lambda: {"r0xc8": 0})
     """Further registers written and read back before power-on, e.g. profile type, speed, acceleration."""
 

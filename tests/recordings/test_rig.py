@@ -59,6 +59,7 @@ WRONG_BUSES = [
     ('transport = "usb"\n', '\'bus\': a section with transport = "canopen" .* or "serial" expected'),
     ('interfase = "virtual"\n', "unknown key 'bus.interfase'"),
     ('transport = "serial"\nchannel = "can0"\n', "unknown key 'bus.channel'"),
+    ('transport = "serial"\nwatchdog_timeout = 0.0004\n', "'bus.watchdog_timeout': .*0.001.*found 0.0004"),
     ('transport = "serial"\nbaud = 300\n', "'bus.baud': .*1200.*found 300"),
     ('transport = "serial"\nmax_load = 0.9\n', "'bus.max_load': .*0.8"),
     ('transport = "serial"\nports = []\n', "'bus.ports'"),
