@@ -102,7 +102,12 @@ def test_two_programs_in_real_time_account_for_every_answer(daq: Runner, tmp_pat
     # A quarter of the rate that these lines permit, and long timeouts: the test computer may be busy.
     patience = "[limits]\nsilence = 0.5\nhost_stall = 0.5\nfollowing_error = 0.3\ntorque = 200.0\n"
     ports = [str(tmp_path / f"line{i}") for i in (1, 2, 3)]
-    write_rig(tmp_path / "lines.toml", 50.0, ports, f"baud = 460800\nreply_timeout = 0.1\nwatchdog_timeout = 1.0\n{patience}")
+    write_rig(
+        tmp_path / "lines.toml",
+        50.0,
+        ports,
+        f"baud = 460800\nreply_timeout = 0.1\nwatchdog_timeout = 1.0\n{patience}",
+    )
     with timekeeping.watched() as machine, served(tmp_path, "--rig", "lines.toml"):
         done = daq("record", "--traj", "fig5a", "--cycles", 1, "--rig", "lines.toml", "--status")
     assert done.code in (0, 1), done.err
