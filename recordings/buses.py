@@ -11,6 +11,8 @@ from recordings.errors import BadInput
 Mask = Annotated[int, Field(ge=0, lt=2**32)]
 
 
+Register = Annotated[str, Field(min_length=1)]
+"""Name of a register that every drive must have."""
 _UDP_GROUP, _UDP_PORT, _UDP_PORTS = "239.74.163.2", 43113, 10_000
 """Group and port of python-can's udp_multicast, and how many ports groups are spread over."""
 
@@ -76,17 +78,18 @@ def bus_from(text: str) -> CanBus:
 
 
 class SerialRegisters(ConfigSection):
-    """Names of the drive's registers, Copley-style: check them against the drive's manual. "": no such register."""
+    """Names of the drive's registers, Copley-style: check them against the drive's manual. "": no such register;
+    what it would protect is missing then, see `accept_missing`."""
 
-    position_command: str = "r0xca"
+    position_command: Register = "r0xca"
     """Target [counts]."""
-    position: str = "r0x32"
+    position: Register = "r0x32"
     """Measured [counts]."""
-    voltage: str = "r0x15"
+    voltage: Register = "r0x15"
     """Operating voltage of the motor; its scale is in `voltage` of each drive."""
-    state: str = "r0x24"
+    state: Register = "r0x24"
     """Desired state: `enable` or `disable` of the bus section."""
-    status: str = "r0xa0"
+    status: Register = "r0xa0"
     """Status bits, see SerialStatus."""
     fault: str = "r0xa4"
     """Latched faults, cleared by writing the same bits."""
@@ -102,7 +105,8 @@ class SerialRegisters(ConfigSection):
     torque_offset: str = ""
     """Torque added to the demand of the drive's loops [thousandths of the motor's rated torque]."""
     watchdog: str = ""
-    """Timeout after which the drive stops if the host is silent [ms]; 0: no timeout. Few drives have it."""
+    """Timeout after which the drive stops if the host is silent [ms]; 0: no timeout. Few drives have it; one
+    without it is driven only with `accept_missing = ["watchdog"]`."""
 
 
 class SerialStatus(ConfigSection):
@@ -144,8 +148,8 @@ class SerialBus(ConfigSection):
     """Command that brings the drive to rest on its own ramp, still powered."""
     deceleration_unit: Positive = 10.0
     """[counts/s^2]."""
-    watchdog_timeout: Positive = 0.25
-    """[s]."""
+    watchdog_timeout: Annotated[float, Field(ge=0.001)] = 0.25
+    """[s], written in ms, of which 0 would be no timeout."""
     setup: dict[str, int] = Field(default_factory=lambda: {"r0xc8": 0})
     """Further registers written and read back before power-on, e.g. profile type, speed, acceleration."""
 

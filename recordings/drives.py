@@ -26,14 +26,26 @@ def _acceleration_unit(text: str) -> str:
     raise ValueError(f"{', '.join(ACCELERATION_UNITS)}, or a factor and one of these expected, '{text}' found")
 
 
-def _object_index(text: str) -> str:
+PROTECTIONS = {
+    "watchdog": ("watchdog",),
+    "following error": ("following_error",),
+    "position limits": ("upper_limit", "lower_limit"),
+    "quick stop ramp": ("deceleration",),
+}
+"""What protects a drive on a serial line by itself, with the keys of [bus.registers] by which it does."""
+
+
+def _protection(text: str) -> str:
+    if text in PROTECTIONS:
+        return text
     if len(text) != 4 or not set(text.upper()) <= set("0123456789ABCDEF"):
-        raise ValueError(f"the index of an object such as 6066 expected, '{text}' found")
+        names = ", ".join(PROTECTIONS)
+        raise ValueError(f"one of {names}, or the index of an object such as 6066 expected, '{text}' found")
     return text.upper()
 
 
-ObjectIndex = Annotated[str, AfterValidator(_object_index)]
-"""Index of an object, as printed in manuals."""
+Protection = Annotated[str, AfterValidator(_protection)]
+"""One of PROTECTIONS, or the index of an object, as printed in manuals."""
 
 
 class Voltage(ConfigSection):
@@ -153,8 +165,9 @@ class Drive(ConfigSection):
     or current actual (6078) times rated_current and torque.per_ampere, which are recorded as effort; none: positions
     only, for commissioning."""
     units: AssumedUnits = AssumedUnits()
-    accept_missing: tuple[ObjectIndex, ...] = ()
-    """Objects of safety that this drive lacks and the rig is driven without, e.g. ["6066"]; see `daq check`."""
+    accept_missing: tuple[Protection, ...] = ()
+    """Protections that this drive lacks and the rig is driven without: objects of safety such as ["6066"] on CANopen;
+    on a serial line "watchdog", "following error", "position limits" or "quick stop ramp". See `daq check`."""
     assume_mode: bool = False
     """Whether to try `mode` on a drive that does not list its modes (6502h absent or 0)."""
     target_followed_bit: bool = True

@@ -15,6 +15,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from recordings.buses import Bus, CanBus, SerialBus
 from recordings.config import ConfigSection, Positive, toml_content, validated
+from recordings.drives import PROTECTIONS
 from recordings.drives import AssumedUnits as AssumedUnits
 from recordings.drives import Drive as Drive
 from recordings.drives import HomedBit as HomedBit
@@ -169,6 +170,11 @@ class Rig(Chain):
         if len(self.torque.per_ampere) not in (0, self.dof):
             raise ValueError(f"torque.per_ampere: none or {self.dof} expected, {len(self.torque.per_ampere)} found")
         self._check_torque_sources()
+        is_serial = isinstance(self.bus, SerialBus)
+        other = {name for drive in self.drives for name in drive.accept_missing if (name in PROTECTIONS) != is_serial}
+        if other:
+            expected = ", ".join(PROTECTIONS) if is_serial else "indices of objects"
+            raise ValueError(f"accept_missing: {expected} expected on this bus, {', '.join(sorted(other))} found")
         if isinstance(self.bus, SerialBus):
             self._check_lines(self.bus)
         return self

@@ -10,7 +10,11 @@ import click
 
 from daq.command_options import JSON, RATE, RIG, SIM, DriveOptions, drive_options
 from recordings.command_line import FiniteRange, say_next
+from recordings.drives import PROTECTIONS
 from recordings.errors import BadInput, RunFailed
+
+_ALWAYS_SHOWN = ("joint angle", "absolute zero", *PROTECTIONS)
+"""What is shown where it is fine, too: where the joints stand, and what protects them."""
 
 if TYPE_CHECKING:
     from drivers.protocol import Amplifiers, CheckResult, Identity
@@ -62,7 +66,7 @@ def command(drives: DriveOptions, set_up: bool, tested: float | None, show_all: 
         document = {"schema": 1, "bus": bus, "drives": list(map(asdict, identities))}
         click.echo(json.dumps(document | {"findings": list(map(asdict, findings))}, indent=1))
     else:
-        shown = [finding for finding in findings if show_all or finding.verdict != "fine"]
+        shown = [f for f in findings if show_all or f.verdict != "fine" or f.what in _ALWAYS_SHOWN]
         _print_tables(bus, identities, shown)
     unproven = [finding for finding in findings if finding.verdict == "will be written"]
     if not problems:

@@ -131,5 +131,5 @@ def home(rig: Rig, joints: list[int], pace: Pace, log: Report, *, again: bool) -
                 clock = simulated_clock if lockstep else HostClock(rig.rate, transports.of(rig).lead(rig))
                 position = stream.home(homing, joint, settings, clock)
                 homing.finish()
-                poses.keep([position if number == joint else math.nan for number in range(1, rig.dof + 1)])
+                poses.keep([position if number == joint else math.nan for number in range(1, rig.dof + 1)], log)
                 yield Homed(joint, settings.method, position, "")

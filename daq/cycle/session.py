@@ -145,6 +145,7 @@ class Session:
                 self._request.prepare(drives)
                 self._recorder = self._open_recorder(identities)
                 self._write_frame = self._recorder.frame
+                self._tell_poses()
                 watch = self._start_watch(stop)
                 with display(self.progress), self._realtime_priority():
                     # Jog and axis check plan a small motion where the robot stands: it decides the unit of position.
@@ -240,10 +241,18 @@ class Session:
         if loss := self.progress.loss(self._request.rig.rate, len(identities), simulated=simulated):
             self._report("warning", "cycle", loss)
 
+    def _tell_poses(self) -> None:
+        """Record by what each absolute zero is guarded, and say where it is not or was accepted."""
+        # In lockstep drives have no past, and the same seed gives the same recording.
+        results = self._poses.results() if self._poses is not None and self._request.pace != "lockstep" else ()
+        for result in results:
+            level: Level = "info" if result.verdict in ("fine", "accepted") else "warning"
+            self._report(level, result.where, f"{result.what}: {result.found}")
+
     def _keep_pose(self) -> None:
         """Keep the last known pose."""
         if self._poses is not None and self.progress.pose:
-            self._poses.keep(self.progress.pose)
+            self._poses.keep(self.progress.pose, self._report)
 
     def _tap(self, time_ns: int, message: can.Message, sent: bool) -> None:
         self._write_frame(time_ns, message, sent)

@@ -3,10 +3,9 @@
 import math
 import time
 from collections.abc import Generator
-from typing import Literal
 
 from drivers import cia402
-from drivers.protocol import CheckResult, Goal, Power
+from drivers.protocol import CheckResult, Goal, Power, Verdict
 from drivers.serial.protocol import CommandRefused, Reply, Script, ask, ask_integer, tell
 from drivers.serial.setup import settings
 from recordings.errors import RunFailed
@@ -110,7 +109,7 @@ class SerialAxis:
         results = [CheckResult(self.name, "state", "off", state, "will be written" if fault else "fine")]
         for setting in settings(self._rig, self.drive):
             actual = yield from ask_integer(self.get(setting.register))
-            verdict: Literal["fine", "will be written"] = "fine" if actual == setting.value else "will be written"
+            verdict: Verdict = "fine" if actual == setting.value else "will be written"
             what = f"{setting.register}: {setting.meaning}"
             results.append(CheckResult(self.name, what, str(setting.value), str(actual), verdict))
         return results

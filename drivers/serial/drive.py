@@ -9,7 +9,8 @@ drive as soon as it is synchronized again, if there is time.
 
 Limitation: the protocol does not let a drive detect the loss of the host. After SIGKILL, or with the cable pulled, a
 drive completes its last move and then holds its position, with power on, unless the rig names a watchdog register.
-The watchdog is armed before power is switched on and reset by every command.
+The watchdog is armed before power is switched on and reset by every command. Drives without one, or without one
+of its other protections, are refused unless the rig file accepts it by name.
 """
 
 import time
@@ -24,7 +25,8 @@ from drivers.protocol import SIMULATED, CheckResult, Goal, Identity, Power, Repo
 from drivers.serial.axis import SerialAxis
 from drivers.serial.line import SerialLine, converse
 from drivers.serial.protocol import InvalidReply, LineError, LineLost, Reply, ReplyTimeout, Script
-from recordings.errors import RunFailed
+from drivers.serial.setup import protections
+from recordings.errors import BadInput, RunFailed
 from recordings.rig import Rig
 
 SIMULATED_LOCKSTEP = f"{SIMULATED} in lockstep"
@@ -91,16 +93,30 @@ class SerialDrives:
             revision=None,
             simulated=device.startswith(SIMULATED),
             lockstep=axis.lockstep,
-            # A simulated drive in lockstep has no past.
-            position=None if axis.lockstep else self._run_script(axis, axis.read_position),
+            position=self._run_script(axis, axis.read_position),
         )
 
     def check(self) -> Sequence[CheckResult]:
         """See `Amplifiers`."""
-        return [result for axis in self._axes for result in self._require(axis, axis.check)]
+        return [*self._protections(), *(result for axis in self._axes for result in self._require(axis, axis.check))]
+
+    def _protections(self) -> list[CheckResult]:
+        return [
+            CheckResult(axis.name, what, "protects", found, verdict)
+            for axis in self._axes
+            for what, found, verdict in protections(self._rig, axis.drive)
+        ]
 
     def configure(self, *, decided: bool = False) -> None:
         """See `Amplifiers`."""
+        accepted: dict[str, list[str]] = {}
+        for row in self._protections():
+            if row.verdict == "problem":
+                raise BadInput(f"{row.where}: {row.what} {row.found}")
+            if row.verdict == "accepted":
+                accepted.setdefault(f"{row.what} {row.found}; the rig file accepts it", []).append(row.where)
+        for text, places in accepted.items():
+            self._report("warning", ", ".join(places), text)
         self._configured = True
         for axis in self._axes:
             self._require(axis, axis.configure)

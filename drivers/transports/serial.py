@@ -26,7 +26,6 @@ _CANOPEN_OPTIONS = (
         "dcf",
         "eds",
         "units",
-        "accept_missing",
     ),
     *(
         "assume_mode",

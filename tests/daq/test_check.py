@@ -1,6 +1,7 @@
 """`daq check` as a user runs it."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -44,6 +45,7 @@ def test_simulated_drives_have_no_problems_and_equal_results_are_grouped(daq_in_
     done = daq_in_process("check")
     assert done.code == 0
     assert "joints 1, 2, 3" in done.out
+    assert re.search(r"joint angle .* -0\.3256 rad +fine", done.out)
     assert "written and read back" in done.out
 
 

@@ -11,9 +11,11 @@ from tests import timekeeping
 from tests.conftest import Runner
 from tests.running import DRIVES, accounted_for, last_told, served
 
+WATCHDOG = 'registers = { watchdog = "r0xf0" }\n'
 
-def write_rig(path: Path, rate: float, ports: list[str], more: str = "") -> None:
-    bus = f'[bus]\ntransport = "serial"\nports = {json.dumps(ports)}\n'
+
+def write_rig(path: Path, rate: float, ports: list[str], more: str = "", registers: str = WATCHDOG) -> None:
+    bus = f'[bus]\ntransport = "serial"\nports = {json.dumps(ports)}\n{registers}'
     path.write_text(f'name = "serial bench"\nrate = {rate}\n{bus}{more}{DRIVES}')
 
 
@@ -52,6 +54,33 @@ def test_check_compares_the_drive_registers(daq_in_process: Runner, tmp_path: Pa
     findings = {finding["what"]: finding for finding in checked["findings"]}
     assert findings["r0xba: following error limit [counts]"]["verdict"] == "will be written"
     assert findings["state"]["found"] == "off"
+    assert (findings["watchdog"]["found"], findings["watchdog"]["verdict"]) == ("by r0xf0", "fine")
+    assert findings["absolute zero"]["found"].startswith("-0.3256 rad; ")
+    assert "-0.3256 rad" in daq_in_process("check", "--rig", "one.toml").out.replace("\n", "")
+
+
+def test_line_without_a_watchdog_is_driven_only_where_the_rig_file_accepts_it(
+    daq_in_process: Runner, tmp_path: Path
+) -> None:
+    write_rig(tmp_path / "bare.toml", 30.0, ["simulated"], registers="")
+    record = ("record", "--traj", "fig5a", "--cycles", 1, "--rig")
+    for command in (record, ("jog", "--joint", 1, "--by", 0.02, "--rig"), ("record", "--dry-run", *record[1:])):
+        refused = daq_in_process(*command, "bare.toml")
+        assert refused.code == 2
+        assert 'accept_missing = ["watchdog"]' in refused.err
+    checked = daq_in_process("check", "--rig", "bare.toml", "--json")
+    rows = [row["verdict"] for row in json.loads(checked.out)["findings"] if row["what"] == "watchdog"]
+    assert (checked.code, rows) == (1, ["problem"] * 3)
+    accepted = (tmp_path / "bare.toml").read_text().replace("[[drives]]", '[[drives]]\naccept_missing = ["watchdog"]')
+    (tmp_path / "open.toml").write_text(accepted)
+    assert daq_in_process("check", "--rig", "open.toml").code == 0
+    done = daq_in_process(*record, "open.toml", "--out", "open.mcap")
+    assert done.code == 0
+    recording = read(tmp_path / "open.mcap")
+    assert [drive.accept_missing for drive in recording.rig.drives] == [("watchdog",)] * 3
+    told = [event.message for event in recording.events if "watchdog" in event.message]
+    assert len(told) == 1
+    assert "the rig file accepts it" in told[0]
 
 
 @pytest.mark.slow
@@ -73,7 +102,12 @@ def test_two_programs_in_real_time_account_for_every_answer(daq: Runner, tmp_pat
     # A quarter of the rate that these lines permit, and long timeouts: the test computer may be busy.
     patience = "[limits]\nsilence = 0.5\nhost_stall = 0.5\nfollowing_error = 0.3\ntorque = 200.0\n"
     ports = [str(tmp_path / f"line{i}") for i in (1, 2, 3)]
-    write_rig(tmp_path / "lines.toml", 50.0, ports, f"baud = 460800\nreply_timeout = 0.1\n{patience}")
+    write_rig(
+        tmp_path / "lines.toml",
+        50.0,
+        ports,
+        f"baud = 460800\nreply_timeout = 0.1\nwatchdog_timeout = 1.0\n{patience}",
+    )
     with timekeeping.watched() as machine, served(tmp_path, "--rig", "lines.toml"):
         done = daq("record", "--traj", "fig5a", "--cycles", 1, "--rig", "lines.toml", "--status")
     assert done.code in (0, 1), done.err

@@ -6,7 +6,7 @@ machine may end a run before its fault: then it is tried again.
 
 import sys
 
-from tests.faults import campaign, canopen, feedforward, habits, processes, serial, table
+from tests.faults import campaign, canopen, feedforward, habits, power_up, processes, serial, table
 
 TRIES = 3
 words = sys.argv[1:]
@@ -19,6 +19,7 @@ CAMPAIGN = (
         serial.run,
         (*serial.FAULTS, *serial.WITH_FEEDFORWARD),
     ),
+    ("power-ups: turns that encoders lost, joints moved by hand (nothing moves)", power_up.run, power_up.FAULTS),
     ("programs: signals, death, disk (real time, two processes)", processes.run, processes.FAULTS),
 )
 tables = []

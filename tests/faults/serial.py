@@ -32,6 +32,8 @@ class SerialFault(Fault):
     disturb: Disturbance = lambda reply, number: reply
     act: Callable[[SerialRig], object] = lambda rig: None
     start: float = START
+    protected: bool = True
+    """Whether the drives have a watchdog."""
 
 
 NO_ANSWER = "joint 2.*no answer|port simulated 2 is lost"
@@ -66,6 +68,14 @@ FAULTS: tuple[SerialFault, ...] = (
     SerialFault(
         "serial: drive fault before power", "joint 1.*fault|done", 0, act=lambda rig: rig.drives[0].fail(1), start=0.0
     ),
+    SerialFault("serial: no watchdog", r"joint 1.*watchdog missing.*accept_missing", 2, protected=False),
+    SerialFault(
+        "serial: no watchdog, accepted",
+        "done; watchdog missing.*the rig file accepts it",
+        0,
+        protected=False,
+        drive={"accept_missing": ["watchdog"]},
+    ),
 )
 
 
@@ -84,7 +94,7 @@ WITH_FEEDFORWARD: tuple[SerialFault, ...] = (
 
 def run(fault: SerialFault) -> Outcome:
     """Record one cycle of fig5b with the fault in mid-motion."""
-    rig = _rig() if fault.feedforward is None else _rig().with_torque_offset()
+    rig = _rig(fault) if fault.feedforward is None else _rig(fault).with_torque_offset()
     trajectory = load("fig5b", rig, cycles=1)
     feed = None if fault.feedforward is None else fault.feedforward(rig, trajectory)
     with tempfile.TemporaryDirectory() as folder:
@@ -94,22 +104,21 @@ def run(fault: SerialFault) -> Outcome:
         progress = WatchedProgress()
         with machine:
             code, reason = record(request, fault, progress)
-            drives = [drive for j, drive in enumerate(machine.drives) if "unplugged" not in fault.name or j != 1]
-            powered = finally_powered(drives)
+            powered = finally_powered(machine.drives)
         start = round(fault.start * RATE)
         begun = fault.pace == "lockstep" or has_begun()
         return judge(fault, code, reason, powered, request.out, progress, start, RATE, None, None, begun)
 
 
-def _rig() -> Rig:
-    registers = {"torque_offset": "r0xd5"}
+def _rig(fault: SerialFault) -> Rig:
+    registers = {"torque_offset": "r0xd5", "watchdog": "r0xf0" if fault.protected else ""}
     bus = {
         "transport": "serial",
         "ports": [f"simulated {k}" for k in (1, 2, 3)],
         "baud": 460800,
         "registers": registers,
     }
-    drives = [{"node_id": k} for k in (1, 2, 3)]
+    drives = [{"node_id": k, **fault.drive} for k in (1, 2, 3)]
     # Wide limits: at this rate a lost target costs 12 ms of motion, which must not hide the fault under test.
     limits = {"torque": 500.0, "following_error": 0.3, "silence": 0.1, "host_stall": 0.5}
     content = {"name": "serial faults", "rate": RATE, "bus": bus, "limits": limits, "drives": drives}

@@ -28,7 +28,7 @@ def show(title: str, outcomes: Sequence[Outcome]) -> None:
         error = "-" if o.following_error is None else f"{o.following_error * 1e3:.1f}"
         numbers = (_ms(o.detected), _ms(o.disabled), error, str(o.samples_lost), str(o.rows_lost), str(o.code))
         table.add_row(o.fault, *numbers, "yes" if o.passed else "NO", _reason(o), style=None if o.passed else "red")
-    console = Console(width=180)
+    console = Console(width=180, markup=False)
     console.print(table)
     console.print(f"{sum(o.passed for o in outcomes)} of {len(outcomes)} as required")
 

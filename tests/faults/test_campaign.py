@@ -7,7 +7,7 @@ import pytest
 
 from tests import timekeeping
 from tests.failures import assert_safe
-from tests.faults import campaign, canopen, feedforward, habits, processes, serial
+from tests.faults import campaign, canopen, feedforward, habits, power_up, processes, serial
 from tests.faults.campaign import Outcome
 
 _TESTED = (
@@ -57,7 +57,12 @@ _FED_FORWARD = (
     "drive ignores its offset",
     "drive without torque offset",
 )
-_SERIAL = ("feed-forward, serial: one reply lost", "serial: model with gravity reversed")
+_SERIAL = (
+    "feed-forward, serial: one reply lost",
+    "serial: model with gravity reversed",
+    "serial: no watchdog",
+    "serial: no watchdog, accepted",
+)
 _PROGRAMS = (
     "SIGINT twenty times",
     "SIGKILL of the recorder at full torque offset",
@@ -73,10 +78,12 @@ _CANOPEN = _named((*canopen.FAULTS, *habits.FAULTS), _TESTED)
 _SIMULATED = [
     *((campaign.run, fault) for fault in _CANOPEN if fault.pace == "lockstep"),
     *((campaign.run, fault) for fault in _named((*feedforward.AGAIN, *feedforward.FAULTS), _FED_FORWARD)),
-    *((serial.run, fault) for fault in _named(serial.WITH_FEEDFORWARD, _SERIAL)),
+    *((serial.run, fault) for fault in _named((*serial.WITH_FEEDFORWARD, *serial.FAULTS), _SERIAL)),
 ]
 _IN_REAL_TIME = [
     *((campaign.run, fault) for fault in _CANOPEN if fault.pace == "realtime"),
+    *((power_up.run, fault) for fault in power_up.FAULTS),
+    (serial.run, *_named(serial.FAULTS, ["serial: line unplugged"])),
     *((processes.run, fault) for fault in _named(processes.FAULTS, _PROGRAMS)),
 ]
 

@@ -8,12 +8,13 @@ from recordings.buses import SerialBus
 from recordings.rig import Drive, Rig
 from tests.drivers.serial.scripted_port import Exchange, ScriptedPort, line_on
 
+_LACKS = ("watchdog",)
 DRIVES = (
-    Drive(node_id=1, counts_per_turn=1000, gear=math.tau),
-    Drive(node_id=2, counts_per_turn=1000, gear=math.tau, sign=-1, zero_offset=0.5),
-    Drive(node_id=3, counts_per_turn=1000, gear=math.tau),
+    Drive(node_id=1, counts_per_turn=1000, gear=math.tau, accept_missing=_LACKS),
+    Drive(node_id=2, counts_per_turn=1000, gear=math.tau, accept_missing=_LACKS, sign=-1, zero_offset=0.5),
+    Drive(node_id=3, counts_per_turn=1000, gear=math.tau, accept_missing=_LACKS),
 )
-"""1000 counts per radian; voltage 0.5 mV per count."""
+"""1000 counts per radian; voltage 0.5 mV per count; no watchdog, which is accepted."""
 RIG = Rig(name="test", rate=20.0, bus=SerialBus(ports=("line",)), drives=DRIVES)
 
 OFF, ON, MOVING, FAULT = 0x8000, 0, 0x0800_0000, 0x0040_8000
