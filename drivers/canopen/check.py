@@ -13,7 +13,7 @@ from drivers.canopen.requirements import MODES, PDO, ROWS, Requirement, row_of
 from drivers.canopen.sdo import READ_DEVICE_TYPE, SdoWrite, format_address
 from drivers.canopen.units import Scale
 from drivers.protocol import CheckResult, Power, Verdict
-from recordings.drives import STATUSWORD
+from recordings.drives import PROTECTIONS, STATUSWORD
 from recordings.errors import BadInput
 from recordings.rig import Rig
 
@@ -22,6 +22,8 @@ _SCAN_TIMEOUT = 0.3
 _REQUEST_INTERVAL = 0.0005
 """Time between two requests of the scan, so that no interface's queue overflows [s]."""
 _NODE_IDS = range(1, 128)
+_PROTECTING = ((0x1016, 0x6007), (0x6065, 0x6066), (0x607D,), (0x605A, 0x605E, 0x6085))
+"""Objects of each of PROTECTIONS."""
 _VOLTAGE_ENABLED = 0x10
 """Statusword bit 4."""
 _SI = {"position": "rad", "velocity": "rad/s", "acceleration": "rad/s^2"}
@@ -65,8 +67,8 @@ def _compare(rig: Rig, axis: CanopenAxis) -> Iterator[Row]:
     yield from _torque_source(dictionary)
     yield from _units(dictionary)
     yield from _limits(rig, axis, dictionary)
-    yield from _watchdog(dictionary)
     found = readiness.findings(rig, dictionary)
+    yield from _protections(dictionary, found)
     yield from ((each.what, each.expected, each.found, each.verdict) for each in found)
     with suppress(BadInput):  # which is one of the findings
         writes = [*configuration, *setup.own_writes(rig, dictionary)]
@@ -207,10 +209,17 @@ def _limits(rig: Rig, axis: CanopenAxis, dictionary: DriveDictionary) -> Iterato
             yield f"{format_address(index, 0)} {name}", f"at least {needed:g} {unit}", text, verdict
 
 
-def _watchdog(dictionary: DriveDictionary) -> Iterator[Row]:
-    if dictionary.watchdog not in (None, "heartbeat"):
-        ways = {"guarding": "node guarding (100Ch, 100Dh)", "rpdo": "time-out of the RPDO (1400:05)"}
-        yield "watchdog on the master", "heartbeat", f"{ways[str(dictionary.watchdog)]} instead of 1016h", "noted"
+def _protections(dictionary: DriveDictionary, found: Sequence[readiness.DriveFinding]) -> Iterator[Row]:
+    """What protects the drive by itself, and by which objects; why one does not, its own row says."""
+    watchdogs = {"guarding": "node guarding (100Ch, 100Dh)", "rpdo": "time-out of the RPDO (1400h:05)"}
+    lacking = {each.row.address[0]: each.verdict for each in found if each.row is not None}
+    names = {0x1016: watchdogs.get(dictionary.watchdog or "", "1016h")}
+    for name, indices in zip(PROTECTIONS, _PROTECTING, strict=True):
+        kept = ", ".join(names.get(index, f"{index:04X}h") for index in indices if index not in lacking)
+        lost = [index for index in indices if index in lacking]
+        without = f", without {', '.join(f'{index:04X}h' for index in lost)}" if lost else ""
+        are_accepted = {lacking[index] for index in lost} == {"accepted"}
+        yield name, "protects", f"by {kept or 'nothing'}{without}", "accepted" if are_accepted else "noted"
 
 
 def _object(axis: CanopenAxis, present: DriveDictionary, dictionary: DriveDictionary, write: SdoWrite) -> Row:

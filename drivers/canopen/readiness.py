@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from drivers.canopen import pdo, setup
 from drivers.canopen.dictionary import DriveDictionary
-from drivers.canopen.requirements import MODES, PDO, ROWS, TABLE, Requirement, row_of
+from drivers.canopen.requirements import MODES, PDO, ROWS, TABLE, Requirement
 from drivers.canopen.sdo import SdoWrite, format_address
 from drivers.eds import Address
 from drivers.protocol import Verdict
@@ -101,13 +101,13 @@ def _judged(rig: Rig, dictionary: DriveDictionary, row: Requirement) -> DriveFin
             value = row.wanted(rig, dictionary)
             refusal = "" if value is None else dictionary.refuses(row.address, value)
     if name := "" if lack or refusal else dictionary.misnamed(row):
-        return DriveFinding(_what(row.address), "as the standard says", name, "noted", row)
+        return DriveFinding(_what(row.address, row), "as the standard says", name, "noted", row)
     return _found(dictionary, row, lack or refusal) if lack or refusal else None
 
 
 def _found(dictionary: DriveDictionary, row: Requirement, text: str) -> DriveFinding:
     """The finding of what an object lacks, with what may be done."""
-    what, item = _what(row.address), dictionary.descriptions.get(row.address)
+    what, item = _what(row.address, row), dictionary.descriptions.get(row.address)
     if row.role == "convenience":
         return DriveFinding(what, "optional", f"{text}, left out", "noted", row)
     if row.role == "safety" and f"{row.address[0]:04X}" in dictionary.drive.accept_missing:
@@ -119,15 +119,15 @@ def _found(dictionary: DriveDictionary, row: Requirement, text: str) -> DriveFin
     return DriveFinding(what, f"needed for {row.role}", text, row=row, of_value=takes_others)
 
 
-def _what(address: Address) -> str:
-    return f"{format_address(*address)} {row_of(address).meaning}"
+def _what(address: Address, row: Requirement) -> str:
+    return f"{format_address(*address)} {row.meaning}"
 
 
 def _pdo_problems(dictionary: DriveDictionary, writes: list[SdoWrite]) -> Iterator[DriveFinding]:
     """What the drive's file excludes of the set-up of our PDOs."""
     for write in writes:
         if not pdo.is_foreign(write) and (refusal := dictionary.refusal(write)):
-            yield DriveFinding(_what((write.index, write.sub)), f"0x{write.value:X}", refusal, row=PDO)
+            yield DriveFinding(_what((write.index, write.sub), PDO), f"0x{write.value:X}", refusal, row=PDO)
 
 
 def _profile(dictionary: DriveDictionary) -> Iterator[DriveFinding]:

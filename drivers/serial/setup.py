@@ -29,7 +29,7 @@ def protections(rig: Rig, drive: Drive) -> Iterator[tuple[str, str, Verdict]]:
     """Each protection of one drive: its name, by what it acts or what is lost without it, and a verdict."""
     for (name, keys), loss in zip(PROTECTIONS.items(), _LOSSES, strict=True):
         registers = [getattr(rig.serial.registers, key) for key in keys]
-        verdict: Verdict = "fine" if all(registers) else "accepted" if name in drive.accept_missing else "problem"
+        verdict: Verdict = "noted" if all(registers) else "accepted" if name in drive.accept_missing else "problem"
         remedy = f'; name {" and ".join(keys)} in [bus.registers], or accept_missing = ["{name}"] in [[drives]]'
         missing = f"missing: {loss}{remedy if verdict == 'problem' else ''}"
         yield name, f"by {', '.join(registers)}" if all(registers) else missing, verdict

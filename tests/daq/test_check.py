@@ -128,3 +128,11 @@ def test_refused_value_is_known_when_it_is_written(check: Check) -> None:
     assert code == 1
     assert "quick_stop_option" in findings[-1]["found"]
     assert check(habits, "quick_stop_option = 6", "--set-up")[0] == 0
+
+
+def test_protections_are_listed_with_what_protects(check: Check, tmp_path: Path) -> None:
+    code, findings = check('refuse_write = ["6066"]', 'accept_missing = ["6066"]')
+    assert code == 0
+    names = ("watchdog", "following error", "position limits", "quick stop ramp")
+    shown = [(f["found"], f["verdict"]) for name in names for f in [found(findings, name)]]
+    assert shown == [(f"by {by}", "noted") for by in ("1016h, 6007h", "6065h, 6066h", "607Dh", "605Ah, 605Eh, 6085h")]

@@ -173,7 +173,7 @@ def test_check_compares_and_writes_nothing() -> None:
     port.assert_finished()
     shown = [(f.found, f.verdict) for f in results if f.where.startswith("joint 2") and f.what in PROTECTIONS]
     assert shown[0] == ("missing: with this program killed or the cable pulled, the joint stays powered", "accepted")
-    assert shown[1:] == [("by r0xba", "fine"), ("by r0xb8, r0xb9", "fine"), ("by r0xcf", "fine")]
+    assert shown[1:] == [("by r0xba", "noted"), ("by r0xb8, r0xb9", "noted"), ("by r0xcf", "noted")]
     noteworthy = [(f.where[:7], f.what[:5], f.expected, f.found) for f in results if f.verdict == "will be written"]
     assert noteworthy[0] == ("joint 1", "state", "off", "fault: short circuit (0x0004)")
     assert ("joint 1", "r0xcf", "15000", "7") in noteworthy
