@@ -1,5 +1,6 @@
 """The section [bus] of the rig description: the connection to the drives, one class per transport."""
 
+import tomllib
 from ipaddress import ip_address
 from typing import Annotated, Any, Literal, Self
 
@@ -62,19 +63,32 @@ class CanBus(ConfigSection):
 
 
 def bus_from(text: str) -> CanBus:
-    """The CAN bus of the option --bus: INTERFACE:CHANNEL, or udp_multicast:ADDRESS:PORT.
+    """The CAN bus of the option --bus: INTERFACE:CHANNEL, or udp_multicast:ADDRESS:PORT; `,KEY=VALUE` may follow, the
+    bit rate or options of the interface.
 
     Raises:
-        BadInput: it has another form, or there is no such interface.
+        BadInput: it has another form.
     """
-    interface, _, channel = text.partition(":")
-    if not channel:
-        raise BadInput(f"--bus: INTERFACE:CHANNEL expected, e.g. socketcan:can0, {text!r} found")
-    settings: dict[str, Any] = {"interface": interface, "channel": channel}
+    bus, *pairs = text.split(",")
+    interface, _, channel = bus.partition(":")
+    if not channel or not all(pair.partition("=")[2] for pair in pairs):
+        form = "INTERFACE:CHANNEL[,KEY=VALUE...] expected, e.g. socketcan:can0 or gs_usb:0,index=0,bitrate=500000"
+        raise BadInput(f"--bus: {form}; {text!r} found")
+    options = {key: _value(value) for key, _, value in (pair.partition("=") for pair in pairs)}
+    settings: dict[str, Any] = {"interface": interface, "channel": channel, "options": options}
+    settings |= {"bitrate": options.pop("bitrate")} if "bitrate" in options else {}
     if interface == "udp_multicast" and ":" in channel:
         settings["channel"], _, port = channel.rpartition(":")
         settings["port"] = int(port) if port.isdigit() else port
     return validated(settings, CanBus, "--bus")
+
+
+def _value(text: str) -> Any:
+    """A value as in TOML; what is none is a text."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
 
 
 class SerialRegisters(ConfigSection):

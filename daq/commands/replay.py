@@ -23,7 +23,10 @@ Examples:
 @click.command(short_help="Put a recording's CAN frames back on a bus.", epilog=_EPILOG)
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
-    "--bus", required=True, metavar="INTERFACE:CHANNEL", help="As in python-can; udp_multicast:ADDRESS:PORT."
+    "--bus",
+    required=True,
+    metavar="INTERFACE:CHANNEL[,KEY=VALUE...]",
+    help="As in python-can, with its bitrate and options; udp_multicast:ADDRESS:PORT.",
 )
 @click.option("--speed", type=FiniteRange(0, min_open=True), default=1.0, show_default=True, help="Times as fast.")
 @click.option("--loop", "loops", type=IntegerRange(1), default=1, show_default=True, help="Repetitions.")

@@ -32,8 +32,8 @@ def command() -> None:
     "--bus",
     default="socketcan:can0",
     show_default=True,
-    metavar="INTERFACE:CHANNEL",
-    help="CAN bus, as in python-can; udp_multicast:ADDRESS:PORT.",
+    metavar="INTERFACE:CHANNEL[,KEY=VALUE...]",
+    help="CAN bus, as in python-can, with its bitrate and options; udp_multicast:ADDRESS:PORT.",
 )
 @click.option(
     "--nodes",
@@ -84,7 +84,12 @@ def propose(
     short_help="Give a device its node id and bit rate by LSS.",
     epilog="Example: daq rig lss --bus socketcan:can0 --node 3",
 )
-@click.option("--bus", required=True, metavar="INTERFACE:CHANNEL", help="CAN bus, as in python-can.")
+@click.option(
+    "--bus",
+    required=True,
+    metavar="INTERFACE:CHANNEL[,KEY=VALUE...]",
+    help="CAN bus, as in python-can, with its bitrate and options.",
+)
 @click.option("--node", type=IntegerRange(1, 127), required=True, help="Node id that the device gets.")
 @click.option(
     "--bitrate",

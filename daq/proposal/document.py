@@ -1,5 +1,6 @@
 """The commented rig file of a proposal."""
 
+import json
 import math
 import tomllib
 from collections.abc import Iterator, Sequence
@@ -89,6 +90,9 @@ def _bus(bus: CanBus, drives: Sequence[DriveFacts], draft: Rig | None) -> Iterat
     yield from Key("channel", f'"{bus.channel}"').lines()
     if bus.interface == "udp_multicast":
         yield from Key("port", str(bus.udp_port)).lines()
+    if bus.options:
+        options = ", ".join(f"{key} = {json.dumps(value)}" for key, value in bus.options.items())
+        yield from Key("options", f"{{ {options} }}").lines()
     allowed = [facts.bit_rates for facts in drives if facts.bit_rates]
     common = frozenset.intersection(*allowed) if allowed else frozenset()
     rate = bus.bitrate if not common or bus.bitrate in common else max(common)

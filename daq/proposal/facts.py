@@ -115,7 +115,10 @@ def from_bus(bus: CanBus) -> list[DriveFacts]:
         found = list(_scan(link, others))
     if not found:
         answers = f" (what answers is {', '.join(others)})" if others else ""
-        raise RunFailed(f"no CiA 402 drive answers{answers}; check power, cable, termination and bit rate")
+        raise RunFailed(
+            f"no CiA 402 drive answers{answers}; check power, cable, termination and bit rate; a "
+            "drive that has no node id yet gets one by daq rig lss"
+        )
     return found
 
 

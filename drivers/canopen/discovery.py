@@ -44,7 +44,7 @@ def check_one_drive_per_node(axes: Sequence[CanopenAxis]) -> None:
     if missing:
         raise RunFailed(
             f"no answer from {', '.join(missing)}; check power, cable, termination, bit rate and the node ids "
-            "in the rig file"
+            "in the rig file; a drive that has no node id yet gets one by daq rig lss"
         )
     for name, count in answers.items():
         if count > 1:

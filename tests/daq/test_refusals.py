@@ -95,7 +95,7 @@ REFUSED = {
     "response --joint 1 --amplitude 0": "--amplitude",
     # daq replay
     f"replay {SAMPLE}": "--bus",
-    f"replay {SAMPLE} --bus socketcan": "INTERFACE:CHANNEL expected",
+    f"replay {SAMPLE} --bus socketcan": "INTERFACE:CHANNEL[,KEY=VALUE...] expected",
     f"replay {SAMPLE} --bus virtual:x": "ends at this program",
     f"replay {SAMPLE} --bus pigeon:x": "CAN interface 'pigeon'",
     REPLAY: "cannot be opened",
@@ -109,7 +109,7 @@ REFUSED = {
     f"{PROPOSE}": "either --eds FILE or --scan expected",
     f"{PROPOSE} --scan --eds drive.eds": "either --eds FILE or --scan expected",
     f"{PROPOSE} --eds missing.eds": "missing.eds does not exist",
-    "rig propose --eds drive.eds --bus can0": "INTERFACE:CHANNEL expected",
+    "rig propose --eds drive.eds --bus can0": "INTERFACE:CHANNEL[,KEY=VALUE...] expected",
     f"{PROPOSE} --eds drive.eds --nodes 1,1,2": "axis 2 of a CiA 402 drive expected, no controlword (6840h)",
     f"{PROPOSE} --eds drive.eds --nodes a": "node ids such as 1,2,3",
     f"{PROPOSE} --eds drive.eds --eds drive.eds": "one file for all joints or 3",

@@ -61,6 +61,26 @@ def test_an_adapter_that_is_not_there_is_an_error_in_a_sentence(interface: str, 
         open_bus(CanBus(interface=interface, channel="/nowhere/tty"))
 
 
+@pytest.mark.parametrize(
+    ("text", "arguments"),
+    [
+        ("gs_usb:0,index=1,bitrate=250000", {"interface": "gs_usb", "channel": 0, "bitrate": 250_000, "index": 1}),
+        (
+            "vector:0,app_name=daq,rx_queue_size=1024",
+            {"interface": "vector", "channel": 0, "bitrate": 1_000_000, "app_name": "daq", "rx_queue_size": 1024},
+        ),
+        ("socketcan:can0", {"interface": "socketcan", "channel": "can0"}),
+    ],
+)
+def test_options_of_an_interface_stand_behind_its_channel(
+    text: str, arguments: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given: dict[str, Any] = {}
+    monkeypatch.setattr(can, "Bus", lambda **kwargs: given.update(kwargs) or MagicMock())
+    open_bus(bus_from(text)).shutdown()
+    assert given == arguments
+
+
 def test_groups_have_ports_of_their_own() -> None:
     """The one of python-can has the port of python-can; a port that is given stays."""
     groups = [f"239.74.163.{last}" for last in range(256)] + ["ff15::1"]
