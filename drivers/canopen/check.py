@@ -9,7 +9,8 @@ from drivers.canopen import dcf, pdo, readiness, setup
 from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
 from drivers.canopen.dictionary import DriveDictionary, read_dictionary
-from drivers.canopen.requirements import MODES, PDO, ROWS, Requirement, row_of
+from drivers.canopen.requirement import Requirement
+from drivers.canopen.requirements import MODES, PDO, ROWS, row_of
 from drivers.canopen.sdo import READ_DEVICE_TYPE, SdoWrite, format_address
 from drivers.canopen.units import Scale
 from drivers.protocol import CheckResult, Power, Verdict

@@ -8,15 +8,8 @@ from pathlib import Path
 
 from drivers.canopen import units
 from drivers.canopen.node_axes import FURTHER_AXES, PDOS_PER_AXIS, of_axis
-from drivers.canopen.requirements import (
-    RPDO_TIMEOUT,
-    SLOW_DOWN,
-    STANDARD,
-    TABLE,
-    WATCHDOG,
-    Requirement,
-    heartbeat_value,
-)
+from drivers.canopen.requirement import Requirement
+from drivers.canopen.requirements import RPDO_TIMEOUT, SLOW_DOWN, STANDARD, TABLE, WATCHDOG, heartbeat_value
 from drivers.canopen.sdo import ObjectMissing, ObjectRefused, Sdo, SdoWrite, format_address
 from drivers.eds import Address, ObjectDescription, load_dictionary
 from recordings.drives import HomedBit, Voltage, WatchedObject

@@ -10,7 +10,8 @@ from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.dictionary import DriveDictionary, read_dictionary, standard_dictionary
 from drivers.canopen.node_axes import AXES
 from drivers.canopen.pdo import is_foreign, switch_off
-from drivers.canopen.requirements import MODES, PDO, ROWS, Requirement, row_of
+from drivers.canopen.requirement import Requirement
+from drivers.canopen.requirements import MODES, PDO, ROWS, row_of
 from drivers.canopen.sdo import ObjectRefused, SdoWrite, format_address
 from drivers.protocol import Power, Report
 from recordings.drives import STATUSWORD

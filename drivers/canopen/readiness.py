@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 from drivers.canopen import pdo, setup
 from drivers.canopen.dictionary import DriveDictionary
-from drivers.canopen.requirements import MODES, PDO, ROWS, TABLE, Requirement
+from drivers.canopen.requirement import Requirement
+from drivers.canopen.requirements import MODES, PDO, ROWS, TABLE
 from drivers.canopen.sdo import SdoWrite, format_address
 from drivers.eds import Address
 from drivers.protocol import Verdict

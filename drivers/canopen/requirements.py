@@ -3,15 +3,13 @@
 `daq rig propose`, `daq check`, the set-up and the run judge a drive by this table, each with what it knows of it.
 """
 
-import re
-import struct
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import chain
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING
 
+from drivers.canopen.requirement import Requirement, Wanted
 from drivers.eds import Address
-from recordings.drives import STATUSWORD, Drive
+from recordings.drives import STATUSWORD
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
@@ -36,92 +34,6 @@ SLOW_DOWN = (1, 5)
 """Option codes that stop on 6084 instead of 6085."""
 _ROUNDING = 0.05
 """Largest relative error of the quick stop deceleration by the drive's unit."""
-
-Role = Literal["motion", "safety", "convenience"]
-Wanted = Callable[["Rig", "DriveDictionary"], int | None]
-"""Value that the run writes; None: none."""
-
-
-@dataclass(frozen=True)
-class Requirement:
-    """What a run needs of one object."""
-
-    address: Address
-    layout: str
-    """Struct format of its type by the standard."""
-    role: Role
-    meaning: str
-    use: str = ""
-    """How the run reaches it: r reads it, w writes it, m maps it into a PDO."""
-    wanted: Wanted = lambda rig, dictionary: None
-    needed: Callable[["DriveDictionary"], bool] = lambda dictionary: True
-    """Whether a drive must have it."""
-    quantity: str = ""
-    """What it holds, of `_QUANTITIES`; "": what no name contradicts."""
-    likewise: tuple[Address, ...] = ()
-    """Objects that hold nearly the same, and which are named where it is missing."""
-    words: str = ""
-    """Pattern of names that a manufacturer's object of this kind has."""
-    loss: str = ""
-    """For safety: what no longer protects."""
-    instead: str = ""
-    """For safety: what the host supervises instead."""
-    key: str = ""
-    """Key of [[drives]] that sets its value."""
-
-    @property
-    def sizes(self) -> set[int]:
-        """Lengths that it may have in a PDO [bytes]."""
-        return _SIZES.get(self.quantity, set()) | {struct.calcsize(self.layout)}
-
-    def may_be_count(self, data: bytes | None) -> bool:
-        """Whether its content is shorter than the standard says: in place of a value, an array has a count."""
-        return data is not None and len(data) == 1 < struct.calcsize(self.layout)
-
-    @property
-    def choices(self) -> tuple[int, ...]:
-        """What its key in the rig file may be, where that is one of a few numbers."""
-        values = get_args(Drive.model_fields[self.key].annotation) if self.key else ()
-        return tuple(value for value in values if isinstance(value, int))
-
-    @property
-    def waiver(self) -> str:
-        """What is lost without it, and how the rig file accepts that."""
-        return f'{self.loss}; accept_missing = ["{self.address[0]:04X}"] drives without it ({self.instead})'
-
-    def contradicts(self, name: str) -> bool:
-        """Whether a dictionary names the object as something else: a warning does not protect, and a name that says
-        other quantities and not its own is of another one."""
-        name = _WORD_ENDS.sub(" ", name)
-        if self.role == "safety" and _WARNING.search(name):
-            return True
-        said = {quantity for quantity, words in _QUANTITIES.items() if words.search(name)}
-        if self.quantity not in ("torque", "current"):
-            said.discard("current")  # as in "current position"
-        return bool(self.quantity and said) and self.quantity not in said
-
-    def resembles(self, name: str) -> bool:
-        """Whether a manufacturer's object of this name may hold what this one should."""
-        return bool(self.words and re.search(self.words, name, re.IGNORECASE)) and not self.contradicts(name)
-
-
-_SIZES = {"torque": {4}, "current": {4}, "voltage": {1, 4}}
-"""Further lengths of what a PDO may hold in more than one [bytes]."""
-_WORD_ENDS = re.compile(r"_|(?<=[a-z])(?=[A-Z])")
-"""As in following_error_window and FollowingErrorWindow."""
-_WARNING = re.compile(r"warning|alarm", re.IGNORECASE)
-_QUANTITIES = {
-    quantity: re.compile(words, re.IGNORECASE)
-    for quantity, words in {
-        "position": "position|angle|following|tracking|deviation|distance",
-        "velocity": "velocity|speed",
-        "acceleration": "deceleration|acceleration|ramp",
-        "torque": "torque|force",
-        "current": r"\bcurrent",
-        "voltage": "voltage",
-        "time": r"\btime|timeout|duration|\bms\b",
-    }.items()
-}
 
 
 class TooCoarse(BadInput):
@@ -180,6 +92,18 @@ def heartbeat_value() -> int:
     return MASTER_ID << 16 | MASTER_TIMEOUT_MS
 
 
+def _period(end: int) -> Wanted:
+    return lambda rig, dictionary: interpolation_period(rig.rate)[end]
+
+
+def _option(key: str) -> Wanted:
+    return lambda rig, dictionary: int(getattr(dictionary.drive, key))
+
+
+def _where(index: int, sub: int) -> "Callable[[DriveDictionary], bool]":
+    return lambda dictionary: (index, sub) in dictionary
+
+
 def _always(value: int) -> Wanted:
     return lambda rig, dictionary: value
 
@@ -192,6 +116,23 @@ RPDO_TIMEOUT = 0x1400, 5
 _FOLLOWING = "the host stops all drives at limits.following_error, a cycle later"
 _POWERLESS = "nothing can: only the emergency stop remains"
 _STANDSTILL = "the host waits for standstill before it switches off"
+
+_OPTIONS = (
+    (
+        *(0x605A, "quick_stop_option", "quick stop: on a ramp, then off"),
+        *("a quick stop may coast, or stop as hard as the drive can", _STANDSTILL),
+    ),
+    (
+        *(0x605E, "fault_reaction_option", "reaction to a fault"),
+        *("a drive with a fault may coast, or stop as hard as it can", "the host stops the other drives"),
+    ),
+    (0x605D, "halt_option", "reaction to halt", "a halt may coast", "the host never commands a halt"),
+    (
+        *(0x6007, "abort_option", "reaction to a lost master"),
+        *("the drive may keep moving when this program or the cable fails", _POWERLESS),
+    ),
+)
+"""Reactions: index, key of [[drives]], meaning, what is lost without it, and what the host does instead."""
 
 WATCHDOG = Requirement(
     (0x1016, 1),
@@ -208,13 +149,7 @@ WATCHDOGS = {
     "heartbeat": (WATCHDOG,),
     "guarding": (
         Requirement(
-            (0x100C, 0),
-            "<H",
-            "convenience",
-            "node guarding: guard time [ms]",
-            "w",
-            _always(_GUARD_TIME_MS),
-            _never,
+            (0x100C, 0), "<H", "convenience", "node guarding: guard time [ms]", "w", _always(_GUARD_TIME_MS), _never
         ),
         Requirement(
             (0x100D, 0),
@@ -227,15 +162,7 @@ WATCHDOGS = {
         ),
     ),
     "rpdo": (
-        Requirement(
-            RPDO_TIMEOUT,
-            "<H",
-            "convenience",
-            "RPDO time-out [ms]",
-            "w",
-            _always(_RPDO_TIMEOUT_MS),
-            _never,
-        ),
+        Requirement(RPDO_TIMEOUT, "<H", "convenience", "RPDO time-out [ms]", "w", _always(_RPDO_TIMEOUT_MS), _never),
     ),
 }
 """What lets a drive notice a lost master, by the way in which it does."""
@@ -245,30 +172,11 @@ TABLE = (
     Requirement((0x6040, 0), "<H", "motion", "controlword", "mw"),
     Requirement((STATUSWORD, 0), "<H", "motion", "statusword", "rm"),
     Requirement(
-        (0x6060, 0),
-        "<b",
-        "motion",
-        "mode of operation",
-        "w",
-        lambda rig, dictionary: MODES[dictionary.drive.mode],
+        (0x6060, 0), "<b", "motion", "mode of operation", "w", lambda rig, dictionary: MODES[dictionary.drive.mode]
     ),
-    Requirement(
-        (0x60C2, 1),
-        "<B",
-        "motion",
-        "interpolation time",
-        "w",
-        lambda rig, dictionary: interpolation_period(rig.rate)[0],
-        lambda dictionary: (0x60C2, 1) in dictionary,
-    ),
-    Requirement(
-        (0x60C2, 2),
-        "<b",
-        "motion",
-        "interpolation time",
-        "w",
-        lambda rig, dictionary: interpolation_period(rig.rate)[1],
-        lambda dictionary: (0x60C2, 2) in dictionary,
+    *(
+        Requirement((0x60C2, sub), layout, "motion", "interpolation time", "w", _period(sub - 1), _where(0x60C2, sub))
+        for sub, layout in ((1, "<B"), (2, "<b"))
     ),
     Requirement(
         (0x1006, 0),
@@ -338,49 +246,9 @@ TABLE = (
         "torque",
         key="torque_offset",
     ),
-    Requirement(
-        (0x605A, 0),
-        "<h",
-        "safety",
-        "quick stop: on a ramp, then off",
-        "w",
-        lambda rig, dictionary: dictionary.drive.quick_stop_option,
-        loss="a quick stop may coast, or stop as hard as the drive can",
-        instead=_STANDSTILL,
-        key="quick_stop_option",
-    ),
-    Requirement(
-        (0x605E, 0),
-        "<h",
-        "safety",
-        "reaction to a fault",
-        "w",
-        lambda rig, dictionary: dictionary.drive.fault_reaction_option,
-        loss="a drive with a fault may coast, or stop as hard as it can",
-        instead="the host stops the other drives",
-        key="fault_reaction_option",
-    ),
-    Requirement(
-        (0x605D, 0),
-        "<h",
-        "safety",
-        "reaction to halt",
-        "w",
-        lambda rig, dictionary: dictionary.drive.halt_option,
-        loss="a halt may coast",
-        instead="the host never commands a halt",
-        key="halt_option",
-    ),
-    Requirement(
-        (0x6007, 0),
-        "<h",
-        "safety",
-        "reaction to a lost master",
-        "w",
-        lambda rig, dictionary: dictionary.drive.abort_option,
-        loss="the drive may keep moving when this program or the cable fails",
-        instead=_POWERLESS,
-        key="abort_option",
+    *(
+        Requirement((index, 0), "<h", "safety", meaning, "w", _option(key), loss=loss, instead=instead, key=key)
+        for index, key, meaning, loss, instead in _OPTIONS
     ),
     Requirement(
         (0x1017, 0),
