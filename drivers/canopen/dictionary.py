@@ -29,6 +29,8 @@ MOST_ENTRIES = 8
 _MANY_PDOS = 8
 """PDO numbers that are tried in any case; the search ends after as many that do not exist."""
 _MAKERS = range(0x2000, 0x6000)
+_MAPPINGS = {*range(0x1600, 0x1800), *range(0x1A00, 0x1C00)}
+"""Indices of the mappings of PDOs."""
 _MOST_NAMED = 3
 _SHARED = (
     "several axes share the objects of one node, where CiA 402 gives axis 2 those from 6800h on; this program drives "
@@ -76,7 +78,7 @@ class DriveDictionary:
             return f"{index:04X}h is divided into sub-indices: {_SHARED}"
         if row.address not in self:
             return f"no such object{self._beside(row)}"
-        if "m" in row.use and item is not None and not item.mappable:
+        if "m" in row.use and item is not None and not (item.mappable or self.doubt(row)):
             return "cannot be mapped into a PDO"
         if "r" in row.use and (data is None if item is None else not item.is_readable):
             return "cannot be read"
@@ -87,6 +89,14 @@ class DriveDictionary:
         if row.role == "safety" and self.misnamed(row):
             return f"{self.misnamed(row)}{self._beside(row)}"
         return ""
+
+    def doubt(self, row: Requirement) -> str:
+        """That a PDO holds an object which cannot be mapped by the drive's file; "": neither, or not both."""
+        item = self.descriptions.get(row.address)
+        mapped = (self.value((index, sub)) or 0 for index, sub in self.data if sub and index in _MAPPINGS)
+        is_mapped = any((entry >> 16, entry >> 8 & 0xFF) == row.address for entry in mapped)
+        is_doubtful = "m" in row.use and item is not None and not item.mappable and is_mapped
+        return "mapped as delivered, though the dictionary says that it cannot be" if is_doubtful else ""
 
     def _beside(self, row: Requirement) -> str:
         """What a drive has in place of an object, or beside one that is named as something else."""

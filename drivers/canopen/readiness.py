@@ -101,8 +101,8 @@ def _judged(rig: Rig, dictionary: DriveDictionary, row: Requirement) -> DriveFin
         with suppress(BadInput):  # which `findings` says
             value = row.wanted(rig, dictionary)
             refusal = "" if value is None else dictionary.refuses(row.address, value)
-    if name := "" if lack or refusal else dictionary.misnamed(row):
-        return DriveFinding(_what(row.address, row), "as the standard says", name, "noted", row)
+    if doubt := "" if lack or refusal else dictionary.misnamed(row) or dictionary.doubt(row):
+        return DriveFinding(_what(row.address, row), "as the standard says", doubt, "noted", row)
     return _found(dictionary, row, lack or refusal) if lack or refusal else None
 
 

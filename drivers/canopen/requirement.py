@@ -69,7 +69,7 @@ class Requirement:
         """Whether a dictionary names the object as something else: a warning does not protect, and a name that says
         other quantities and not its own is of another one."""
         name = _WORD_ENDS.sub(" ", name)
-        if self.role == "safety" and _WARNING.search(name):
+        if self.role == "safety" and self.quantity and _WARNING.search(name):
             return True
         said = {quantity for quantity, words in _QUANTITIES.items() if words.search(name)}
         if self.quantity not in ("torque", "current"):
@@ -85,7 +85,7 @@ _SIZES = {"torque": {4}, "current": {4}, "voltage": {1, 4}}
 """Further lengths of what a PDO may hold in more than one [bytes]."""
 _WORD_ENDS = re.compile(r"_|(?<=[a-z])(?=[A-Z])")
 """As in following_error_window and FollowingErrorWindow."""
-_WARNING = re.compile(r"warning|alarm", re.IGNORECASE)
+_WARNING = re.compile("warning", re.IGNORECASE)
 _QUANTITIES = {
     quantity: re.compile(words, re.IGNORECASE)
     for quantity, words in {
@@ -95,6 +95,6 @@ _QUANTITIES = {
         "torque": "torque|force",
         "current": r"\bcurrent",
         "voltage": "voltage",
-        "time": r"\btime|timeout|duration|\bms\b",
+        "time": r"\btime|timeout|duration|delay|period|\bms\b",
     }.items()
 }

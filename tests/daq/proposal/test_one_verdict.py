@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from daq.proposal.document import propose
 from daq.proposal.facts import from_file
+from drivers.canopen.requirements import ROWS
 from recordings.buses import CanBus
 from recordings.errors import BadInput
 from recordings.rig import load_rig
@@ -22,6 +23,7 @@ from tests.drivers.simulated.dictionaries import (
     I32,
     TORQUE,
     U8,
+    U16,
     U32,
     Item,
     MadeUpDrive,
@@ -142,6 +144,18 @@ def _with(**keys: Any) -> Callable[[Items, tuple[int, int]], None]:
     return change
 
 
+def _unmappable(items: Items, address: tuple[int, int]) -> None:
+    """Mapped by no PDO either."""
+    _with(mappable=False)(items, address)
+    for place, item in items.items():
+        if (
+            place[0] // 0x200 in (0xB, 0xD)
+            and place[1]
+            and int(str(item.default)) >> 8 == address[0] << 8 | address[1]
+        ):
+            items[place] = replace(item, default=0)
+
+
 def _moved(items: Items, address: tuple[int, int]) -> None:
     """At the other sub-index: one value in place of an array, or an array in place of one value."""
     # A count in place of a deceleration is one by which no drive stops in time, in place of a rating it is one.
@@ -158,7 +172,7 @@ CHANGES = (
     _moved,
     _with(access="ro"),
     _with(access="wo"),
-    _with(mappable=False),
+    _unmappable,
     _with(low=0, high=0),
     _with(high=1),
     _with(low=3),
@@ -229,6 +243,37 @@ def test_values_that_the_dictionary_allows_or_names_are_proposed() -> None:
     assert 'units = { acceleration = "10 counts/s^2" }  # named: "Quick stop deceleration' in found.said
     assert found.outcome is not None
     assert found.outcome.samples
+
+
+def test_what_is_mapped_by_default_can_be_mapped_whatever_the_file_says() -> None:
+    mapped = {"i1A00_0": Item(U8, default=1), "i1A00_1": Item(U32, default=0x6041_00_10)}
+    said = "6041:00 statusword: cannot be mapped"
+    status = Item(U16, "ro")
+    found = verdicts(_drive(i6041_0=status, **mapped)).said
+    assert said not in found
+    assert "6041:00 statusword: mapped as delivered, though" in found
+    assert said in verdicts(_drive(i6041_0=status, i1A00_1=Item(U32), i1A01_1=Item(U32))).said
+
+
+@pytest.mark.parametrize(
+    ("index", "name", "is_other"),
+    [
+        (0x6065, "Following error window", False),
+        (0x6065, "Following error alarm window", False),
+        (0x6065, "Max_PositionDeviation", False),
+        (0x6065, "Schleppfehlerfenster", False),
+        (0x6065, "PositionErrorWarning", True),
+        (0x6065, "Speed error window", True),
+        (0x6066, "Following error delay", False),
+        (0x605E, "Alarm reaction option code", False),
+        (0x6064, "Current position", False),
+        (0x6077, "Actual motor current", True),
+        (0x6078, "Torque current actual", False),
+        (0x6085, "Quick stop ramp time", False),
+    ],
+)
+def test_a_name_counts_only_against_the_standard(index: int, name: str, is_other: bool) -> None:
+    assert ROWS[index, 0].contradicts(name) == is_other
 
 
 def test_a_mapping_that_is_read_only_and_right_is_used() -> None:
