@@ -10,6 +10,7 @@ from typing import Any
 
 import can
 
+from drivers.canopen import can_errors
 from recordings.buses import CanBus
 from recordings.errors import BadInput, RunFailed
 
@@ -116,6 +117,8 @@ class Link:
         self._unreadable = 0
         self.echoes = self.received = self.stamped = 0
         """Frames of our own that came back; those of others, and how many of these had a time of the host's clock."""
+        self.arrival = 0
+        """When the last frame arrived [ns]."""
         self.bits = 0
         """Bits of all frames so far, in the worst case."""
         self.tap: Tap | None = None
@@ -144,7 +147,7 @@ class Link:
         try:
             self._bus.send(message)
         except (can.CanError, OSError) as error:
-            raise RunFailed(f"the CAN bus does not accept frames: {error}") from None
+            raise RunFailed(can_errors.explain(self._bus, error, "the CAN bus does not accept frames")) from None
 
     def receive(self, timeout: float) -> tuple[int, bytes] | None:
         """The next standard data frame (arbitration id, data) within `timeout` seconds, or None.
@@ -157,12 +160,12 @@ class Link:
             if self._is_echo(message):
                 self.echoes += 1
                 continue
-            arrival = self._arrival(message)
+            self.arrival = self._arrival(message)
             self.received += 1
             self.bits += frame_bits(message.dlc)
             on_cyclic = self.cyclic.get(message.arbitration_id)
             if self.tap is not None:
-                self.tap(arrival, message, on_cyclic is not None and not message.is_rx)
+                self.tap(self.arrival, message, on_cyclic is not None and not message.is_rx)
             if on_cyclic is not None:
                 on_cyclic(message.timestamp, message.is_rx)
             if message.is_error_frame and self.on_error_frame is not None:
@@ -185,9 +188,9 @@ class Link:
                 # On udp_multicast a datagram of another program may be no frame.
                 self._unreadable += 1
                 if self._unreadable > _MAX_UNREADABLE or self._expected_echoes is None:
-                    raise RunFailed(f"the CAN bus is lost: {error}") from None
+                    raise RunFailed(can_errors.explain(self._bus, error, "the CAN bus is lost")) from None
             except (can.CanError, OSError) as error:
-                raise RunFailed(f"the CAN bus is lost: {error}") from None
+                raise RunFailed(can_errors.explain(self._bus, error, "the CAN bus is lost")) from None
 
     def _arrival(self, message: can.Message) -> int:
         """When a frame arrived [ns]: its time stamp where this is of the host's clock.
@@ -215,6 +218,11 @@ class Link:
         while self._expected_echoes.popleft() != key:
             pass
         return True
+
+    @property
+    def controller(self) -> str:
+        """State of the CAN controller, where it is not error-active; see `can_errors.controller`."""
+        return can_errors.controller(self._bus)
 
     def now(self) -> int:
         """Present time [ns]."""
