@@ -102,10 +102,13 @@ class DriveDictionary:
 
     @property
     def watchdog(self) -> str | None:
-        """The way in which the drive notices a lost master; 1016h where the rig file does not do without it."""
-        if (0x1016, 1) in self.data and "1016" not in self.drive.accept_missing:
+        """The way in which the drive notices a lost master; 1016h where the rig file does not do without it. A drive
+        that has no heartbeat of its own (1017h) is guarded: CiA 301 allows one of both."""
+        can_be_guarded = (0x100C, 0) in self.data and (0x100D, 0) in self.data
+        has_heartbeat = (0x1017, 0) in self.data or not can_be_guarded
+        if has_heartbeat and (0x1016, 1) in self.data and "1016" not in self.drive.accept_missing:
             return "heartbeat"
-        if (0x100C, 0) in self.data and (0x100D, 0) in self.data:
+        if can_be_guarded:
             return "guarding"
         # A drive whose first RPDO maps one object may get its targets by another.
         return "rpdo" if (RECEIVE, 5) in self.data and self.entries(RECEIVE).get(0) != 1 else None

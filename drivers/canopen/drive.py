@@ -30,10 +30,6 @@ _START_HOMING = 0x10
 """Controlword bit 4 in homing mode."""
 _HEARTBEAT_TIMEOUT = 3.5 * setup.DRIVE_HEARTBEAT_MS / 1000
 """Time without a heartbeat after which a drive counts as lost [s]."""
-_TWICE_HEARD = 0.5 * setup.DRIVE_HEARTBEAT_MS / 1000
-"""Time between two heartbeats of one id below which they are of two nodes [s]."""
-_BOOT_UP = b"\x00"
-"""Content of the message under the heartbeat's id after a start; a drive without heartbeat sends it, too."""
 _STILL_TIME = 0.02
 """Time that a drive that stays in quick stop must be at rest before it is switched off [s]."""
 _STAYS_IN_QUICK_STOP = (5, 6)
@@ -54,7 +50,6 @@ class CanopenDrives:
         self._kernel_sync = kernel_sync
         self._cycle = 0
         self._heartbeat_interval = self._cycles(setup.MASTER_HEARTBEAT)
-        self._operational = False
         self._axes = [CanopenAxis(rig, joint, link, self._dispatch) for joint in range(1, rig.dof + 1)]
         polled = [axis for axis in self._axes if axis.drive.voltage.transfer == "sdo"]
         self._poll = VoltagePoll([axis for axis in polled if axis.drive.torque_source == "voltage"], link)
@@ -68,8 +63,10 @@ class CanopenDrives:
         for node_id, axes in self._nodes.items():
             self._handlers[0x80 + node_id] = partial(self._on_emcy, axes)
             self._handlers[0x580 + node_id] = partial(self._poll.take_response, axes)
-            self._handlers[0x700 + node_id] = partial(self._on_heartbeat, axes)
+            self._handlers[0x700 + node_id] = partial(self._on_heartbeat, 0x700 + node_id, axes)
         self._listen_to_tpdos()
+        if kernel_sync is not None:
+            kernel_sync.on_sync = self._monitor.take_sync
 
     def _listen_to_tpdos(self) -> None:
         self._axis_of_tpdo = {arbitration_id: axis for axis in self._axes for arbitration_id in axis.tpdos}
@@ -111,7 +108,7 @@ class CanopenDrives:
         self._listen_to_tpdos()
         self._check_load(foreign)
         self._send_nmt(0x01)
-        self._operational = self._monitor.armed = True
+        self._monitor.armed = True
 
     def _check_load(self, foreign: list[int]) -> None:
         """Check the bus load with the sizes that the drives have, and with the PDOs that they did not let go of."""
@@ -164,7 +161,7 @@ class CanopenDrives:
         """See `Amplifiers`."""
         deadline = time.perf_counter() + timeout
         for axis in self._axes:
-            axis.begin_cycle()
+            axis.begin_cycle(self._link.now() / 1e9)
         # Frames since the last exchange first, so that a late answer is not taken for the next one.
         for frame in self._link.frames(0.0):
             self._dispatch(*frame)
@@ -180,10 +177,9 @@ class CanopenDrives:
         number = None
         if self._kernel_sync is None:
             self._link.send(setup.SYNC_ID, b"")
+            self._monitor.take_sync(foreign=False)
         else:
             number = self._kernel_sync.wait(self._dispatch, timeout)
-            if self._kernel_sync.second:
-                self._monitor.second_sync()
             timeout = deadline - time.perf_counter()
         self._cycle += 1
         self._collect(timeout)
@@ -193,8 +189,10 @@ class CanopenDrives:
     def _show_life(self) -> None:
         self._link.send(0x700 + setup.MASTER_ID, b"\x05")
         for node_id, axes in self._nodes.items():
-            if axes[0].dictionary.watchdog == "guarding":
+            if axes[0].presence.guarded:
                 self._link.send(0x700 + node_id, None)
+                for axis in axes:
+                    axis.presence.guard(0x700 + node_id, self._cycle)
 
     def _controlword(self, axis: CanopenAxis) -> int:
         if self.goal is Goal.STOPPED and self._rests_in_quick_stop(axis):
@@ -246,7 +244,9 @@ class CanopenDrives:
 
     def _dispatch(self, arbitration_id: int, data: bytes) -> None:
         handler = self._handlers.get(arbitration_id)
-        if handler is not None:
+        if handler is None:
+            self._monitor.take_stray(arbitration_id)
+        else:
             handler(data)
 
     def _on_emcy(self, axes: Sequence[CanopenAxis], data: bytes) -> None:
@@ -259,12 +259,9 @@ class CanopenDrives:
         elif axis.warnings[message.code] == 1:
             self._report("warning", name, f"{text}; a warning, the run goes on")
 
-    def _on_heartbeat(self, axes: Sequence[CanopenAxis], data: bytes) -> None:
-        for axis in axes:
-            if data[:1] != _BOOT_UP:
-                axis.take_heartbeat(data[0] & 0x7F if data else 0, self._cycle, self._cycles(_TWICE_HEARD))
-            elif self._operational:
-                axis.take_boot_up(self._cycle)
+    def _on_heartbeat(self, cob_id: int, axes: Sequence[CanopenAxis], data: bytes) -> None:
+        for axis in axes if data else ():
+            axis.presence.hear(cob_id, data, self._cycle, self._link.arrival / 1e9)
 
     # Shutdown
 
@@ -286,8 +283,9 @@ class CanopenDrives:
         if self._kernel_sync is not None:
             self._kernel_sync.close()
         shutdown.report_repeated_warnings(self._axes, self._report)
+        self._monitor.report_totals()
         try:
-            if self._operational:
+            if self._monitor.armed:
                 shutdown.release(self._axes, self._report)
             self._send_nmt(0x80)
         except RunFailed as error:
