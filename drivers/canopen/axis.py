@@ -3,7 +3,6 @@
 import math
 import struct
 import time
-from collections import Counter
 from collections.abc import Callable
 
 from drivers import cia402
@@ -44,14 +43,11 @@ class CanopenAxis:
         """Code of the last EMCY, errors and warnings; 0: none, or reset."""
         self.error_code = 0
         """Code of the last EMCY that ends a run."""
-        self.error_text = ""
-        self.warnings: Counter[int] = Counter()
-        """Number of EMCY of each code that do not end a run."""
         self.answers_since_emcy = 0
         """Number of answers since an EMCY that reported an error."""
         self.fault_without_emcy = False
         """Whether a fault ended the run before an EMCY told its code."""
-        self.presence = Presence()
+        self.presence = Presence(drive.node_id)
         self.homing = self.homing_started = False
         """Whether the drive is in homing mode, and may search its zero."""
         self.answers_without_following = 0
@@ -81,8 +77,7 @@ class CanopenAxis:
         self.tpdos = {tpdo.cob_id: tpdo for tpdo in pdo.tpdos(dictionary)}
         self.rpdos = {rpdo.cob_id: rpdo for rpdo in pdo.rpdos(dictionary)}
         # A drive that refuses 1017h keeps a shorter interval.
-        known = dictionary.value((0x1017, 0)) or setup.DRIVE_HEARTBEAT_MS
-        self.presence.interval = min(known, setup.DRIVE_HEARTBEAT_MS) / 1000
+        self.presence.interval = min(dictionary.value((0x1017, 0)) or 0xFFFF, setup.DRIVE_HEARTBEAT_MS) / 1000
         self.presence.guarded = dictionary.watchdog == "guarding"
 
     def target(self, counts: int, torque_offset: int = 0) -> bytes:
@@ -137,9 +132,8 @@ class CanopenAxis:
             RunFailed: it shows another one, or does not answer.
         """
         deadline = time.monotonic() + _MODE_TIMEOUT
-        while (shown := self.sdo.read_optional(0x6061, 0, "<b")) not in (None, mode):
-            if time.monotonic() >= deadline:
-                break
+        while (shown := self.sdo.read_optional(0x6061, 0, "<b")) not in (None, mode) and time.monotonic() < deadline:
+            pass
         if shown not in (None, mode, _NO_MODE):
             raise RunFailed(
                 f"{self.name}: mode {mode} was written, the drive shows mode {shown} (6061h); check what it supports"
@@ -250,10 +244,8 @@ class CanopenAxis:
         message = emcy.decode(data)
         self.last_code = message.code
         if message.ends_run:
-            self.error_code, self.error_text = message.code, self.text_of(message.code)
-        elif message.code:
-            self.warnings[message.code] += 1
-        else:
+            self.error_code = message.code
+        elif not message.code:
             self.clear_errors()
         return message
 
@@ -264,23 +256,22 @@ class CanopenAxis:
     def clear_errors(self) -> None:
         """Forget the errors that were reported."""
         self.last_code = self.error_code = self.answers_since_emcy = 0
-        self.error_text = ""
 
     def trouble(self, cycle: int, heartbeat_timeout: int, following_timeout: int) -> str | None:
         """Reason to end the run in `cycle`, or None. `heartbeat_timeout`: cycles without a heartbeat or an answer to
         guarding; `following_timeout`: answers without following the target."""
-        if self.presence.restarted:
-            return f"{self.name}: the drive restarted (boot-up message)"
+        if self.presence.trouble:
+            return f"{self.name}: {self.presence.trouble}"
         if self.state in (cia402.DriveState.FAULT, cia402.DriveState.FAULT_REACTION):
             if self.error_code:
-                return f"{self.name}: drive fault, {self.error_text} (0x{self.error_code:04X})"
+                return f"{self.name}: drive fault, {self.text_of(self.error_code)} (0x{self.error_code:04X})"
             self.fault_without_emcy = True
             return f"{self.name}: drive fault without EMCY"
         if self.error_code and not self.answered:
-            return f"{self.name}: no answer after {self.error_text} (EMCY 0x{self.error_code:04X})"
+            return f"{self.name}: no answer after {self.text_of(self.error_code)} (EMCY 0x{self.error_code:04X})"
         if self.answers_since_emcy > 1:
             # A fault in the statusword would be the better reason, and has had time to arrive.
-            return f"{self.name}: EMCY 0x{self.error_code:04X}: {self.error_text}"
+            return f"{self.name}: EMCY 0x{self.error_code:04X}: {self.text_of(self.error_code)}"
         if self.answered and self.state is None:
             return f"{self.name}: statusword 0x{self.statusword:04X} fits no state of CiA 402"
         if self.is_limited and self.answers_without_following > 1:

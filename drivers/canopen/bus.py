@@ -6,6 +6,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 import can
@@ -109,6 +110,8 @@ class Link:
         from can.interfaces.udp_multicast import UdpMulticastBus
 
         self._bus = bus
+        self.controller = partial(can_errors.controller, bus)
+        """State of the CAN controller, where it is not error-active."""
         # On socketcan, other programs of this host send such frames, too.
         self._marks_own = not isinstance(bus, SocketcanBus)
         # Only this interface returns sent frames to their sender without a mark.
@@ -184,13 +187,12 @@ class Link:
         while True:
             try:
                 return self._bus.recv(max(0.0, deadline - time.perf_counter()))
-            except can.CanOperationError as error:
-                # On udp_multicast a datagram of another program may be no frame.
-                self._unreadable += 1
-                if self._unreadable > _MAX_UNREADABLE or self._expected_echoes is None:
-                    raise RunFailed(can_errors.explain(self._bus, error, "the CAN bus is lost")) from None
             except (can.CanError, OSError) as error:
-                raise RunFailed(can_errors.explain(self._bus, error, "the CAN bus is lost")) from None
+                # On udp_multicast a datagram of another program may be no frame.
+                no_frame = isinstance(error, can.CanOperationError) and self._expected_echoes is not None
+                self._unreadable += 1
+                if not no_frame or self._unreadable > _MAX_UNREADABLE:
+                    raise RunFailed(can_errors.explain(self._bus, error, "the CAN bus is lost")) from None
 
     def _arrival(self, message: can.Message) -> int:
         """When a frame arrived [ns]: its time stamp where this is of the host's clock.
@@ -209,20 +211,13 @@ class Link:
     def _is_echo(self, message: can.Message) -> bool:
         if self._marks_own and not message.is_rx:
             return True
-        if not self._expected_echoes:
-            return False
         key = (message.arbitration_id, bytes(message.data))
-        if key not in self._expected_echoes:
+        if not self._expected_echoes or key not in self._expected_echoes:
             return False
         # Echoes come in the order of sending; those before this one were lost.
         while self._expected_echoes.popleft() != key:
             pass
         return True
-
-    @property
-    def controller(self) -> str:
-        """State of the CAN controller, where it is not error-active; see `can_errors.controller`."""
-        return can_errors.controller(self._bus)
 
     def now(self) -> int:
         """Present time [ns]."""

@@ -1,6 +1,5 @@
 """Texts for what adapters say of errors: error frames, the state of the CAN controller, and errors of python-can."""
 
-import re
 from contextlib import suppress
 from typing import Any
 
@@ -9,9 +8,8 @@ import can
 BUS_OFF = "bus-off: the CAN controller has switched itself off"
 ERROR_PASSIVE = "error-passive: the CAN controller sees many errors, or only listens; check cable and bit rate"
 
-# Error frames as SocketCAN reports them (linux/can/error.h); gs_usb passes them on. Fault tests use the others.
-_LIKE_SOCKETCAN = ("socketcan", "gs_usb", "virtual", "udp_multicast")
-# Class bits of the arbitration id. Only bus-off ends a run; the others indicate a bad cable or a full bus.
+# Class bits of the arbitration id, as SocketCAN has them (linux/can/error.h). Only bus-off ends a run; the others
+# indicate a bad cable or a full bus.
 _CLASSES: tuple[tuple[int, str], ...] = (
     (0x040, BUS_OFF),
     (0x020, "no acknowledge: nobody else is on the bus"),
@@ -40,24 +38,22 @@ _DETAILS: dict[str, tuple[int, tuple[tuple[int, str], ...]]] = {
     ),
 }
 """Byte of the data that says more, and the texts of its bits."""
-_PCAN = ((0x01, "bit error"), (0x02, "frame format error"), (0x04, "stuff error"))
-"""Error frames of PCAN, by the arbitration id."""
+_ERRORS = {
+    **dict.fromkeys(("socketcan", "gs_usb", "virtual", "udp_multicast"), _CLASSES),
+    "pcan": ((0x01, "bit error"), (0x02, "frame format error"), (0x04, "stuff error")),
+}
+"""Meanings of the arbitration id of an error frame, by the interface; the others have none that is known."""
 
-# PCAN tells the state of its controller in bits, other interfaces by `bus.state`: ETAS gives None in bus-off.
+# PCAN tells the state of its controller in bits, other interfaces by `bus.state`.
 _PCAN_STATES = ((0x10, BUS_OFF), (0x40000, ERROR_PASSIVE))
-_STATES = {can.BusState.ERROR: BUS_OFF, None: BUS_OFF, can.BusState.PASSIVE: ERROR_PASSIVE}
-_NAMES_BUS_OFF = re.compile(r"bus.?off", re.IGNORECASE)
+_STATES = {can.BusState.ERROR: BUS_OFF, can.BusState.PASSIVE: ERROR_PASSIVE}
 
 
-def decode(arbitration_id: int, data: bytes, interface: str = "socketcan") -> str:
+def decode(frame: can.Message, interface: str) -> str:
     """Text for the most serious error in an error frame of an interface of python-can."""
-    if interface == "pcan":
-        return _first(_PCAN, arbitration_id) or "an error without a kind"
-    if interface not in _LIKE_SOCKETCAN:
-        return f"an error, which the interface {interface} does not explain"
-    text = _first(_CLASSES, arbitration_id) or "an error without a kind"
+    text = _first(_ERRORS.get(interface, ()), frame.arbitration_id) or "an error frame without a kind that is known"
     at, bits = _DETAILS.get(text, (0, ()))
-    return (_first(bits, data[at]) if len(data) > at else "") or text
+    return (_first(bits, frame.data[at]) if len(frame.data) > at else "") or text
 
 
 def _first(texts: tuple[tuple[int, str], ...], bits: int) -> str:
@@ -71,13 +67,11 @@ def controller(bus: Any) -> str:
     """
     # Vendors' libraries raise errors of their own.
     with suppress(Exception):
-        if type(bus).__name__ == "PcanBus":
-            return _first(_PCAN_STATES, bus.status())
-        return _STATES.get(bus.state, "")
+        return _first(_PCAN_STATES, bus.status()) if type(bus).__name__ == "PcanBus" else _STATES.get(bus.state, "")
     return ""
 
 
 def explain(bus: Any, error: Exception, otherwise: str) -> str:
     """Why an adapter raised an error: bus-off where error or controller say so; `otherwise`: what else is known."""
-    state = BUS_OFF if _NAMES_BUS_OFF.search(str(error)) else controller(bus)
+    state = BUS_OFF if "busoff" in str(error).lower().replace("-", "").replace(" ", "") else controller(bus)
     return f"{state} ({error})" if state == BUS_OFF else f"{otherwise}: {error}" + (f"; {state}" if state else "")

@@ -49,7 +49,6 @@ class CanopenDrives:
         self._report = report
         self._kernel_sync = kernel_sync
         self._cycle = 0
-        self._heartbeat_interval = self._cycles(setup.MASTER_HEARTBEAT)
         self._axes = [CanopenAxis(rig, joint, link, self._dispatch) for joint in range(1, rig.dof + 1)]
         polled = [axis for axis in self._axes if axis.drive.voltage.transfer == "sdo"]
         self._poll = VoltagePoll([axis for axis in polled if axis.drive.torque_source == "voltage"], link)
@@ -63,7 +62,7 @@ class CanopenDrives:
         for node_id, axes in self._nodes.items():
             self._handlers[0x80 + node_id] = partial(self._on_emcy, axes)
             self._handlers[0x580 + node_id] = partial(self._poll.take_response, axes)
-            self._handlers[0x700 + node_id] = partial(self._on_heartbeat, 0x700 + node_id, axes)
+            self._handlers[0x700 + node_id] = partial(self._on_heartbeat, axes)
         self._listen_to_tpdos()
         if kernel_sync is not None:
             kernel_sync.on_sync = self._monitor.take_sync
@@ -172,7 +171,7 @@ class CanopenDrives:
                 self._link.send(arbitration_id, data)
         # The first heartbeat that arrives arms a drive's watchdog, and one may be lost: sent until all are enabled.
         enabling = self.goal is Goal.ENABLED and any(axis.power is not Power.ON for axis in self._axes)
-        if enabling or self._cycle % self._heartbeat_interval == 0:
+        if enabling or self._cycle % self._cycles(setup.MASTER_HEARTBEAT) == 0:
             self._show_life()
         number = None
         if self._kernel_sync is None:
@@ -192,7 +191,7 @@ class CanopenDrives:
             if axes[0].presence.guarded:
                 self._link.send(0x700 + node_id, None)
                 for axis in axes:
-                    axis.presence.guard(0x700 + node_id, self._cycle)
+                    axis.presence.guard(self._cycle)
 
     def _controlword(self, axis: CanopenAxis) -> int:
         if self.goal is Goal.STOPPED and self._rests_in_quick_stop(axis):
@@ -207,9 +206,8 @@ class CanopenDrives:
 
     def _rests_in_quick_stop(self, axis: CanopenAxis) -> bool:
         """Whether the drive has come to rest in a quick stop that it does not leave by itself."""
-        stays = axis.drive.quick_stop_option in _STAYS_IN_QUICK_STOP
-        resting = axis.still_answers >= self._cycles(_STILL_TIME)
-        return stays and resting and axis.state is cia402.DriveState.QUICK_STOP
+        resting = axis.still_answers >= self._cycles(_STILL_TIME) and axis.state is cia402.DriveState.QUICK_STOP
+        return resting and axis.drive.quick_stop_option in _STAYS_IN_QUICK_STOP
 
     def _collect(self, timeout: float) -> None:
         for frame in self._link.frames(timeout):
@@ -253,15 +251,15 @@ class CanopenDrives:
         """Store an EMCY, which does not say of which axis of its node it is."""
         *_, message = (axis.take_emcy(data) for axis in axes)
         axis, name = axes[0], names(axes)
-        text = f"EMCY 0x{message.code:04X}: {axis.text_of(message.code)}{message.details}"
+        text = f"EMCY 0x{message.code:04X}: {axis.text_of(message.code)}"
         if message.ends_run or message.code == 0:
-            self._report("error" if message.code else "info", name, text)
-        elif axis.warnings[message.code] == 1:
-            self._report("warning", name, f"{text}; a warning, the run goes on")
+            self._report("error" if message.code else "info", name, text + message.details)
+        else:
+            self._monitor.say("warning", name, text, f"{message.details}; a warning, the run goes on")
 
-    def _on_heartbeat(self, cob_id: int, axes: Sequence[CanopenAxis], data: bytes) -> None:
+    def _on_heartbeat(self, axes: Sequence[CanopenAxis], data: bytes) -> None:
         for axis in axes if data else ():
-            axis.presence.hear(cob_id, data, self._cycle, self._link.arrival / 1e9)
+            axis.presence.hear(data, self._cycle, self._link.arrival / 1e9)
 
     # Shutdown
 
@@ -282,7 +280,6 @@ class CanopenDrives:
         """See `Amplifiers`: Disable voltage again by SDO, watchdog off, pre-operational."""
         if self._kernel_sync is not None:
             self._kernel_sync.close()
-        shutdown.report_repeated_warnings(self._axes, self._report)
         self._monitor.report_totals()
         try:
             if self._monitor.armed:

@@ -11,9 +11,7 @@ from drivers.canopen import setup
 
 NO_PDOS = {0x04: "stopped", 0x7F: "pre-operational"}
 """States of communication in which a node sends no PDO, by its heartbeat."""
-_OPERATIONAL = 0x05
-_BOOT_UP = 0x00
-_BOOT_UP_MESSAGE = "a boot-up message"
+_BOOT_UP, _OPERATIONAL = 0x00, 0x05
 _FORGIVING = 50
 """Complete cycles in a row after which a node is known to answer each SYNC, and a host to read in time."""
 _STALL = 0.1
@@ -28,7 +26,9 @@ _REPEATED = 1.0
 class Presence:
     """What is heard of one node, and whether a second one has its id."""
 
-    def __init__(self) -> None:
+    def __init__(self, node_id: int) -> None:
+        self._cob_id = 0x700 + node_id
+        """Of heartbeats, answers to guarding and boot-up messages."""
         self.interval = setup.DRIVE_HEARTBEAT_MS / 1000
         """Time between two heartbeats [s]."""
         self.guarded = False
@@ -37,30 +37,27 @@ class Presence:
         """State of communication by a heartbeat since the last answer; 0: there was none."""
         self.last_heard: int | None = None
         """Cycle of the last heartbeat or answer to guarding; None: there was none."""
-        self.restarted = False
-        self.second = ""
-        """What shows that a second node has this id; "": nothing does."""
-        self._suspicion: tuple[int, str] | None = None
-        """Cycle of a frame that our node sends only if it has stopped answering, and that frame."""
+        self.trouble = ""
+        """Restart, or what shows that a second node has this id; "": nothing does."""
+        self._suspicion: tuple[int, str, str] | None = None
+        """Cycle of a frame that our node sends only if it stops answering, that frame, and the trouble if it does."""
         self._owed = Counter[int]()
         """Answers of each COB-ID that were asked for and have not come. On a busy host, all may be late for long."""
         self._last: dict[int, bytes] = {}
-        self._answers = False
-        """Whether the node has answered a SYNC."""
-        self._began = -math.inf
-        self._complete, self._settled, self._was_operational = 0, False, False
-        """Complete cycles in a row, whether these were many once, and whether a heartbeat has said "operational"."""
-        self._heard_at, self._credit = -math.inf, _HEAP
+        self._complete = 0
+        """Number of complete cycles in a row."""
+        self._answers = self._settled = self._was_operational = False
+        """Whether a SYNC was answered, many in a row were, and a heartbeat has said "operational"."""
+        self._began, self._heard_at, self._credit = -math.inf, -math.inf, _HEAP
 
     def ask(self, *cob_ids: int) -> None:
         """Note that an answer of each COB-ID is asked for."""
         self._owed.update(cob_ids)
 
-    def guard(self, cob_id: int, cycle: int) -> None:
+    def guard(self, cycle: int) -> None:
         """Note a request of guarding, sent in `cycle`."""
-        if self.last_heard is None:
-            self.last_heard = cycle
-        self.ask(cob_id)
+        self.last_heard = self.last_heard or cycle
+        self.ask(self._cob_id)
 
     def begin_cycle(self, now: float, answered: bool) -> None:
         """Begin a cycle at `now` [s]; `answered`: whether the one before was complete."""
@@ -85,36 +82,37 @@ class Presence:
         self._owed[cob_id] = max(owed - 1, 0)
         return owed > 0
 
-    def hear(self, cob_id: int, data: bytes, cycle: int, now: float) -> None:
+    def hear(self, data: bytes, cycle: int, now: float) -> None:
         """Note a heartbeat, an answer to guarding or a boot-up message, which is not empty, at `now` [s]."""
         if data[0] == _BOOT_UP:
             # Before the first answer, it may be of a reset in the preparation.
-            self._suspicion = (cycle, _BOOT_UP_MESSAGE) if self._answers else None
+            if self._answers:
+                self._suspicion = cycle, "a boot-up message", "the drive restarted (boot-up message)"
             return
         state = data[0] & 0x7F
-        if not (self.guarded and self._pay(cob_id)) and self._are_too_many(now):
-            what = "heartbeats beside the answers to node guarding" if self.guarded else "heartbeats twice as often"
-            self.second = self.second or what
+        if not (self.guarded and self._pay(self._cob_id)) and self._are_too_many(now):
+            self.trouble = self.trouble or self._second(
+                "heartbeats beside the answers to node guarding" if self.guarded else "twice as many heartbeats"
+            )
         if self._complete >= _FORGIVING and self._was_operational and state in NO_PDOS:
-            self._suspicion = cycle, f"a heartbeat that says {NO_PDOS[state]}"
+            self._suspicion = cycle, f"a heartbeat that says {NO_PDOS[state]}", ""
         self._was_operational |= state == _OPERATIONAL
         self.last_heard = cycle
         # Before the first answer, a heartbeat may be older than the command to start.
         self.nmt_state = state if self._answers else 0
 
     def _are_too_many(self, now: float) -> bool:
-        since, self._heard_at = max(0.0, now - self._heard_at), now
         interval = _REPEATED if self.guarded else self.interval / _MOST_HEARTBEATS
-        credit = min(_HEAP, self._credit + since / interval) - 1
+        credit = min(_HEAP, self._credit + max(0.0, now - self._heard_at) / interval)
         # Without regular cycles, heartbeats wait for each other and for the first command.
-        self._credit = credit if self._complete >= _FORGIVING else _HEAP
+        self._heard_at, self._credit = now, credit - 1 if self._complete >= _FORGIVING else _HEAP
         return self._credit < 0
 
     def end_cycle(self, cycle: int, answered: bool) -> None:
         """Judge by the answers of `cycle` who has sent what our node sends only when it stops answering."""
         if self._suspicion is not None and cycle > self._suspicion[0]:
-            (_, seen), self._suspicion = self._suspicion, None
-            if answered:
-                self.second = self.second or seen
-            elif seen == _BOOT_UP_MESSAGE:
-                self.restarted = True
+            (_, seen, otherwise), self._suspicion = self._suspicion, None
+            self.trouble = self.trouble or (self._second(seen) if answered else otherwise)
+
+    def _second(self, seen: str) -> str:
+        return f"a second node has its id: {seen} (COB-ID {self._cob_id:03X}h), and the drive goes on; change one id"

@@ -233,19 +233,19 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "second node of our id boots",
-        r"node id 2 is there twice: a boot-up message \(COB-ID 702h\), and joint 2",
+        r"joint 2.*a second node has its id: a boot-up message \(COB-ID 702h\)",
         1,
         cable=lambda: accompany(TPDO_2, lambda k: [frame(0x702, "00")] if k == START else []),
     ),
     Fault(
         "second node of our id, pre-operational",
-        r"node id 2 is there twice: a heartbeat that says pre-operational \(COB-ID 702h\)",
+        r"joint 2.*a second node has its id: a heartbeat that says pre-operational \(COB-ID 702h\)",
         1,
         cable=lambda: accompany(TPDO_2, lambda k: [frame(0x702, "7F")] if k % BEAT == 0 else []),
     ),
     Fault(
         "second node of our id, operational",
-        r"node id 2 is there twice: heartbeats twice as often \(COB-ID 702h\)",
+        r"joint 2.*a second node has its id: twice as many heartbeats \(COB-ID 702h\)",
         1,
         cable=lambda: accompany(TPDO_2, lambda k: [frame(0x702, "05")] if k % BEAT == 0 else []),
     ),

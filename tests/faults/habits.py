@@ -236,7 +236,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "heartbeats beside node guarding",
-        r"node id 2 is there twice: heartbeats beside the answers to node guarding \(COB-ID 702h\)",
+        r"joint 2.*a second node has its id: heartbeats beside the answers to node guarding \(COB-ID 702h\)",
         1,
         eds=guarded_without_heartbeat,
         cable=lambda: accompany(TPDO_2, lambda k: [frame(0x702, "05")] if k % BEAT == 0 else []),

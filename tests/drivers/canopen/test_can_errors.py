@@ -6,6 +6,10 @@ import pytest
 from drivers.canopen import can_errors
 
 
+def _frame(arbitration_id: int, data: bytes) -> can.Message:
+    return can.Message(arbitration_id=arbitration_id, data=data, is_error_frame=True)
+
+
 @pytest.mark.parametrize(
     ("arbitration_id", "data", "text"),
     [
@@ -18,11 +22,11 @@ from drivers.canopen import can_errors
         (0x004, b"", "controller problem"),
         (0x088, b"", "protocol violation (CRC, bit, form or stuff error)"),
         (0x088, b"\x00\x00\x04", "stuff error"),
-        (0x000, b"", "an error without a kind"),
+        (0x000, b"", "an error frame without a kind that is known"),
     ],
 )
 def test_most_serious_error_is_reported(arbitration_id: int, data: bytes, text: str) -> None:
-    assert can_errors.decode(arbitration_id, data) == text
+    assert can_errors.decode(_frame(arbitration_id, data), "socketcan") == text
 
 
 @pytest.mark.parametrize(
@@ -30,12 +34,12 @@ def test_most_serious_error_is_reported(arbitration_id: int, data: bytes, text: 
     [
         (0x004, "gs_usb", "controller problem"),
         (0x004, "pcan", "stuff error"),
-        (0x008, "pcan", "an error without a kind"),
-        (0x040, "kvaser", "an error, which the interface kvaser does not explain"),
+        (0x008, "pcan", "an error frame without a kind that is known"),
+        (0x040, "kvaser", "an error frame without a kind that is known"),
     ],
 )
 def test_error_frames_are_read_as_their_adapter_writes_them(arbitration_id: int, interface: str, text: str) -> None:
-    assert can_errors.decode(arbitration_id, b"", interface) == text
+    assert can_errors.decode(_frame(arbitration_id, b""), interface) == text
 
 
 class PcanBus:
