@@ -3,13 +3,13 @@
 import math
 import struct
 import time
-from collections import Counter
 from collections.abc import Callable
 
 from drivers import cia402
-from drivers.canopen import emcy, pdo
+from drivers.canopen import emcy, pdo, requirements
 from drivers.canopen.bus import Link
 from drivers.canopen.dictionary import DriveDictionary, integer_at, standard_dictionary
+from drivers.canopen.presence import NO_PDOS, Presence
 from drivers.canopen.sdo import Sdo, SdoWrite
 from drivers.protocol import Power
 from recordings.errors import RunFailed
@@ -20,13 +20,8 @@ STOP_TIMEOUT = 0.3
 """Time that a drive may take to stop when it is commanded by SDO [s]."""
 _MODE_TIMEOUT = 0.5
 """Time that a drive may take to show the mode that was written [s]."""
-_NO_PDOS = {0x04: "stopped", 0x7F: "pre-operational"}
-"""States of communication in which a node sends no PDO, by its heartbeat."""
-_BOOT_UP_MESSAGE = "a boot-up message"
 _STILL_SPEED = 0.02
 """Joint speed below which a drive is at rest [rad/s]."""
-_FORGIVING = 50
-"""Complete cycles after which heartbeats come in their own time again."""
 _NO_MODE = 0
 """Object 6061 of drives that take over a mode only when they are enabled; whether they follow is supervised then."""
 
@@ -48,23 +43,13 @@ class CanopenAxis:
         """Code of the last EMCY, errors and warnings; 0: none, or reset."""
         self.error_code = 0
         """Code of the last EMCY that ends a run."""
-        self.error_text = ""
-        self.warnings: Counter[int] = Counter()
-        """Number of EMCY of each code that do not end a run."""
         self.answers_since_emcy = 0
         """Number of answers since an EMCY that reported an error."""
         self.fault_without_emcy = False
         """Whether a fault ended the run before an EMCY told its code."""
-        self.restarted = False
-        self._suspicion: tuple[int, str] | None = None
-        """Cycle of a frame that our node sends only if it has stopped answering, and that frame."""
-        self._seen_twice = ""
-        self.nmt_state = 0
-        """State of communication by a heartbeat since the last answer; 0: there was none."""
+        self.presence = Presence(drive.node_id)
         self.homing = self.homing_started = False
         """Whether the drive is in homing mode, and may search its zero."""
-        self.last_heartbeat_cycle: int | None = None
-        """Cycle in which the last heartbeat arrived."""
         self.answers_without_following = 0
         """Number of consecutive answers in which the drive was enabled but did not follow its target."""
         self.voltage_stamp = 0
@@ -78,10 +63,6 @@ class CanopenAxis:
         self._received: set[int] = set()
         self.misfit = ""
         """The answer to this SYNC that had another length than the mapped one; one that is too short is missing."""
-        self._last_data: dict[int, bytes] = {}
-        self._regular_cycles, self._settled, self._owed = 0, False, 0
-        """Complete cycles in a row, whether these were many once, since when a drive sends nothing of itself, and
-        answers that may come late: on a busy host, all may be late by a cycle for long, until two come in one."""
 
     def use(self, dictionary: DriveDictionary) -> None:
         """Set the drive's dictionary, which gives the sizes of what it sends.
@@ -95,6 +76,9 @@ class CanopenAxis:
         """Size of the voltage object [bytes]."""
         self.tpdos = {tpdo.cob_id: tpdo for tpdo in pdo.tpdos(dictionary)}
         self.rpdos = {rpdo.cob_id: rpdo for rpdo in pdo.rpdos(dictionary)}
+        # A drive that refuses 1017h keeps a shorter interval.
+        self.presence.interval = min(dictionary.value((0x1017, 0)) or 0xFFFF, requirements.DRIVE_HEARTBEAT_MS) / 1000
+        self.presence.guarded = dictionary.watchdog == "guarding"
 
     def target(self, counts: int, torque_offset: int = 0) -> bytes:
         """Bytes of a target, with a torque offset [thousandths] where the rig sends one."""
@@ -148,9 +132,8 @@ class CanopenAxis:
             RunFailed: it shows another one, or does not answer.
         """
         deadline = time.monotonic() + _MODE_TIMEOUT
-        while (shown := self.sdo.read_optional(0x6061, 0, "<b")) not in (None, mode):
-            if time.monotonic() >= deadline:
-                break
+        while (shown := self.sdo.read_optional(0x6061, 0, "<b")) not in (None, mode) and time.monotonic() < deadline:
+            pass
         if shown not in (None, mode, _NO_MODE):
             raise RunFailed(
                 f"{self.name}: mode {mode} was written, the drive shows mode {shown} (6061h); check what it supports"
@@ -164,12 +147,9 @@ class CanopenAxis:
 
     # One cycle
 
-    def begin_cycle(self) -> None:
-        """Discard the answer to the previous SYNC."""
-        self._regular_cycles = self._regular_cycles + 1 if self.answered else 0
-        if not self.answered:
-            self._owed += len(self.tpdos) - len(self._received)
-        self._settled |= self._regular_cycles == _FORGIVING
+    def begin_cycle(self, now: float) -> None:
+        """Discard the answer to the previous SYNC, at `now` [s]."""
+        self.presence.begin_cycle(now, self.answered)
         self._received.clear()
         self.misfit = ""
         self._raw = dict.fromkeys(self._raw, math.nan)
@@ -179,12 +159,12 @@ class CanopenAxis:
         """Decode one TPDO; False where it is the second of this cycle."""
         if arbitration_id in self._received:
             return False
+        self.presence.take_answer(arbitration_id, data)
         fields, layout = self.tpdos[arbitration_id].fields, self.tpdos[arbitration_id].layout
         if len(data) != layout.size:
             self.misfit = f"its TPDO (COB-ID {arbitration_id:03X}h) has {len(data)} bytes, {layout.size} are mapped"
             if len(data) < layout.size:
                 return True
-        self._last_data[arbitration_id], self.nmt_state = data, 0
         values = dict(zip((field.name for field in fields), layout.unpack_from(data), strict=True))
         if "position" in values:
             before, self.counts = self.counts, values.pop("position")
@@ -197,41 +177,6 @@ class CanopenAxis:
         self._raw |= values
         self._received.add(arbitration_id)
         return True
-
-    def is_foreign(self, arbitration_id: int, data: bytes) -> bool:
-        """Whether a TPDO that this cycle did not ask for is of another node: it is neither late, nor the last one
-        again, as CAN repeats a frame whose end was disturbed."""
-        if self._owed or not self._settled:
-            self._owed = max(self._owed - 1, 0)
-            return False
-        return data != self._last_data.get(arbitration_id)
-
-    def take_heartbeat(self, nmt_state: int, cycle: int, twice_heard: int) -> None:
-        """Note a heartbeat; one within `twice_heard` cycles after another is of a second node."""
-        last = self.last_heartbeat_cycle
-        # Without regular cycles, heartbeats wait for each other and for the first command.
-        regular = self._regular_cycles >= _FORGIVING and self.dictionary.watchdog != "guarding"
-        if regular and last is not None and cycle - last < twice_heard:
-            self._seen_twice = self._seen_twice or "heartbeats too fast"
-        if regular and nmt_state in _NO_PDOS:
-            self._suspicion = cycle, f"a heartbeat says {_NO_PDOS[nmt_state]}"
-        self.last_heartbeat_cycle = cycle
-        # Before the first answer, a heartbeat may be older than the command to start.
-        self.nmt_state = nmt_state if self._last_data else 0
-
-    def take_boot_up(self, cycle: int) -> None:
-        """Note a boot-up message: the drive has restarted unless it answers the next SYNC."""
-        self._suspicion = cycle, _BOOT_UP_MESSAGE
-
-    def second_node(self, cycle: int) -> str | None:
-        """What shows, after the answers of `cycle`, that a second node has this id; None: nothing does."""
-        if self._suspicion is not None and cycle > self._suspicion[0]:
-            (_, seen), self._suspicion = self._suspicion, None
-            if self.answered:
-                self._seen_twice = self._seen_twice or seen
-            elif seen == _BOOT_UP_MESSAGE:
-                self.restarted = True
-        return self._seen_twice or None
 
     @property
     def answered(self) -> bool:
@@ -246,9 +191,9 @@ class CanopenAxis:
     @property
     def absence(self) -> str:
         """What is known of an answer that is missing; "": nothing."""
-        if self.nmt_state in _NO_PDOS and not self.misfit:
+        if (state := NO_PDOS.get(self.presence.nmt_state)) and not self.misfit:
             heartbeat = f"COB-ID {0x700 + self.drive.node_id:03X}h"
-            return f"its heartbeat ({heartbeat}) says that it is {_NO_PDOS[self.nmt_state]}, in which it sends no PDO"
+            return f"its heartbeat ({heartbeat}) says that it is {state}, in which it sends no PDO"
         return self.misfit
 
     def take_polled_voltage(self, raw: int, stamp: int) -> None:
@@ -299,10 +244,8 @@ class CanopenAxis:
         message = emcy.decode(data)
         self.last_code = message.code
         if message.ends_run:
-            self.error_code, self.error_text = message.code, self.text_of(message.code)
-        elif message.code:
-            self.warnings[message.code] += 1
-        else:
+            self.error_code = message.code
+        elif not message.code:
             self.clear_errors()
         return message
 
@@ -313,23 +256,22 @@ class CanopenAxis:
     def clear_errors(self) -> None:
         """Forget the errors that were reported."""
         self.last_code = self.error_code = self.answers_since_emcy = 0
-        self.error_text = ""
 
     def trouble(self, cycle: int, heartbeat_timeout: int, following_timeout: int) -> str | None:
-        """Reason to end the run in `cycle`, or None. `heartbeat_timeout`: cycles without a heartbeat;
-        `following_timeout`: answers without following the target."""
-        if self.restarted:
-            return f"{self.name}: the drive restarted (boot-up message)"
+        """Reason to end the run in `cycle`, or None. `heartbeat_timeout`: cycles without a heartbeat or an answer to
+        guarding; `following_timeout`: answers without following the target."""
+        if self.presence.trouble:
+            return f"{self.name}: {self.presence.trouble}"
         if self.state in (cia402.DriveState.FAULT, cia402.DriveState.FAULT_REACTION):
             if self.error_code:
-                return f"{self.name}: drive fault, {self.error_text} (0x{self.error_code:04X})"
+                return f"{self.name}: drive fault, {self.text_of(self.error_code)} (0x{self.error_code:04X})"
             self.fault_without_emcy = True
             return f"{self.name}: drive fault without EMCY"
         if self.error_code and not self.answered:
-            return f"{self.name}: no answer after {self.error_text} (EMCY 0x{self.error_code:04X})"
+            return f"{self.name}: no answer after {self.text_of(self.error_code)} (EMCY 0x{self.error_code:04X})"
         if self.answers_since_emcy > 1:
             # A fault in the statusword would be the better reason, and has had time to arrive.
-            return f"{self.name}: EMCY 0x{self.error_code:04X}: {self.error_text}"
+            return f"{self.name}: EMCY 0x{self.error_code:04X}: {self.text_of(self.error_code)}"
         if self.answered and self.state is None:
             return f"{self.name}: statusword 0x{self.statusword:04X} fits no state of CiA 402"
         if self.is_limited and self.answers_without_following > 1:
@@ -337,6 +279,8 @@ class CanopenAxis:
             return f"{self.name}: {stops}; look for a limit switch, and at the limits of the drive"
         if self.answers_without_following >= following_timeout:
             return f"{self.name}: enabled, but the target is not followed (statusword bit 12); check its mode"
-        if self.last_heartbeat_cycle is not None and cycle - self.last_heartbeat_cycle > heartbeat_timeout:
-            return f"{self.name}: heartbeat lost; check the cable and the drive's supply"
+        heard = self.presence.last_heard
+        if heard is not None and cycle - heard > heartbeat_timeout:
+            lost = "no answer to node guarding" if self.presence.guarded else "heartbeat lost"
+            return f"{self.name}: {lost}; check the cable and the drive's supply"
         return None

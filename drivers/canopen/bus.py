@@ -6,10 +6,12 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 import can
 
+from drivers.canopen import can_errors
 from recordings.buses import CanBus
 from recordings.errors import BadInput, RunFailed
 
@@ -108,6 +110,8 @@ class Link:
         from can.interfaces.udp_multicast import UdpMulticastBus
 
         self._bus = bus
+        self.controller = partial(can_errors.controller, bus)
+        """State of the CAN controller, where it is not error-active."""
         # On socketcan, other programs of this host send such frames, too.
         self._marks_own = not isinstance(bus, SocketcanBus)
         # Only this interface returns sent frames to their sender without a mark.
@@ -116,6 +120,8 @@ class Link:
         self._unreadable = 0
         self.echoes = self.received = self.stamped = 0
         """Frames of our own that came back; those of others, and how many of these had a time of the host's clock."""
+        self.arrival = 0
+        """When the last frame arrived [ns]."""
         self.bits = 0
         """Bits of all frames so far, in the worst case."""
         self.tap: Tap | None = None
@@ -144,7 +150,7 @@ class Link:
         try:
             self._bus.send(message)
         except (can.CanError, OSError) as error:
-            raise RunFailed(f"the CAN bus does not accept frames: {error}") from None
+            raise RunFailed(can_errors.explain(self._bus, error, "the CAN bus does not accept frames")) from None
 
     def receive(self, timeout: float) -> tuple[int, bytes] | None:
         """The next standard data frame (arbitration id, data) within `timeout` seconds, or None.
@@ -157,12 +163,12 @@ class Link:
             if self._is_echo(message):
                 self.echoes += 1
                 continue
-            arrival = self._arrival(message)
+            self.arrival = self._arrival(message)
             self.received += 1
             self.bits += frame_bits(message.dlc)
             on_cyclic = self.cyclic.get(message.arbitration_id)
             if self.tap is not None:
-                self.tap(arrival, message, on_cyclic is not None and not message.is_rx)
+                self.tap(self.arrival, message, on_cyclic is not None and not message.is_rx)
             if on_cyclic is not None:
                 on_cyclic(message.timestamp, message.is_rx)
             if message.is_error_frame and self.on_error_frame is not None:
@@ -181,13 +187,12 @@ class Link:
         while True:
             try:
                 return self._bus.recv(max(0.0, deadline - time.perf_counter()))
-            except can.CanOperationError as error:
-                # On udp_multicast a datagram of another program may be no frame.
-                self._unreadable += 1
-                if self._unreadable > _MAX_UNREADABLE or self._expected_echoes is None:
-                    raise RunFailed(f"the CAN bus is lost: {error}") from None
             except (can.CanError, OSError) as error:
-                raise RunFailed(f"the CAN bus is lost: {error}") from None
+                # On udp_multicast a datagram of another program may be no frame.
+                no_frame = isinstance(error, can.CanOperationError) and self._expected_echoes is not None
+                self._unreadable += 1
+                if not no_frame or self._unreadable > _MAX_UNREADABLE:
+                    raise RunFailed(can_errors.explain(self._bus, error, "the CAN bus is lost")) from None
 
     def _arrival(self, message: can.Message) -> int:
         """When a frame arrived [ns]: its time stamp where this is of the host's clock.
@@ -206,10 +211,8 @@ class Link:
     def _is_echo(self, message: can.Message) -> bool:
         if self._marks_own and not message.is_rx:
             return True
-        if not self._expected_echoes:
-            return False
         key = (message.arbitration_id, bytes(message.data))
-        if key not in self._expected_echoes:
+        if not self._expected_echoes or key not in self._expected_echoes:
             return False
         # Echoes come in the order of sending; those before this one were lost.
         while self._expected_echoes.popleft() != key:

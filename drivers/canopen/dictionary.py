@@ -167,11 +167,13 @@ class DriveDictionary:
 
     @property
     def watchdog(self) -> str | None:
-        """The way in which the drive notices a lost master; 1016h where the rig file does not do without it."""
+        """The way in which the drive notices a lost master; 1016h where the rig file does not do without it. A drive
+        that has no heartbeat of its own (1017h) is guarded: CiA 301 allows one of both."""
+        can_be_guarded = (0x100C, 0) in self.data and (0x100D, 0) in self.data
         refused = self.lack(WATCHDOG) or self.refuses(WATCHDOG.address, heartbeat_value())
         if "1016" not in self.drive.accept_missing and not refused:
-            return "heartbeat"
-        if (0x100C, 0) in self.data and (0x100D, 0) in self.data:
+            return "heartbeat" if (0x1017, 0) in self.data or not can_be_guarded else "guarding"
+        if can_be_guarded:
             return "guarding"
         # A drive whose first RPDO maps one object may get its targets by another.
         return "rpdo" if RPDO_TIMEOUT in self.data and self.entries(RECEIVE).get(0) != 1 else None

@@ -30,10 +30,6 @@ _START_HOMING = 0x10
 """Controlword bit 4 in homing mode."""
 _HEARTBEAT_TIMEOUT = 3.5 * requirements.DRIVE_HEARTBEAT_MS / 1000
 """Time without a heartbeat after which a drive counts as lost [s]."""
-_TWICE_HEARD = 0.5 * requirements.DRIVE_HEARTBEAT_MS / 1000
-"""Time between two heartbeats of one id below which they are of two nodes [s]."""
-_BOOT_UP = b"\x00"
-"""Content of the message under the heartbeat's id after a start; a drive without heartbeat sends it, too."""
 _STILL_TIME = 0.02
 """Time that a drive that stays in quick stop must be at rest before it is switched off [s]."""
 _STAYS_IN_QUICK_STOP = (5, 6)
@@ -53,8 +49,6 @@ class CanopenDrives:
         self._report = report
         self._kernel_sync = kernel_sync
         self._cycle = 0
-        self._heartbeat_interval = self._cycles(requirements.MASTER_HEARTBEAT)
-        self._operational = False
         self._axes = [CanopenAxis(rig, joint, link, self._dispatch) for joint in range(1, rig.dof + 1)]
         polled = [axis for axis in self._axes if axis.drive.voltage.transfer == "sdo"]
         self._poll = VoltagePoll([axis for axis in polled if axis.drive.torque_source == "voltage"], link)
@@ -70,6 +64,8 @@ class CanopenDrives:
             self._handlers[0x580 + node_id] = partial(self._poll.take_response, axes)
             self._handlers[0x700 + node_id] = partial(self._on_heartbeat, axes)
         self._listen_to_tpdos()
+        if kernel_sync is not None:
+            kernel_sync.on_sync = self._monitor.take_sync
 
     def _listen_to_tpdos(self) -> None:
         self._axis_of_tpdo = {arbitration_id: axis for axis in self._axes for arbitration_id in axis.tpdos}
@@ -111,7 +107,7 @@ class CanopenDrives:
         self._listen_to_tpdos()
         self._check_load(foreign)
         self._send_nmt(0x01)
-        self._operational = self._monitor.armed = True
+        self._monitor.armed = True
 
     def _check_load(self, foreign: list[int]) -> None:
         """Check the bus load with the sizes that the drives have, and with the PDOs that they did not let go of."""
@@ -164,7 +160,7 @@ class CanopenDrives:
         """See `Amplifiers`."""
         deadline = time.perf_counter() + timeout
         for axis in self._axes:
-            axis.begin_cycle()
+            axis.begin_cycle(self._link.now() / 1e9)
         # Frames since the last exchange first, so that a late answer is not taken for the next one.
         for frame in self._link.frames(0.0):
             self._dispatch(*frame)
@@ -175,15 +171,14 @@ class CanopenDrives:
                 self._link.send(arbitration_id, data)
         # The first heartbeat that arrives arms a drive's watchdog, and one may be lost: sent until all are enabled.
         enabling = self.goal is Goal.ENABLED and any(axis.power is not Power.ON for axis in self._axes)
-        if enabling or self._cycle % self._heartbeat_interval == 0:
+        if enabling or self._cycle % self._cycles(requirements.MASTER_HEARTBEAT) == 0:
             self._show_life()
         number = None
         if self._kernel_sync is None:
             self._link.send(requirements.SYNC_ID, b"")
+            self._monitor.take_sync(foreign=False)
         else:
             number = self._kernel_sync.wait(self._dispatch, timeout)
-            if self._kernel_sync.second:
-                self._monitor.second_sync()
             timeout = deadline - time.perf_counter()
         self._cycle += 1
         self._collect(timeout)
@@ -193,8 +188,10 @@ class CanopenDrives:
     def _show_life(self) -> None:
         self._link.send(0x700 + requirements.MASTER_ID, b"\x05")
         for node_id, axes in self._nodes.items():
-            if axes[0].dictionary.watchdog == "guarding":
+            if axes[0].presence.guarded:
                 self._link.send(0x700 + node_id, None)
+                for axis in axes:
+                    axis.presence.guard(self._cycle)
 
     def _controlword(self, axis: CanopenAxis) -> int:
         if self.goal is Goal.STOPPED and self._rests_in_quick_stop(axis):
@@ -209,9 +206,8 @@ class CanopenDrives:
 
     def _rests_in_quick_stop(self, axis: CanopenAxis) -> bool:
         """Whether the drive has come to rest in a quick stop that it does not leave by itself."""
-        stays = axis.drive.quick_stop_option in _STAYS_IN_QUICK_STOP
-        resting = axis.still_answers >= self._cycles(_STILL_TIME)
-        return stays and resting and axis.state is cia402.DriveState.QUICK_STOP
+        resting = axis.still_answers >= self._cycles(_STILL_TIME) and axis.state is cia402.DriveState.QUICK_STOP
+        return resting and axis.drive.quick_stop_option in _STAYS_IN_QUICK_STOP
 
     def _collect(self, timeout: float) -> None:
         for frame in self._link.frames(timeout):
@@ -246,25 +242,24 @@ class CanopenDrives:
 
     def _dispatch(self, arbitration_id: int, data: bytes) -> None:
         handler = self._handlers.get(arbitration_id)
-        if handler is not None:
+        if handler is None:
+            self._monitor.take_stray(arbitration_id)
+        else:
             handler(data)
 
     def _on_emcy(self, axes: Sequence[CanopenAxis], data: bytes) -> None:
         """Store an EMCY, which does not say of which axis of its node it is."""
         *_, message = (axis.take_emcy(data) for axis in axes)
         axis, name = axes[0], names(axes)
-        text = f"EMCY 0x{message.code:04X}: {axis.text_of(message.code)}{message.details}"
+        text = f"EMCY 0x{message.code:04X}: {axis.text_of(message.code)}"
         if message.ends_run or message.code == 0:
-            self._report("error" if message.code else "info", name, text)
-        elif axis.warnings[message.code] == 1:
-            self._report("warning", name, f"{text}; a warning, the run goes on")
+            self._report("error" if message.code else "info", name, text + message.details)
+        else:
+            self._monitor.say("warning", name, text, f"{message.details}; a warning, the run goes on")
 
     def _on_heartbeat(self, axes: Sequence[CanopenAxis], data: bytes) -> None:
-        for axis in axes:
-            if data[:1] != _BOOT_UP:
-                axis.take_heartbeat(data[0] & 0x7F if data else 0, self._cycle, self._cycles(_TWICE_HEARD))
-            elif self._operational:
-                axis.take_boot_up(self._cycle)
+        for axis in axes if data else ():
+            axis.presence.hear(data, self._cycle, self._link.arrival / 1e9)
 
     # Shutdown
 
@@ -285,9 +280,9 @@ class CanopenDrives:
         """See `Amplifiers`: Disable voltage again by SDO, watchdog off, pre-operational."""
         if self._kernel_sync is not None:
             self._kernel_sync.close()
-        shutdown.report_repeated_warnings(self._axes, self._report)
+        self._monitor.report_totals()
         try:
-            if self._operational:
+            if self._monitor.armed:
                 shutdown.release(self._axes, self._report)
             self._send_nmt(0x80)
         except RunFailed as error:

@@ -13,6 +13,7 @@ from collections.abc import Callable
 
 from drivers.canopen.bus import Link
 from drivers.canopen.requirements import SYNC_ID
+from drivers.protocol import unheard
 from recordings.errors import BadInput, RunFailed
 
 LEAD = 0.3
@@ -63,8 +64,9 @@ class KernelSync:
         self._period_us = 0
         self._number = -1
         self._stamp = -math.inf
-        self.second = False
-        """Whether anyone else has sent a SYNC."""
+        self.on_sync: Callable[[bool], None] = unheard
+        """Called with each SYNC, before the answers to it, also where the host is late: whether it is of another
+        master."""
         try:
             self._socket = socket.socket(socket.AF_CAN, socket.SOCK_DGRAM, socket.CAN_BCM)
             self._socket.connect((channel,))
@@ -101,14 +103,14 @@ class KernelSync:
 
     def _on_sync_frame(self, stamp: float, received: bool) -> None:
         # Frames of other programs of this host are marked as those of the kernel's timer are.
-        self.second = self.second or received or stamp - self._stamp < _LEAST_PERIOD * self._period
-        if self._pacer is None or received:
-            return
-        self._stamp = stamp
-        # The stamp is wall clock time, which may be adjusted meanwhile.
-        sent = stamp - (time.time() - time.perf_counter())
-        self._number, period = self._pacer.on_sync(sent)
-        self._set_period(period, socket.CAN_BCM_SETTIMER)
+        foreign = received or stamp - self._stamp < _LEAST_PERIOD * self._period
+        if self._pacer is not None and not received:
+            self._stamp = stamp
+            # The stamp is wall clock time, which may be adjusted meanwhile.
+            sent = stamp - (time.time() - time.perf_counter())
+            self._number, period = self._pacer.on_sync(sent)
+            self._set_period(period, socket.CAN_BCM_SETTIMER)
+        self.on_sync(foreign)
 
     def _set_period(self, period: float, flags: int) -> None:
         microseconds = round(period * 1e6)

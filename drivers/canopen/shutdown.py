@@ -36,18 +36,10 @@ def release(axes: Sequence[CanopenAxis], report: Report) -> None:
             report("error", axis.name, f"while closing: {error}")
 
 
-def report_repeated_warnings(axes: Sequence[CanopenAxis], report: Report) -> None:
-    """Report how often each warning came: during the run only its first coming was."""
-    for axis in axes:
-        for code, count in axis.warnings.items():
-            if count > 1:
-                report("info", axis.name, f"EMCY 0x{code:04X} ({axis.text_of(code)}) came {count} times")
-
-
 def fault_details(axis: CanopenAxis) -> str:
     """What a drive says of a fault for which it sent no EMCY: its code by SDO, or by an EMCY that came late."""
     if axis.error_code:
-        return f"{axis.name}: EMCY 0x{axis.error_code:04X} ({axis.error_text}) came later"
+        return f"{axis.name}: EMCY 0x{axis.error_code:04X} ({axis.text_of(axis.error_code)}) came later"
     try:
         for address, layout in _FAULT_CODES:
             code = (axis.sdo.read_optional(*address, layout) or 0) & 0xFFFF

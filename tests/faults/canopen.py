@@ -5,8 +5,10 @@ import struct
 from collections.abc import Callable, Iterable
 
 import can
+from can.interfaces.virtual import VirtualBus
 
 from daq.cycle.session import Session
+from drivers.protocol import Amplifiers
 from tests.faults.bridge import Saboteur
 from tests.faults.campaign import RATE, Fault, SabotagedRig
 from tests.faults.saboteurs import (
@@ -117,7 +119,35 @@ def _stall(session: Session) -> None:
     clock.overdue = lambda index: 0.2 if index == START else 0.0  # type: ignore[method-assign]
 
 
+class SilentController(VirtualBus):
+    """The recorder's end of a bus whose CAN controller goes into bus-off at START, and sends no error frame."""
+
+    syncs = 0
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        self.syncs += msg.arbitration_id == SYNC
+        super().send(msg, timeout)
+
+    @property
+    def state(self) -> can.BusState:
+        return can.BusState.ERROR if self.syncs > START else can.BusState.ACTIVE
+
+
+def _silent_bus_off(session: Session) -> None:
+    connect = session._connect
+
+    def connected() -> Amplifiers:
+        drives = connect()
+        drives._link._bus.__class__ = SilentController  # type: ignore[attr-defined]
+        return drives
+
+    session._connect = connected  # type: ignore[method-assign]
+
+
 TOLERATED = "done"
+BEAT = round(RATE / 10)
+"""Cycles between two heartbeats."""
+
 
 FAULTS: tuple[Fault, ...] = (
     Fault("none", TOLERATED, 0),
@@ -201,6 +231,37 @@ FAULTS: tuple[Fault, ...] = (
         1,
         rig=at(START, lambda r: r.drives[1].receive(0, bytes([0x81, 2]), r.machine.time)),
     ),
+    Fault(
+        "second node of our id boots",
+        r"joint 2.*a second node has its id: a boot-up message \(COB-ID 702h\)",
+        1,
+        cable=lambda: accompany(TPDO_2, lambda k: [frame(0x702, "00")] if k == START else []),
+    ),
+    Fault(
+        "second node of our id, pre-operational",
+        r"joint 2.*a second node has its id: a heartbeat that says pre-operational \(COB-ID 702h\)",
+        1,
+        cable=lambda: accompany(TPDO_2, lambda k: [frame(0x702, "7F")] if k % BEAT == 0 else []),
+    ),
+    Fault(
+        "second node of our id, operational",
+        r"joint 2.*a second node has its id: twice as many heartbeats \(COB-ID 702h\)",
+        1,
+        cable=lambda: accompany(TPDO_2, lambda k: [frame(0x702, "05")] if k % BEAT == 0 else []),
+    ),
+    Fault(
+        "heartbeat of an unknown node",
+        TOLERATED,
+        0,
+        cable=lambda: accompany(TPDO_2, lambda k: [frame(0x709, "05")] if k % BEAT == 0 else []),
+    ),
+    Fault(
+        "stray TPDO of our node",
+        r"done; TPDO 2 of joint 2 .*COB-ID 282h",
+        0,
+        cable=lambda: accompany(TPDO_2, lambda k: [frame(0x282, "0102")] if k % BEAT == 0 else []),
+    ),
+    Fault("bus-off that only the controller's state tells", "bus-off", 1, host=_silent_bus_off),
     Fault("bus-off", "bus-off", 1, cable=lambda: accompany(TPDO_2, lambda k: [error_frame(0x40)])),
     Fault("CRC errors", TOLERATED, 0, cable=lambda: accompany(TPDO_2, lambda k: [error_frame(0x08)])),
     Fault("SDO refused", "joint 2.*refuses to write", 1, cable=lambda: _refuse_sdo),

@@ -7,7 +7,7 @@ import can
 
 from drivers.simulated.drive_state_machine import PowerState
 from tests.faults.campaign import Fault, SabotagedRig
-from tests.faults.canopen import TOLERATED, at, frame, happening
+from tests.faults.canopen import BEAT, TOLERATED, at, frame, happening
 from tests.faults.saboteurs import START, SYNC, TPDO_2, accompany
 
 Change = Callable[[str], str]
@@ -41,13 +41,18 @@ def without(*indices: str) -> Change:
     return change
 
 
-def with_guarding(text: str) -> str:
-    """Node guarding instead of a heartbeat consumer."""
+def with_guarding(text: str, instead_of: str = "1016") -> str:
+    """Node guarding instead of a heartbeat consumer, or of another object."""
     sections = "".join(
         f"[{index}]\nParameterName=guarding\nObjectType=0x7\nDataType={kind}\nAccessType=rw\nDefaultValue=0\nPDOMapping=0\n\n"
         for index, kind in (("100C", "0x0006"), ("100D", "0x0005"))
     )
-    return without("1016")(text) + "\n" + sections
+    return without(instead_of)(text) + "\n" + sections
+
+
+def guarded_without_heartbeat(text: str) -> str:
+    """Node guarding of a drive that watches its master's heartbeat and has none of its own."""
+    return with_guarding(text, "1017")
 
 
 def all_of(*changes: Change) -> Change:
@@ -63,6 +68,15 @@ def all_of(*changes: Change) -> Change:
 
 def _lose_guarding(message: can.Message, from_master: bool, syncs: int) -> Iterable[can.Message]:
     return () if message.is_remote_frame and syncs >= START else (message,)
+
+
+def _lose_guarding_answers(message: can.Message, from_master: bool, syncs: int) -> Iterable[can.Message]:
+    return () if message.arbitration_id == 0x702 and not from_master and syncs >= START else (message,)
+
+
+def _unplug(message: can.Message, from_master: bool, syncs: int) -> Iterable[can.Message]:
+    is_of_joint_2 = message.arbitration_id & 0x7F == 2 and message.arbitration_id > SYNC
+    return () if is_of_joint_2 and syncs >= START else (message,)
 
 
 def _lost_master(rig: SabotagedRig) -> None:
@@ -151,9 +165,9 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "PDOs of an unknown node",
-        TOLERATED,
+        r"done; TPDO 1 of node 37, which is not in the rig file \(COB-ID 1A5h\); TPDO 3 of node 37",
         0,
-        cable=lambda: accompany(SYNC, lambda k: [frame(0x1A5, "3712000000000000"), frame(0x3A5, "01")], first=0),
+        cable=lambda: accompany(TPDO_2, lambda k: [frame(0x1A5, "3712000000000000"), frame(0x3A5, "01")], first=0),
     ),
     Fault("COB-IDs with bit 30", TOLERATED, 0, habits={"cob_id_bits": 0x4000_0000}),
     Fault(
@@ -208,6 +222,24 @@ FAULTS: tuple[Fault, ...] = (
         1,
         eds=with_guarding,
         cable=lambda: _lose_guarding,
+    ),
+    Fault("node guarding of drives without a heartbeat", TOLERATED, 0, eds=guarded_without_heartbeat),
+    Fault(
+        "answers to node guarding lost",
+        r"joint 2.*no answer to node guarding; check the cable",
+        1,
+        eds=guarded_without_heartbeat,
+        cable=lambda: _lose_guarding_answers,
+    ),
+    Fault(
+        "guarded drive unplugged", f"joint 2: {NO_ANSWER}", 1, eds=guarded_without_heartbeat, cable=lambda: _unplug
+    ),
+    Fault(
+        "heartbeats beside node guarding",
+        r"joint 2.*a second node has its id: heartbeats beside the answers to node guarding \(COB-ID 702h\)",
+        1,
+        eds=guarded_without_heartbeat,
+        cable=lambda: accompany(TPDO_2, lambda k: [frame(0x702, "05")] if k % BEAT == 0 else []),
     ),
     Fault("mode that the drive does not list", "6502h = 0x1", 2, eds=entry("6502", DefaultValue="0x1")),
     Fault(

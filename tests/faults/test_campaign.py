@@ -22,7 +22,11 @@ _TESTED = (
     "drive heartbeat lost",
     "master heartbeat lost on the bus",
     "drive restarts in mid-motion",
+    "second node of our id boots",
+    "second node of our id, operational",
+    "stray TPDO of our node",
     "bus-off",
+    "bus-off that only the controller's state tells",
     "another master disables a drive",
     "another master stops a node (NMT)",
     "EMCY storm without fault",
@@ -44,6 +48,8 @@ _TESTED = (
     "drive fault in mid-motion, others stay in quick stop",
     "polled voltage of 32 bits",
     "guarding requests lost on the bus",
+    "answers to node guarding lost",
+    "heartbeats beside node guarding",
 )
 
 

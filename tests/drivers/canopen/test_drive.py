@@ -191,7 +191,6 @@ def test_restart_and_bus_off_end_the_run_and_other_error_frames_are_reported_onc
     for _ in range(3):
         bus.receive_error(0x008, "00")
     assert amplifiers.exchange(None, 0.01).trouble is None
-    amplifiers._operational = True
     bus.receive_first((0x703, "00"))
     restarted = amplifiers.exchange(None, 0.01).trouble
     assert restarted == "joint 3 (node 3): the drive restarted (boot-up message)"

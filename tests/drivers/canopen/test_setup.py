@@ -59,6 +59,13 @@ def test_watchdog_is_the_best_that_the_drive_has(objects: tuple[Address, ...], w
     assert values_of(setup.watchdog_off(of_drive)) == dict.fromkeys(written.keys() - {(0x1017, 0)}, 0)
 
 
+@pytest.mark.parametrize(("absent", "way"), [((0x1017,), "guarding"), ((0x1017, 0x100C), "heartbeat")])
+def test_a_drive_without_a_heartbeat_is_guarded_where_it_can_be(absent: tuple[int, ...], way: str) -> None:
+    of_drive = dictionary(Drive(node_id=1), absent=absent)
+    assert of_drive.watchdog == way
+    assert ((0x1016, 1) in values_of(setup.own_writes(RIG, of_drive))) == (way == "heartbeat")
+
+
 @pytest.mark.parametrize(("unit", "value"), [("0.001 rpm/s", 30_080_300), ("1000 rpm/s", 30), ("100000 rpm/s", None)])
 def test_unit_that_is_too_coarse_for_the_quick_stop_is_refused(unit: str, value: int | None) -> None:
     drive = Drive(node_id=1, units=AssumedUnits(acceleration=unit))

@@ -51,8 +51,9 @@ def test_every_drive_that_answers_is_stopped_off_and_without_a_watchdog_and_the_
     assert written[1] == [QUICK_STOP, OFF, OFF, NO_WATCHDOG]
     assert written[2] == [QUICK_STOP, OFF, OFF]
     assert written[3] == [NO_OFFSET, QUICK_STOP, NO_OFFSET, OFF, OFF, NO_OFFSET, NO_WATCHDOG]
-    came_again, *errors = sorted(reports, key=lambda line: line[0] == "error")
-    assert came_again[1:] == ("joint 1 (node 1)", "EMCY 0xFF01 (the manufacturer's own code) came 3 times")
+    came_again, load, *errors = sorted(reports, key=lambda line: line[0] == "error")
+    assert came_again[1:] == ("joint 1 (node 1)", "3 times: EMCY 0xFF01: the manufacturer's own code")
+    assert "load of the bus" in load[2]
     assert [text.split(":")[0] for _, _, text in errors] == ["while switching power off"] * 2 + ["while closing"]
     assert {source for _, source, _ in errors} == {"joint 2 (node 2)"}
     bus.wait(1.0)
