@@ -60,12 +60,12 @@ class DriveFinding:
 
 def findings(rig: Rig, dictionary: DriveDictionary) -> list[DriveFinding]:
     """All that a run would meet, as far as the drive and its file tell."""
-    found = [*_profile(dictionary)]
-    judged = (_judged(rig, dictionary, row) for row in _rows(dictionary))
-    # Sub-indices of one object are accepted together.
-    found += {each.row.address[0]: each for each in judged if each is not None and each.row is not None}.values()
-    found += _mode(dictionary)
-    found += _units(dictionary)
+    judged: dict[int, DriveFinding] = {}
+    for row in _rows(dictionary):
+        if finding := _judged(rig, dictionary, row):
+            # Sub-indices of one object are accepted together.
+            judged.setdefault(row.address[0], finding)
+    found = [*_profile(dictionary), *judged.values(), *_mode(dictionary), *_units(dictionary)]
     try:
         setup.object_writes(rig, dictionary)
         writes = pdo.pdo_writes(dictionary)
