@@ -115,7 +115,7 @@ def _found(dictionary: DriveDictionary, row: Requirement, text: str) -> DriveFin
         return DriveFinding(what, "needed for safety", f"{text}; {row.loss}; {row.instead}", "accepted", row)
     fitting = [f"{value}" for value in row.choices if item is not None and not dictionary.refuses(row.address, value)]
     text += f"; {row.key} = {' or '.join(fitting)} in [[drives]]" if fitting else ""
-    text += f"; {row.waiver}" if row.role == "safety" else ""
+    text += f"; {row.waiver if row.role == 'safety' else row.instead}" if row.instead else ""
     takes_others = item is not None and item.is_writable and not dictionary.lack(row)
     return DriveFinding(what, f"needed for {row.role}", text, row=row, of_value=takes_others)
 

@@ -41,7 +41,7 @@ class Requirement:
     loss: str = ""
     """For safety: what no longer protects."""
     instead: str = ""
-    """For safety: what the host supervises instead."""
+    """For safety: what the host supervises instead; for motion: what the user may do."""
     key: str = ""
     """Key of [[drives]] that sets its value."""
 

@@ -239,11 +239,12 @@ TABLE = (
         (0x60B2, 0),
         "<h",
         "motion",
-        "torque offset [thousandths of the rated torque]",
+        "torque offset",
         "mw",
         lambda rig, dictionary: 0 if dictionary.value((0x60B2, 0)) else None,
         lambda dictionary: dictionary.drive.torque_offset,
         "torque",
+        instead="drop --feedforward",
         key="torque_offset",
     ),
     *(

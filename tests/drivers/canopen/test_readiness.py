@@ -31,7 +31,7 @@ def test_torque_offset_needs_its_object_and_the_rated_torque_of_the_drive() -> N
     drive = Drive(node_id=1, torque_offset=True, rated_torque=21.0, gear=21.0)
     assert problems(drive) == problems(drive, values={(0x6076, 0): 1005}) == []
     (missing,) = problems(drive, 0x60B2)
-    assert missing.startswith("60B2:00 torque offset [thousandths of the rated torque]: no such object")
+    assert missing.startswith("60B2:00 torque offset: no such object")
     (differs,) = problems(drive, values={(0x6076, 0): 1500})
     assert "6076h of the drive gives 31.5 N m" in differs
     assert "rated_torque of the rig file is 21 N m" in differs
