@@ -70,7 +70,8 @@ class ObjectDescription:
     @property
     def span(self) -> str:
         """Its limits, as text."""
-        return f"{'...' if self.low is None else self.low} to {'...' if self.high is None else self.high}"
+        low, high = ("..." if limit is None else f"{limit}" for limit in (self.low, self.high))
+        return f"{low} alone" if low == high else f"{low} to {high}"
 
     @property
     def is_readable(self) -> bool:
@@ -141,6 +142,10 @@ def _parse(text: str, node_id: int) -> Dictionary:
     """The dictionary in the text of a file, kept because drives are often of one type."""
     sections = divide(text)
     entries = dict(sorted(_entries(sections, node_id), key=lambda entry: entry[0]))
+    # Some tools write 0 and 0 for no limits; then defaults lie outside.
+    unlimited = {address: item for address, item in entries.items() if (item.low, item.high) == (0, 0)}
+    if any(any(item.value or b"") for item in unlimited.values()):
+        entries |= {address: replace(item, low=None, high=None) for address, item in unlimited.items()}
     device = sections.get("deviceinfo", _NO_SECTION)
     rates = [1000 * rate for rate in _BIT_RATES if device.text(f"BaudRate_{rate}").lower().strip("0x") not in _NO]
     return Dictionary(entries, device.text("ProductName"), frozenset(index for index, _ in entries), frozenset(rates))
@@ -237,9 +242,12 @@ def _limit(section: Section, key: str, data_type: int, node_id: int) -> int | No
     """A limit that is a whole number; None where there is none."""
     value = _value(section, key, data_type, node_id)
     try:
-        return value if isinstance(value, int) or not section.text(key) else section.number(key)
+        limit = value if isinstance(value, int) or not section.text(key) else section.number(key)
     except ValueError:
         return None
+    layout = ODVariable.STRUCT_TYPES.get(data_type)
+    is_wrapped = limit is not None and limit < 0 and layout and data_type not in datatypes.SIGNED_TYPES
+    return limit + (1 << 8 * layout.size) if is_wrapped else limit  # as -1 for the largest of an unsigned type
 
 
 def _encoded(data_type: int, value: Any) -> bytes | None:

@@ -66,11 +66,17 @@ def command(drives: DriveOptions, set_up: bool, tested: float | None, show_all: 
         document = {"schema": 1, "bus": bus, "drives": list(map(asdict, identities))}
         click.echo(json.dumps(document | {"findings": list(map(asdict, findings))}, indent=1))
     else:
-        shown = [f for f in findings if show_all or f.verdict != "fine" or f.what in _ALWAYS_SHOWN]
+        # What must be done stands first.
+        ordered = problems + [finding for finding in findings if finding.verdict != "problem"]
+        shown = [f for f in ordered if show_all or f.verdict != "fine" or f.what in _ALWAYS_SHOWN]
         _print_tables(bus, identities, shown)
     unproven = [finding for finding in findings if finding.verdict == "will be written"]
     if not problems:
-        following = ("check", "--set-up") if unproven and not set_up else ("jog", "--joint", 1, "--by", 0.05)
+        following = (
+            ("check", "--set-up")
+            if unproven and not set_up and tested is None
+            else ("jog", "--joint", 1, "--by", 0.05)
+        )
         say_next("daq", *following, *drives.words)
     if problems:
         raise RunFailed(f"{len(problems)} problem(s) found; correct the rig file or the drive")

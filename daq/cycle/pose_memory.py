@@ -11,6 +11,7 @@ import json
 import math
 import os
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -75,7 +76,8 @@ class PoseMemory:
     def __init__(self, rig: Rig, identities: Sequence[Identity]) -> None:
         """`identities` tell where the joints stand."""
         limits = self._limits = rig.limits
-        self._joints = [_recall(rig, identity) for identity in identities]
+        devices = Counter(map(_device, identities))
+        self._joints = [_recall(rig, identity, is_known=devices[_device(identity)] == 1) for identity in identities]
         seen = [joint for joint in self._joints if joint.kept is not None]
         self._outside = [
             joint for joint in self._joints if joint.position < limits.joint_min or joint.position > limits.joint_max
@@ -150,8 +152,9 @@ class PoseMemory:
                 return
 
 
-def _recall(rig: Rig, identity: Identity) -> _Joint:
-    j, file = identity.joint - 1, _file(rig, identity)
+def _recall(rig: Rig, identity: Identity, *, is_known: bool) -> _Joint:
+    """`is_known`: whether its numbers are of no other drive."""
+    j, file = identity.joint - 1, _file(rig, identity, is_known=is_known)
     position = math.nan if identity.position is None else identity.position
     joint = _Joint(identity, rig.drives[j], file, position, rig.position_units[j])
     if file is None or identity.position is None:
@@ -171,13 +174,17 @@ def _zero(joint: _Joint) -> dict[str, float]:
     return {"started": joint.identity.started, **{key: getattr(joint.drive, key) for key in keys}}
 
 
-def _file(rig: Rig, identity: Identity) -> Path | None:
+def _device(identity: Identity) -> str:
+    """Numbers of a drive; axes of one node have one serial number."""
+    numbers = (identity.vendor_id, identity.product_code, identity.serial_number)
+    return "-".join(f"{number:08X}" for number in numbers) + "".join(identity.address.partition(" axis")[1:])
+
+
+def _file(rig: Rig, identity: Identity, *, is_known: bool) -> Path | None:
     place = folder()
     # A simulated drive of this program begins anew with each run.
     if place is None or identity.lockstep or (identity.simulated and not identity.started):
         return None
-    device = (identity.vendor_id, identity.product_code, identity.serial_number)
-    # Axes of one node have one serial number.
-    known = "-".join(f"{number:08X}" for number in device) + "".join(identity.address.partition(" axis")[1:])
-    name = known if identity.serial_number else f"{rig.name} {identity.address}"
+    # Some makers give all drives one number.
+    name = _device(identity) if identity.serial_number and is_known else f"{rig.name} {identity.address}"
     return place / f"{re.sub(r'[^A-Za-z0-9-]+', '-', name)}.json"

@@ -16,7 +16,9 @@ TorqueSource = Literal["voltage", "torque_actual", "current_actual", "none"]
 MODES: tuple[tuple[Mode, int, Address], ...] = (("cyclic", 8, (0x607A, 0)), ("interpolated", 7, (0x60C1, 1)))
 """Modes that follow targets, the preferred one first, with their numbers and targets."""
 _TORQUE, _CURRENT = (0x6077, 0), (0x6078, 0)
-_RATES = (500.0, 1000.0, 250.0, 200.0, 125.0, 100.0, 50.0)
+USUAL_RATE = 500.0
+"""[Hz]."""
+_RATES = (USUAL_RATE, 1000.0, 250.0, 200.0, 125.0, 100.0, 50.0)
 
 
 def mode_of(facts: DriveFacts) -> tuple[Mode, str]:
@@ -76,21 +78,21 @@ def common_torque_source(drives: Sequence[DriveFacts]) -> TorqueSource:
     raise BadInput(f"one torque source for all drives expected, none in common found ({listed}); choose other drives")
 
 
-def rate_of(drives: Sequence[DriveFacts]) -> tuple[float, str]:
-    """Cycle rate [Hz] that all drives accept in 60C2h, and why, as a comment.
+def rates_of(drives: Sequence[DriveFacts]) -> list[float]:
+    """Cycle rates [Hz] that all drives accept in 60C2h, the best first.
 
     Raises:
         BadInput: there is none.
     """
-    for rate in _RATES:
-        period = interpolation_period(rate)
-        places = [(facts, (0x60C2, sub), value) for facts in drives for sub, value in enumerate(period, start=1)]
-        if all(
-            address not in facts or not facts.dictionary().refuses(address, value) for facts, address, value in places
-        ):
-            usual = f"{ASSUMED}Hz; the usual rate, which 60C2h does not exclude"
-            return rate, usual if rate == _RATES[0] else f"{STATED}Hz; 60C2h accepts no period of 2 ms"
-    raise BadInput("the drives accept no common period in 60C2h; check the limits of that object in their EDS")
+    accepted = [rate for rate in _RATES if all(_accepts(facts, rate) for facts in drives)]
+    if not accepted:
+        raise BadInput("the drives accept no common period in 60C2h; check the limits of that object in their EDS")
+    return accepted
+
+
+def _accepts(facts: DriveFacts, rate: float) -> bool:
+    places = [((0x60C2, sub), value) for sub, value in enumerate(interpolation_period(rate), start=1)]
+    return not any(address in facts and facts.dictionary().refuses(address, value) for address, value in places)
 
 
 def name_of(address: Address) -> str:

@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from daq.proposal.choices import TorqueSource, common_torque_source, rate_of
+from daq.proposal.choices import USUAL_RATE, TorqueSource, common_torque_source, mode_of, rates_of
 from daq.proposal.drive_section import DriveSection, with_placeholders
 from daq.proposal.facts import DriveFacts
 from daq.proposal.text import ASK, ASSUMED, LEGEND, PHYSICS, STATED, UNKNOWN, Key, comment
@@ -42,16 +42,30 @@ def propose(drives: Sequence[DriveFacts], bus: CanBus, source: TorqueSource | No
     Raises:
         BadInput: a drive cannot be driven by this program, with the reason.
     """
-    source = source or common_torque_source(drives)
-    draft = _proposal(drives, bus, source, draft=None)
-    return _proposal(drives, bus, source, draft.rig)
+    for facts in drives:
+        mode_of(facts)  # a drive that cannot move needs no torque
+    source, rates = source or common_torque_source(drives), rates_of(drives)
+    drafts = [_proposal(drives, bus, source, rate, rates, draft=None).rig for rate in rates]
+    fitting = [draft for draft in drafts if bus_load(draft, draft.rate) <= bus.max_load]
+    draft = fitting[0] if fitting else min(drafts, key=lambda each: each.rate)
+    return _proposal(drives, bus, source, draft.rate, rates, draft)
 
 
-def _proposal(drives: Sequence[DriveFacts], bus: CanBus, source: TorqueSource, draft: Rig | None) -> RigProposal:
-    """A proposal; with a `draft` it accounts for what the drives would be written and for the load of the bus."""
+def _proposal(
+    drives: Sequence[DriveFacts],
+    bus: CanBus,
+    source: TorqueSource,
+    rate: float,
+    rates: Sequence[float],
+    draft: Rig | None,
+) -> RigProposal:
+    """A proposal; with a `draft` it accounts for what the drives would be written and for the load of the bus.
+
+    `rates`: those that the drives accept [Hz].
+    """
     notes: list[str] = []
     sections = [DriveSection(joint, facts, source) for joint, facts in enumerate(drives, start=1)]
-    lines = [*_head(drives), *_bus(bus, drives, draft), *_torque(sections, source), *_limits()]
+    lines = [*_head(drives, rate, rates), *_bus(bus, drives, draft), *_torque(sections, source), *_limits()]
     explained: set[tuple[str, int]] = set()
     for section in sections:
         kind = section.origin, section.axis
@@ -63,7 +77,7 @@ def _proposal(drives: Sequence[DriveFacts], bus: CanBus, source: TorqueSource, d
     return RigProposal(text, tuple(dict.fromkeys(notes)), validated(content, Rig, "proposal"))
 
 
-def _head(drives: Sequence[DriveFacts]) -> Iterator[str]:
+def _head(drives: Sequence[DriveFacts], rate: float, rates: Sequence[float]) -> Iterator[str]:
     origins = ", ".join(dict.fromkeys(facts.origin for facts in drives))
     values = ", ".join(dict.fromkeys(facts.values for facts in drives))
     yield from comment(f"Rig file proposed by `daq rig propose` from {origins}; values: {values}.")
@@ -75,7 +89,11 @@ def _head(drives: Sequence[DriveFacts]) -> Iterator[str]:
     yield from Key("name", '"proposed rig"').lines()
     if len(drives) != 3:
         yield from Key("mechanism", '"axes"', PHYSICS + "a delta robot has three drives").lines()
-    rate, reason = rate_of(drives)
+    reason = f"{STATED}Hz; 60C2h accepts no period of 2 ms"
+    if USUAL_RATE in rates:
+        is_usual = rate == USUAL_RATE
+        reason = f"{ASSUMED}Hz; the usual rate, which 60C2h does not exclude"
+        reason = reason if is_usual else f"{PHYSICS}Hz; at {USUAL_RATE:g} Hz a cycle does not fit into the bit rate"
     yield from Key("rate", f"{rate:g}.0", reason).lines()
     if len(drives) != 3:
         for _ in drives:
@@ -102,8 +120,8 @@ def _bus(bus: CanBus, drives: Sequence[DriveFacts], draft: Rig | None) -> Iterat
     if draft is not None and load > bus.max_load:
         if load > _LARGEST_LOAD:
             raise BadInput(
-                f"at {draft.rate:g} Hz, the rate of these drives, a cycle takes up to {load:.0%} of the bus at "
-                f"{rate / 1000:g} kbit/s; choose a higher bit rate, or a bus for each drive"
+                f"at {draft.rate:g} Hz, the slowest rate of these drives, a cycle takes up to {load:.0%} of the bus "
+                f"at {rate / 1000:g} kbit/s; choose a higher bit rate, or a bus for each drive"
             )
         text = f"{PHYSICS}a cycle takes up to {load:.1%} of the bus at the only rate that the drives accept"
         yield from Key("max_load", f"{math.ceil(100 * load) / 100:g}", text).lines()

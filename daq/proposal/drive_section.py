@@ -13,7 +13,7 @@ from drivers.canopen.dictionary import DriveDictionary
 from drivers.canopen.readiness import DriveFinding
 from drivers.canopen.requirements import ROWS, TABLE
 from drivers.canopen.sdo import format_address
-from drivers.canopen.units import OBJECTS, gear_ratio, position_units_per_turn
+from drivers.canopen.units import ELECTRONIC_GEAR, OBJECTS, gear_ratio, position_units_per_turn
 from recordings.config import validated
 from recordings.errors import BadInput
 from recordings.rig import Drive, Rig
@@ -139,6 +139,9 @@ class DriveSection:
         if doubt := readiness.position_doubt(self._dictionary):
             comment = f"{ASSUMED}position units per turn of the motor, by {source}. {doubt}"
             self.notes.append(f"counts_per_turn is assumed: {doubt}")
+        elif source == ELECTRONIC_GEAR:
+            comment = f"{ASSUMED}position units per turn of the motor, by {source}"
+            self.notes.append(f"counts_per_turn is assumed: {source} say {counts:.9g}")
         elif not math.isclose(counts, round(counts)):
             comment = f"{ASSUMED}{counts:.9g} by {source}, which is no whole number"
         return Key("counts_per_turn", str(self._counts_per_turn), comment)

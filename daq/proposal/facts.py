@@ -77,7 +77,10 @@ def from_file(path: Path, node_id: int, axis: int = 1) -> DriveFacts:
     if (0x6040, 0) not in dictionary or (0x6041, 0) not in dictionary:
         words = f"controlword ({on_node(0x6040, axis):04X}h) and statusword ({on_node(0x6041, axis):04X}h)"
         what = "a CiA 402 drive" if axis == 1 else f"axis {axis} of a CiA 402 drive"
-        raise BadInput(f"{path}: {what} expected, no {words} found")
+        item = dictionary.get((0x1000, 0))
+        profile = item.decode(item.value) & 0xFFFF if item is not None and item.value else DRIVE_PROFILE
+        says = "" if profile == DRIVE_PROFILE else f"; it says device profile {profile}"
+        raise BadInput(f"{path}: {what} expected, no {words} found{says}")
     items = {address: item for address, item in dictionary.items() if _may_be_of(axis, address[0], item.name)}
     data = {a: (item.value or bytes(item.size or 0)) if item.is_readable else None for a, item in items.items()}
     kind = "values of this DCF" if dictionary.has_parameters else "defaults of this EDS, not settings of your drive"

@@ -161,7 +161,8 @@ def _torque_source(dictionary: DriveDictionary) -> Iterator[Row]:
         yield name, "readable", "cannot be read", "noted"
     if raw:
         agree = math.isclose(raw * factor, given, rel_tol=readiness.RATING_TOLERANCE)
-        yield what, f"{given:g} {unit}", f"{raw * factor:g} {unit}", _fine_if(agree)
+        found = f"{raw * factor:g} {unit}" + ("" if agree else ": that of the rig file counts; compare both")
+        yield what, f"{given:g} {unit}", found, _fine_if(agree, "noted")
     else:
         yield what, f"{given:g} {unit}", "not stated by the drive: compare with the type plate", "noted"
 

@@ -93,9 +93,12 @@ class DriveDictionary:
     def doubt(self, row: Requirement) -> str:
         """That a PDO holds an object which cannot be mapped by the drive's file; "": neither, or not both."""
         item = self.descriptions.get(row.address)
-        mapped = (self.value((index, sub)) or 0 for index, sub in self.data if sub and index in _MAPPINGS)
-        is_mapped = any((entry >> 16, entry >> 8 & 0xFF) == row.address for entry in mapped)
-        is_doubtful = "m" in row.use and item is not None and not item.mappable and is_mapped
+        if "m" not in row.use or item is None or item.mappable:
+            return ""
+        # Those that the file delivers: those of the drive differ once a rig file has set it up.
+        mapped = [each.value for (index, sub), each in self.descriptions.items() if sub and index in _MAPPINGS]
+        entries = (int.from_bytes(value or b"", "little") for value in mapped)
+        is_doubtful = any((entry >> 16, entry >> 8 & 0xFF) == row.address for entry in entries)
         return "mapped as delivered, though the dictionary says that it cannot be" if is_doubtful else ""
 
     def _beside(self, row: Requirement) -> str:
@@ -233,7 +236,8 @@ def descriptions_of(drive: Drive) -> Mapping[Address, ObjectDescription]:
 def _read(sdo: Sdo, address: Address, data: dict[Address, bytes | None]) -> None:
     index, sub = address
     try:
-        data[address] = sdo.read_bytes(index, sub)
+        content, standard = sdo.read_bytes(index, sub), _STANDARD.get(address)
+        data[address] = content if sdo.is_sized or standard is None else content[: struct.calcsize(standard)]
     except ObjectMissing:
         pass
     except ObjectRefused:

@@ -49,6 +49,8 @@ class CanopenDrives:
         self._report = report
         self._kernel_sync = kernel_sync
         self._cycle = 0
+        self._is_master = False
+        """Whether no other master was heard; nothing may be sent before."""
         self._axes = [CanopenAxis(rig, joint, link, self._dispatch) for joint in range(1, rig.dof + 1)]
         polled = [axis for axis in self._axes if axis.drive.voltage.transfer == "sdo"]
         self._poll = VoltagePoll([axis for axis in polled if axis.drive.torque_source == "voltage"], link)
@@ -76,6 +78,7 @@ class CanopenDrives:
     def discover(self) -> tuple[Identity, ...]:
         """See `Amplifiers`."""
         discovery.check_no_other_master(self._link)
+        self._is_master = True
         self._send_nmt(0x80)
         discovery.check_one_drive_per_node(self._axes)
         return tuple(discovery.identify(axis) for axis in self._axes)
@@ -284,7 +287,8 @@ class CanopenDrives:
         try:
             if self._monitor.armed:
                 shutdown.release(self._axes, self._report)
-            self._send_nmt(0x80)
+            if self._is_master:
+                self._send_nmt(0x80)
         except RunFailed as error:
             self._report("error", "bus", f"while closing: {error}")
         self._link.close()

@@ -133,10 +133,10 @@ def _placed(dictionary: DriveDictionary, first: int, fields: list[PdoField]) -> 
 def _taken(dictionary: DriveDictionary, parameters: int, fields: list[PdoField], entries: int) -> Pdo:
     """The PDO with as many of the objects, from the first on, as it takes; none where it is fixed to others."""
     cob_id = _cob_id(parameters, dictionary.drive)
-    if not (fixed := _fixed(dictionary, parameters)):
+    if not _fixed(dictionary, parameters):
         return Pdo(parameters, cob_id, fields[: _fitting(fields, entries)])
     as_it_is = Pdo(parameters, cob_id, fields[: dictionary.value((parameters + MAPPING, 0), "<B") or 0])
-    return as_it_is if fixed and is_set_up(dictionary, as_it_is) else Pdo(parameters, cob_id, [])
+    return as_it_is if _is_mapped(dictionary, as_it_is) else Pdo(parameters, cob_id, [])
 
 
 def _fixed(dictionary: DriveDictionary, parameters: int) -> list[Address]:
@@ -166,13 +166,13 @@ def _too_few(
     )
 
 
-def is_set_up(dictionary: DriveDictionary, pdo: Pdo) -> bool:
-    """Whether the drive has a PDO as it is needed, so that nothing is written."""
+def _is_mapped(dictionary: DriveDictionary, pdo: Pdo) -> bool:
+    """Whether the drive has a PDO with the objects that are needed."""
     mapping, axis = pdo.parameters + MAPPING, dictionary.drive.axis
-    cob_id, kind = dictionary.value((pdo.parameters, 1)), dictionary.value((pdo.parameters, 2), "<B")
+    cob_id = dictionary.value((pdo.parameters, 1))
     entries = [dictionary.value((mapping, sub)) for sub in range(1, len(pdo.fields) + 1)]
     return (
-        (cob_id is not None and cob_id & _COB_ID_BITS == pdo.cob_id and kind == 1)
+        (cob_id is not None and cob_id & _COB_ID_BITS == pdo.cob_id)
         and dictionary.value((mapping, 0), "<B") == len(pdo.fields)
         and entries == [field.mapped(axis) for field in pdo.fields]
     )
@@ -265,8 +265,7 @@ def pdo_writes(dictionary: DriveDictionary) -> list[SdoWrite]:
     """
     ours = [*rpdos(dictionary), *tpdos(dictionary)]
     used = {pdo.parameters for pdo in ours}
-    needed = [pdo for pdo in ours if not is_set_up(dictionary, pdo)]
-    return [*switch_off(dictionary, used), *(write for pdo in needed for write in _set_up(dictionary, pdo))]
+    return [*switch_off(dictionary, used), *(write for pdo in ours for write in _set_up(dictionary, pdo))]
 
 
 def switch_off(dictionary: DriveDictionary, used: Container[int] = ()) -> list[SdoWrite]:
@@ -288,10 +287,12 @@ def _set_up(dictionary: DriveDictionary, pdo: Pdo) -> list[SdoWrite]:
     # Order required by CiA 301: disable the PDO, clear the mapping, write it, set its length, enable the PDO. Bit 30
     # stays as it is: a drive that answers no remote frames may refuse to clear it.
     axis, present = dictionary.drive.axis, dictionary.value((pdo.parameters, 1), "<I") or 0
-    mapping = pdo.parameters + MAPPING
+    mapping, kind = pdo.parameters + MAPPING, SdoWrite(pdo.parameters, 2, "<B", 1)  # synchronous, every SYNC
+    if _is_mapped(dictionary, pdo):
+        return [] if dictionary.value((pdo.parameters, 2), "<B") == kind.value else [kind]
     return [
         SdoWrite(pdo.parameters, 1, "<I", present | INVALID, check=False),
-        SdoWrite(pdo.parameters, 2, "<B", 1),  # synchronous, every SYNC
+        kind,
         SdoWrite(mapping, 0, "<B", 0, check=False),
         *(SdoWrite(mapping, i, "<I", field.mapped(axis)) for i, field in enumerate(pdo.fields, start=1)),
         SdoWrite(mapping, 0, "<B", len(pdo.fields)),

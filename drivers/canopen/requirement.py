@@ -36,6 +36,8 @@ class Requirement:
     """What it holds, of `_QUANTITIES`; "": what no name contradicts."""
     likewise: tuple[Address, ...] = ()
     """Objects that hold nearly the same, and which are named where it is missing."""
+    opposite: str = ""
+    """Pattern of words that a name has which means the other end of a range."""
     words: str = ""
     """Pattern of names that a manufacturer's object of this kind has."""
     loss: str = ""
@@ -71,6 +73,8 @@ class Requirement:
         name = _WORD_ENDS.sub(" ", name)
         if self.role == "safety" and self.quantity and _WARNING.search(name):
             return True
+        if self.opposite and re.search(rf"\b({self.opposite})\b", name, re.IGNORECASE):
+            return True
         said = {quantity for quantity, words in _QUANTITIES.items() if words.search(name)}
         if self.quantity not in ("torque", "current"):
             said.discard("current")  # as in "current position"
@@ -85,7 +89,7 @@ _SIZES = {"torque": {4}, "current": {4}, "voltage": {1, 4}}
 """Further lengths of what a PDO may hold in more than one [bytes]."""
 _WORD_ENDS = re.compile(r"_|(?<=[a-z])(?=[A-Z])")
 """As in following_error_window and FollowingErrorWindow."""
-_WARNING = re.compile("warning", re.IGNORECASE)
+_WARNING = re.compile("warn", re.IGNORECASE)
 _QUANTITIES = {
     quantity: re.compile(words, re.IGNORECASE)
     for quantity, words in {

@@ -214,14 +214,18 @@ TABLE = (
             (0x607D, sub),
             "<i",
             "safety",
-            "software position limit",
+            f"{end} software position limit",
             "w",
             _limit(sub - 1),
             quantity="position",
+            opposite=opposite,
             loss="the drive follows a target beyond the joint limits",
             instead="the host checks every motion before it starts",
         )
-        for sub in (1, 2)
+        for sub, end, opposite in (
+            (1, "lower", "max|maximum|maximal|upper|positive|plus"),
+            (2, "upper", "min|minimum|minimal|lower|negative|minus"),
+        )
     ),
     Requirement(
         (0x6085, 0),

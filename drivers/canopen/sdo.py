@@ -22,8 +22,10 @@ _SECOND_RESPONSE_TIMEOUT = 0.01
 READ_DEVICE_TYPE = bytes.fromhex("4000100000000000")
 """SDO request that any node answers (object 1000)."""
 _ABORT_CODE = struct.Struct("<4xL")
-_NO_OBJECT = (0x0602_0000, 0x0609_0011)
-"""Abort codes: no such object, no such sub-index."""
+_EXPEDITED, _UNSIZED = 0xE3, 0x42
+"""Bits of the command specifier of an upload, and their values where four bytes come without their number."""
+_NO_OBJECT = (0x0602_0000, 0x0609_0011, 0x0800_0000, 0x0601_0000, 0x0604_0043)
+"""Abort codes: no such object, no such sub-index; and general ones, which some drives have for both."""
 _ABORT_WITHOUT_ADDRESS = b"\x80\0\0\0"
 """Some drives omit the object's address in an abort."""
 
@@ -37,6 +39,8 @@ class _PollingClient(SdoClient):  # type: ignore[misc]
         self._link = link
         self._on_other_frame = on_other_frame
         self._request = b""
+        self.is_sized = True
+        """Whether the last response says how many of its bytes count, as CiA 301 leaves to the drive."""
 
     def send_request(self, request: bytes) -> None:
         # Frames that have already arrived do not answer this request. canopen would take a repeated response for the
@@ -60,6 +64,7 @@ class _PollingClient(SdoClient):  # type: ignore[misc]
                 continue
             if data[0] == RESPONSE_ABORTED:
                 raise SdoAbortedError(_ABORT_CODE.unpack(data)[0])
+            self.is_sized = data[0] & _EXPEDITED != _UNSIZED
             return data
         raise SdoCommunicationError("no SDO response received")
 
@@ -144,6 +149,11 @@ class Sdo:
             RunFailed: no answer, or the drive refuses the request.
         """
         return bytes(self._transfer("read", index, sub, self._client.upload))
+
+    @property
+    def is_sized(self) -> bool:
+        """Whether the last object that was read came with its size."""
+        return bool(self._client.is_sized)
 
     def read_optional(self, index: int, sub: int, layout: str) -> int | None:
         """As `read`, but None where the drive has no such object or refuses to read it."""

@@ -45,6 +45,7 @@ _CODES: dict[int, dict[int, str]] = {
 _DIMENSIONS = {(0x608C, 0xA4): "rpm", (0x608E, 0xAE): "rad/s^2"}
 """The dimension indices of older profiles that makers agree on."""
 
+ELECTRONIC_GEAR = "608Fh and 6091h, read as an electronic gear because they begin with the same number,"
 _TURNS = {
     **{"rad": 1 / math.tau, "deg": 1 / 360, "arcmin": 1 / 21_600, "arcsec": 1 / 1_296_000},
     **{"rev": 1.0, "rpm": 1 / 60},
@@ -71,6 +72,8 @@ def position_units_per_turn(objects: Objects) -> dict[str, float]:
     does."""
     gear = gear_ratio(objects) or 1.0
     feed, resolution = _ratio(objects, 0x6092), _ratio(objects, 0x608F)
+    if (electronic := _ratio(objects, 0x6091)) and _has_electronic_gear(objects):
+        return {ELECTRONIC_GEAR: objects[0x608F, 1] / objects[0x608F, 2] / electronic}
     statements = {}
     name, factor = _decoded(objects, _POSITION)
     if name in _TURNS:
@@ -86,7 +89,13 @@ def position_units_per_turn(objects: Objects) -> dict[str, float]:
 
 def gear_ratio(objects: Objects) -> float | None:
     """Motor turns per turn of the driving shaft (6091h); None where the drive does not state it."""
-    return _ratio(objects, 0x6091)
+    return None if _has_electronic_gear(objects) else _ratio(objects, 0x6091)
+
+
+def _has_electronic_gear(objects: Objects) -> bool:
+    """Whether 6091h holds encoder increments per position unit, as of many servo drives, and no gear."""
+    increments = objects.get((0x608F, 1), 0)
+    return increments > 1 and objects.get((0x6091, 1)) == increments
 
 
 def _ratio(objects: Objects, index: int) -> float | None:

@@ -275,3 +275,10 @@ def test_the_pose_of_each_run_is_kept_and_a_refusal_changes_nothing(daq_in_proce
         (line,) = [line for line in done.err.splitlines() if said in line]
         assert words in line
         assert line.startswith("info" if done is runs[4] else "warning")
+
+
+def test_drives_that_all_have_one_serial_number_are_known_by_their_nodes(poses: Path) -> None:
+    same = replace(NEW, serial_number=0x55)
+    at(REST, REST + TURN, REST, identity=same).keep((REST, REST + TURN, REST), unheard)
+    assert len(list(poses.iterdir())) == 3
+    assert is_refused(at(REST, REST, REST, identity=same))

@@ -19,6 +19,7 @@ from recordings.errors import BadInput
 from recordings.rig import load_rig
 from tests.drivers.canopen.made_up_runs import Outcome, outcome_of, rig_of
 from tests.drivers.simulated.dictionaries import (
+    I8,
     I16,
     I32,
     TORQUE,
@@ -255,6 +256,29 @@ def test_what_is_mapped_by_default_can_be_mapped_whatever_the_file_says() -> Non
     assert said in verdicts(_drive(i6041_0=status, i1A00_1=Item(U32), i1A01_1=Item(U32))).said
 
 
+def test_limits_of_0_and_0_are_none_where_the_defaults_lie_outside() -> None:
+    """As some tools write them; the largest of an unsigned type may be -1."""
+    none = {"low": 0, "high": 0}
+    found = verdicts(_drive(i6060_0=Item(I8, **none), i6065_0=Item(U32, default=2000, **none)))
+    assert "takes" not in found.said
+    assert found.outcome is not None
+    assert found.outcome.samples
+    said = verdicts(_drive(i6066_0=Item(U16, low=50, high=-1))).said
+    assert "6066:00 following error time-out [ms]: takes 50 to 65535, 10 is needed" in said
+
+
+def test_an_electronic_gear_is_no_gear() -> None:
+    """6091h = 131072/10000 beside 608Fh = 131072: 10000 position units to a turn of the motor."""
+    encoder = {(0x608F, 1): 131_072, (0x608F, 2): 1, (0x6091, 1): 131_072, (0x6091, 2): 10_000}
+    made_up = MadeUpDrive(DRIVE | {address: Item(U32, default=value) for address, value in encoder.items()})
+    found = verdicts(made_up)
+    assert "counts_per_turn = 10000" in found.said
+    assert "608Fh and 6091h, read as an electronic gear" in found.said
+    assert 'gear is "?"' in found.said
+    assert found.outcome is not None
+    assert not found.outcome.problems
+
+
 @pytest.mark.parametrize(
     ("index", "name", "is_other"),
     [
@@ -264,6 +288,7 @@ def test_what_is_mapped_by_default_can_be_mapped_whatever_the_file_says() -> Non
         (0x6065, "Schleppfehlerfenster", False),
         (0x6065, "PositionErrorWarning", True),
         (0x6065, "Speed error window", True),
+        (0x6065, "Schleppfehler_Warnschwelle", True),
         (0x6066, "Following error delay", False),
         (0x605E, "Alarm reaction option code", False),
         (0x6064, "Current position", False),
@@ -276,9 +301,24 @@ def test_a_name_counts_only_against_the_standard(index: int, name: str, is_other
     assert ROWS[index, 0].contradicts(name) == is_other
 
 
-def test_a_mapping_that_is_read_only_and_right_is_used() -> None:
+def test_exchanged_position_limits_do_not_protect() -> None:
+    low, high = ROWS[0x607D, 1], ROWS[0x607D, 2]
+    for names in (("Min position limit", "Max position limit"), ("Soft_Negative_Limit", "Soft_Positive_Limit")):
+        assert [row.contradicts(name) for row in (low, high) for name in names] == [False, True, True, False]
+
+
+def test_the_rate_suits_the_bit_rate() -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        path, _ = MadeUpDrive(DRIVE).write(Path(folder))
+        drives = [from_file(path, node) for node in (1, 2, 3)]
+        rates = {k: propose(drives, CanBus(interface="virtual", bitrate=1000 * k)).rig.rate for k in (1000, 500, 250)}
+    assert rates == {1000: 500.0, 500: 250.0, 250: 200.0}
+
+
+@pytest.mark.parametrize("kind", [1, 255])
+def test_a_mapping_that_is_read_only_and_right_is_used(kind: int) -> None:
     fixed = {
-        **{"i1400_1": Item(U32, "ro", "$NODEID+0x200"), "i1400_2": Item(U8, default=1)},
+        **{"i1400_1": Item(U32, "ro", "$NODEID+0x200"), "i1400_2": Item(U8, default=kind)},
         **{"i1600_0": Item(U8, default=2), "i1600_1": Item(U32, default=0x6040_00_10)},
         **{"i1600_2": Item(U32, default=0x607A_00_20), "i1401_1": Item(U32, "ro", "$NODEID+0x300")},
     }

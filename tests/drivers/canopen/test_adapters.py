@@ -1,5 +1,6 @@
 """Adapters: every interface of python-can gets its arguments, and what adapters do differently changes nothing."""
 
+import math
 import time
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,8 @@ import pytest
 
 from drivers.canopen.bus import Link, open_bus
 from drivers.canopen.drive import CanopenDrives
-from drivers.protocol import unheard
+from drivers.canopen.self_test import self_test
+from drivers.protocol import Power, Sample, unheard
 from drivers.simulated.config import SimConfig
 from drivers.simulated.rig import SimulatedRig
 from recordings.buses import bus_from
@@ -163,7 +165,15 @@ def test_self_test_says_what_the_adapter_does() -> None:
     assert list(rows) == ["own frames", "time stamps", "load", "lateness of SYNC", "answers"]
     assert "ms" in rows["lateness of SYNC"].found
     assert "none come back" in rows["own frames"].found
-    assert f"of {3 * round(0.2 * rig.rate)} missing" in rows["answers"].found
+    assert f"of {round(0.2 * rig.rate)} missing: " in rows["answers"].found
+
+
+def test_self_test_names_the_joint_that_does_not_answer() -> None:
+    rig = simulated_rig()
+    silent = Sample((0.0, math.nan, 0.0), (0.0,) * 3, (0,) * 3, (0,) * 3, (Power.OFF,) * 3, 1, None)
+    rows = {row.what: row for row in self_test(rig, Link(Adapter(0.0)), lambda *given: silent, 0.05)}
+    answers = rows["self-test: answers"]
+    assert (answers.verdict, answers.found.partition("missing: ")[2]) == ("problem", "joint 2: 25")
 
 
 def rig_over(path: str) -> str:

@@ -209,3 +209,4 @@ def test_nothing_is_sent_beside_another_master_but_beside_other_drives(arbitrati
     bus.receive_first(*((drive, "") for drive in (0x081, 0x181, 0x583, 0x701)), (arbitration_id, ""))
     with pytest.raises(RunFailed, match=rf"another master is on this bus \(frame {arbitration_id:03X} seen\)"):
         amplifiers.discover()
+    amplifiers.close()  # its drives stay as they are

@@ -56,6 +56,9 @@ def sdo(script: Script, other_frames: list[Frame] | None = None) -> tuple[Sdo, S
         (lambda s: s.has(0x6060, 0), [(READ_MODE, ["80 60 60 00 01 00 01 06"])], True),  # write only
         (lambda s: s.has(0x6060, 0), [(READ_MODE, ["80 60 60 00 00 00 02 06"])], False),  # no such object
         (lambda s: s.has(0x6060, 0), [(READ_MODE, ["80 60 60 00 11 00 09 06"])], False),  # no such sub-index
+        (lambda s: s.has(0x6060, 0), [(READ_MODE, ["80 60 60 00 00 00 00 08"])], False),  # a general error
+        (lambda s: (s.has(0x6060, 0), s.is_sized), [(READ_MODE, ["4f 60 60 00 08 00 00 00"])], (True, True)),
+        (lambda s: (s.has(0x6060, 0), s.is_sized), [(READ_MODE, ["42 60 60 00 08 00 00 00"])], (True, False)),
     ],
 )
 def test_transfer(transfer: Callable[[Sdo], object], script: Script, result: object) -> None:
