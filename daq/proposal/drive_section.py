@@ -141,7 +141,7 @@ class DriveSection:
             self.notes.append(f"counts_per_turn is assumed: {doubt}")
         elif source == ELECTRONIC_GEAR:
             comment = f"{ASSUMED}position units per turn of the motor, by {source}"
-            self.notes.append(f"counts_per_turn is assumed: {source} say {counts:.9g}")
+            self.notes.append(f"counts_per_turn is assumed: {counts:.9g} by {source}")
         elif not math.isclose(counts, round(counts)):
             comment = f"{ASSUMED}{counts:.9g} by {source}, which is no whole number"
         return Key("counts_per_turn", str(self._counts_per_turn), comment)

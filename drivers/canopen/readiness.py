@@ -176,7 +176,7 @@ def position_doubt(dictionary: DriveDictionary) -> str:
     readings = dictionary.units.readings
     if not readings or dictionary.drive.counts_source == "measured":
         return ""
-    said = ", ".join(f"{source} say {per_turn:g}" for source, per_turn in readings.items())
+    said = ", ".join(f"{per_turn:g} by {source}" for source, per_turn in readings.items())
     against = [
         f"by {source}, {name} = {length} would be {length / per_turn:g} turns of the motor"
         for source, per_turn in readings.items()

@@ -45,7 +45,7 @@ _CODES: dict[int, dict[int, str]] = {
 _DIMENSIONS = {(0x608C, 0xA4): "rpm", (0x608E, 0xAE): "rad/s^2"}
 """The dimension indices of older profiles that makers agree on."""
 
-ELECTRONIC_GEAR = "608Fh and 6091h, read as an electronic gear because they begin with the same number,"
+ELECTRONIC_GEAR = "608Fh and 6091h, read as an electronic gear because they begin with the same number"
 _TURNS = {
     **{"rad": 1 / math.tau, "deg": 1 / 360, "arcmin": 1 / 21_600, "arcsec": 1 / 1_296_000},
     **{"rev": 1.0, "rpm": 1 / 60},
@@ -152,7 +152,7 @@ class Units:
         else:
             for source, stated in others.items():
                 self.problems.append(
-                    f"position units per motor turn: {source} of the drive say {stated:g}, the rig file {counts} "
+                    f"position units per motor turn: {stated:g} by {source} of the drive, {counts} in the rig file "
                     "(counts_per_turn); correct one"
                 )
         if _decoded(self._objects, _POSITION)[0] is None:

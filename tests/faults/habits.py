@@ -179,7 +179,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "unit of position against the rig file",
-        r"60A8h of the drive say 360000, the rig file 8192",
+        r"360000 by 60A8h of the drive, 8192 in the rig file",
         2,
         eds=entry("60A8", DefaultValue=_THOUSANDTHS_OF_A_DEGREE),
     ),

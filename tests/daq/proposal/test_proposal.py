@@ -115,7 +115,7 @@ def test_a_resolution_beside_unset_factors_is_assumed(
     document = proposal(tmp_path, items)
     assert document.rig.drives[0].counts_per_turn == 8192
     (note,) = [note for note in document.notes if note.startswith("counts_per_turn")]
-    assert "608Fh say 8192, 6092h and 6091h say 1: either may be right" in note
+    assert "8192 by 608Fh, 1 by 6092h and 6091h: either may be right" in note
     assert shown in note
     assert "# assumed: position units per turn of the motor, by 608Fh" in document.text
 

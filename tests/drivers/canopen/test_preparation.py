@@ -129,7 +129,7 @@ def test_drive_that_does_not_fit_is_switched_off_all_the_same() -> None:
 @pytest.mark.parametrize(("source", "decided"), [("assumed", False), ("assumed", True), ("measured", True)])
 def test_an_undecided_unit_of_position_is_for_small_motions(source: str, decided: bool) -> None:
     reports: list[str] = []
-    made_up, doubt = MADE_UP["unset_factors"], '608Fh say 8192, 6092h and 6091h say 1: .* counts_source = "measured"'
+    made_up, doubt = MADE_UP["unset_factors"], '8192 by 608Fh, 1 by 6092h and 6091h: .* counts_source = "measured"'
     driver = bus_of(made_up, rig_of(made_up, counts_source=source)).driver(lambda *told: reports.append(told[2]))
     driver.discover()
     undecided = source == "assumed"
