@@ -10,7 +10,7 @@ from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
 from drivers.canopen.dictionary import DriveDictionary, read_dictionary
 from drivers.canopen.requirement import Requirement
-from drivers.canopen.requirements import MODES, PDO, ROWS, row_of
+from drivers.canopen.requirements import MODES, PDO, row_of
 from drivers.canopen.sdo import READ_DEVICE_TYPE, SdoWrite, format_address
 from drivers.canopen.units import Scale
 from drivers.protocol import CheckResult, Power, Verdict
@@ -84,7 +84,7 @@ def _fine_if(condition: bool, otherwise: Verdict = "problem") -> Verdict:
 
 
 def _state(axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[Row]:
-    if dictionary.lack(ROWS[STATUSWORD, 0]):
+    if not dictionary.tells_status:
         return  # which is one of the findings
     axis.read_state()
     if axis.state is None:

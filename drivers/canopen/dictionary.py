@@ -12,7 +12,7 @@ from drivers.canopen.requirement import Requirement
 from drivers.canopen.requirements import RPDO_TIMEOUT, SLOW_DOWN, STANDARD, TABLE, WATCHDOG, heartbeat_value
 from drivers.canopen.sdo import ObjectMissing, ObjectRefused, Sdo, SdoWrite, format_address
 from drivers.eds import Address, ObjectDescription, load_dictionary
-from recordings.drives import HomedBit, Voltage, WatchedObject
+from recordings.drives import STATUSWORD, HomedBit, Voltage, WatchedObject
 from recordings.errors import RunFailed
 from recordings.rig import Drive
 
@@ -128,6 +128,11 @@ class DriveDictionary:
         if (low is None or write.value >= low) and (high is None or write.value <= high):
             return ""
         return f"takes {item.span}, {write.value} is needed"
+
+    @property
+    def tells_status(self) -> bool:
+        """Whether the statusword can be read, whatever else it lacks."""
+        return len(self.data.get((STATUSWORD, 0)) or b"") >= struct.calcsize(STANDARD[STATUSWORD, 0])
 
     def refuses(self, address: Address, value: int) -> str:
         """See `refusal`, of a value of an object of the table."""

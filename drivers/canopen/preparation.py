@@ -11,10 +11,9 @@ from drivers.canopen.dictionary import DriveDictionary, read_dictionary, standar
 from drivers.canopen.node_axes import AXES
 from drivers.canopen.pdo import is_foreign, switch_off
 from drivers.canopen.requirement import Requirement
-from drivers.canopen.requirements import MODES, PDO, ROWS, row_of
+from drivers.canopen.requirements import MODES, PDO, row_of
 from drivers.canopen.sdo import ObjectRefused, SdoWrite, format_address
 from drivers.protocol import Power, Report
-from recordings.drives import STATUSWORD
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import Rig
 from recordings.schemas import Level
@@ -78,7 +77,7 @@ class Preparation:
             RunFailed: it stays powered.
         """
         self._dictionary = read_dictionary(self._axis.drive, self._sdo)
-        if self._dictionary.lack(ROWS[STATUSWORD, 0]):
+        if not self._dictionary.tells_status:
             return  # which is one of the reasons why it does not fit
         self._axis.read_state()
         if not self._axis.has_torque:

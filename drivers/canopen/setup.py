@@ -26,6 +26,8 @@ def object_writes(rig: Rig, dictionary: DriveDictionary) -> list[SdoWrite]:
         SdoWrite(*row.address, dictionary.layout(row.address, row.layout), value)
         for row in TABLE
         if row not in others and (value := row.wanted(rig, dictionary)) is not None and not dictionary.lack(row)
+        # What the rig file accepts as missing stays as it is where the drive's file excludes the value.
+        if row.role != "safety" or not dictionary.refuses(row.address, value)
     ]
     for write in writes:
         try:

@@ -192,7 +192,9 @@ class MotionControl:
     def follow_target(self) -> None:
         """Move to the target of the mode of operation, if the drive is enabled and has such a mode."""
         if self.state is PowerState.ENABLED and self._follows:
-            target = self._limited(self._objects.value(*_TARGETS[self.mode]))
+            # Some dictionaries call it unsigned.
+            raw = self._objects.value(*_TARGETS[self.mode])
+            target = self._limited(raw - (1 << 32) if raw >= 1 << 31 else raw)
             position = self._drive.to_position(round(target / self.units.position))
             self.generator.interpolate(position, self._interpolation_time())
 

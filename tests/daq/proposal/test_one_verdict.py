@@ -267,6 +267,13 @@ def test_limits_of_0_and_0_are_none_where_the_defaults_lie_outside() -> None:
     assert "6066:00 following error time-out [ms]: takes 50 to 65535, 10 is needed" in said
 
 
+def test_what_is_accepted_and_excluded_by_the_file_is_not_written() -> None:
+    outcome = verdicts(_drive(i6066_0=Item(U16, default=60, low=50, high=70))).outcome
+    assert outcome is not None
+    (text,) = outcome.reports
+    assert text.startswith("driven without 6066:00 following error time-out [ms]: takes 50 to 70, 10 is needed")
+
+
 def test_an_electronic_gear_is_no_gear() -> None:
     """6091h = 131072/10000 beside 608Fh = 131072: 10000 position units to a turn of the motor."""
     encoder = {(0x608F, 1): 131_072, (0x608F, 2): 1, (0x6091, 1): 131_072, (0x6091, 2): 10_000}

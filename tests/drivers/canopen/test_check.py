@@ -17,7 +17,7 @@ def test_power_is_a_problem_but_where_the_start_of_a_run_removes_it(state: Drive
     has_torque = power in (Power.ON, Power.STOPPING)
     axis = SimpleNamespace(state=state, power=power, has_torque=has_torque, read_state=lambda: None)
     [(_, _, text, verdict)] = _state(
-        cast(Any, axis), cast(Any, SimpleNamespace(value=lambda key: 0, lack=lambda row: ""))
+        cast(Any, axis), cast(Any, SimpleNamespace(value=lambda key: 0, tells_status=True))
     )
     expected = {
         DriveState.FAULT: "problem",

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable
 from contextlib import nullcontext
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,7 +14,7 @@ from drivers.simulated.drive_state_machine import PowerState
 from recordings.errors import BadInput, RunFailed
 from tests.drivers.canopen.lossy_bus import LossyBus
 from tests.drivers.canopen.made_up_runs import bus_of, rig_of
-from tests.drivers.simulated.dictionaries import MADE_UP, MadeUpDrive
+from tests.drivers.simulated.dictionaries import MADE_UP, TORQUE, U16, U32, Item, MadeUpDrive, base
 
 WIDE = MADE_UP["wide_voltage"]
 
@@ -124,6 +125,19 @@ def test_drive_that_does_not_fit_is_switched_off_all_the_same() -> None:
     with pytest.raises(BadInput, match="neither mode 7 nor 8"):
         bench.driver.configure()
     assert not bench.bus.enabled
+
+
+def test_drive_whose_file_excludes_its_statusword_is_switched_off_all_the_same(tmp_path: Path) -> None:
+    unmapped = {(index, sub): Item(U32) for index in (0x1A00, 0x1A01) for sub in (1, 2)}
+    made_up = MadeUpDrive(base() | TORQUE | unmapped | {(0x6041, 0): Item(U16, "ro")})
+    bus = bus_of(made_up, rig := rig_of(made_up, eds=str(made_up.write(tmp_path)[0])))
+    driver = bus.driver(lambda *told: None)
+    driver.discover()
+    bus.drives[0]._motion.state = PowerState.ENABLED
+    with pytest.raises(BadInput, match="6041:00 statusword: cannot be mapped"):
+        driver.configure()
+    assert rig.drives[0].eds
+    assert not bus.enabled
 
 
 @pytest.mark.parametrize(("source", "decided"), [("assumed", False), ("assumed", True), ("measured", True)])
