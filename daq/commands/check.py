@@ -3,7 +3,7 @@
 import json
 from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
 import click
@@ -57,7 +57,7 @@ def command(drives: DriveOptions, set_up: bool, tested: float | None, show_all: 
         identities = connected.discover()
         findings = [*connected.check(), *PoseMemory(bench.rig, identities).results()]
         if (set_up or tested is not None) and not _problems(findings):
-            findings += _set_up(connected)
+            findings = _set_up(connected, findings)
         if tested is not None and not _problems(findings):
             findings += _self_test(connected, tested)
     problems = _problems(findings)
@@ -72,11 +72,7 @@ def command(drives: DriveOptions, set_up: bool, tested: float | None, show_all: 
         _print_tables(bus, identities, shown)
     unproven = [finding for finding in findings if finding.verdict == "will be written"]
     if not problems:
-        following = (
-            ("check", "--set-up")
-            if unproven and not set_up and tested is None
-            else ("jog", "--joint", 1, "--by", 0.05)
-        )
+        following = ("check", "--set-up") if unproven else ("jog", "--joint", 1, "--by", 0.05)
         say_next("daq", *following, *drives.words)
     if problems:
         raise RunFailed(f"{len(problems)} problem(s) found; correct the rig file or the drive")
@@ -93,17 +89,21 @@ def _self_test(amplifiers: "Amplifiers", duration: float) -> "Sequence[CheckResu
         return amplifiers.self_test(duration)
 
 
-def _set_up(amplifiers: "Amplifiers") -> "list[CheckResult]":
-    """Write the set-up as a recording does; what a drive refuses is a problem."""
+def _set_up(amplifiers: "Amplifiers", findings: "Sequence[CheckResult]") -> "list[CheckResult]":
+    """Write the set-up as a recording does; `findings` after it, with what a drive refuses as a problem."""
     from drivers.protocol import CheckResult
 
+    where, found = "drives", "written and read back"
     try:
         amplifiers.configure()
     except (BadInput, RunFailed) as error:
-        where, _, text = str(error).partition(" refuses ")
-        what = CheckResult(where, "set-up", "every value accepted", f"refuses {text}", "problem")
-        return [what if text else CheckResult("drives", "set-up", "every value accepted", str(error), "problem")]
-    return [CheckResult("drives", "set-up", "every value accepted", "written and read back", "noted")]
+        drive, _, refused = str(error).partition(" refuses ")
+        where, found = (drive, f"refuses {refused}") if refused else (where, str(error))
+        return [*findings, CheckResult(where, "set-up", "every value accepted", found, "problem")]
+    written = [
+        replace(f, found=f.expected, verdict="fine") if f.verdict == "will be written" else f for f in findings
+    ]
+    return [*written, CheckResult(where, "set-up", "every value accepted", found, "noted")]
 
 
 def _problems(findings: "Sequence[CheckResult]") -> "list[CheckResult]":

@@ -10,7 +10,7 @@ from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
 from drivers.canopen.dictionary import DriveDictionary, read_dictionary
 from drivers.canopen.requirement import Requirement
-from drivers.canopen.requirements import MODES, PDO, row_of
+from drivers.canopen.requirements import MODES, PDO, WATCHDOG, row_of
 from drivers.canopen.sdo import READ_DEVICE_TYPE, SdoWrite, format_address
 from drivers.canopen.units import Scale
 from drivers.protocol import CheckResult, Power, Verdict
@@ -76,7 +76,9 @@ def _compare(rig: Rig, axis: CanopenAxis) -> Iterator[Row]:
         judged = {each.row.address[0] for each in found if each.row is not None}
         # A PDO is disabled before it is mapped; only its final value is compared.
         compared = [write for write in writes if write.check and write.index not in judged]
-        yield from (_object(axis, present, dictionary, write) for write in compared)
+        yield from (_object(axis, present, dictionary, write) for write in compared if not pdo.is_foreign(write))
+        if foreign := ", ".join(f"{write.index:04X}h" for write in compared if pdo.is_foreign(write)):
+            yield f"PDOs of another use ({foreign})", "off", "on", "will be written"
 
 
 def _fine_if(condition: bool, otherwise: Verdict = "problem") -> Verdict:
@@ -227,8 +229,7 @@ def _protections(dictionary: DriveDictionary, found: Sequence[readiness.DriveFin
 def _object(axis: CanopenAxis, present: DriveDictionary, dictionary: DriveDictionary, write: SdoWrite) -> Row:
     address = (write.index, write.sub)
     row = row_of(address)
-    meaning = "PDO of another use, switched off" if pdo.is_foreign(write) else row.meaning
-    what, expected = f"{format_address(*address)} {meaning}", _shown(dictionary, row, write.value)
+    what, expected = f"{format_address(*address)} {row.meaning}", _shown(dictionary, row, write.value)
     readable = present.data.get(address)
     actual = present.value(address, write.layout) if readable else axis.sdo.read_optional(*address, write.layout)
     if actual is not None:
@@ -240,8 +241,9 @@ def _object(axis: CanopenAxis, present: DriveDictionary, dictionary: DriveDictio
 
 
 def _shown(dictionary: DriveDictionary, row: Requirement, value: int) -> str:
-    """A value as shown: of a PDO in hexadecimal, of a limit also in SI units as the drive understands it."""
-    if row is PDO:
+    """A value as shown: of a PDO and of 1016h in hexadecimal, of a limit also in SI units as the drive understands
+    it."""
+    if row in (PDO, WATCHDOG):
         return f"0x{value:X}"
     scale = getattr(dictionary.units, row.quantity, None)
     return str(value) if scale is None else f"{value} = {value / scale.per_radian:.4g} {_SI[row.quantity]}"

@@ -40,7 +40,7 @@ def test_simulated_drives_have_no_problems_and_equal_results_are_grouped(daq_in_
     assert [drive["address"] for drive in document["drives"]] == ["node 1", "node 2", "node 3"]
     watchdog = found(document["findings"], "1016:01")
     assert watchdog["verdict"] == "will be written"
-    assert int(watchdog["expected"]) == 127 << 16 | 250
+    assert int(watchdog["expected"], 16) == 127 << 16 | 250
     assert "40% loaded" in document["bus"]
     done = daq_in_process("check")
     assert done.code == 0
@@ -127,7 +127,10 @@ def test_refused_value_is_known_when_it_is_written(check: Check) -> None:
     code, findings = check(habits, "", "--set-up")
     assert code == 1
     assert "quick_stop_option" in findings[-1]["found"]
-    assert check(habits, "quick_stop_option = 6", "--set-up")[0] == 0
+    code, findings = check(habits, "quick_stop_option = 6", "--set-up")
+    assert code == 0
+    assert {f["verdict"] for f in findings if f["what"].startswith(("6085:00", "1A00:01"))} == {"fine"}
+    assert findings[-1]["found"] == "written and read back"
 
 
 def test_protections_are_listed_with_what_protects(check: Check, tmp_path: Path) -> None:
