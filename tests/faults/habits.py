@@ -210,7 +210,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault("voltage of 32 bits", TOLERATED, 0, eds=LONG_VOLTAGE),
     Fault("polled voltage of 32 bits", TOLERATED, 0, eds=LONG_VOLTAGE, drive={"voltage": POLLED}),
-    Fault("object of safety missing", r"6066h.*accept_missing", 2, eds=without("6066")),
+    Fault("object of safety missing", r"6066:00.*accept_missing", 2, eds=without("6066")),
     Fault(
         "object of safety missing, accepted", TOLERATED, 0, eds=without("6066"), drive={"accept_missing": ["6066"]}
     ),
@@ -241,7 +241,7 @@ FAULTS: tuple[Fault, ...] = (
         eds=guarded_without_heartbeat,
         cable=lambda: accompany(TPDO_2, lambda k: [frame(0x702, "05")] if k % BEAT == 0 else []),
     ),
-    Fault("mode that the drive does not list", "6502h = 0x1", 2, eds=entry("6502", DefaultValue="0x1")),
+    Fault("mode that the drive does not list", "6502:00 supported modes: 0x1", 2, eds=entry("6502", DefaultValue="0x1")),
     Fault(
         "no zero reference in the statusword",
         "no zero reference",
