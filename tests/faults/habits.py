@@ -241,7 +241,7 @@ FAULTS: tuple[Fault, ...] = (
         eds=guarded_without_heartbeat,
         cable=lambda: accompany(TPDO_2, lambda k: [frame(0x702, "05")] if k % BEAT == 0 else []),
     ),
-    Fault("mode that the drive does not list", "6502:00 supported modes: 0x1", 2, eds=entry("6502", DefaultValue="0x1")),
+    Fault("mode that the drive does not list", "supported modes: 0x1", 2, eds=entry("6502", DefaultValue="0x1")),
     Fault(
         "no zero reference in the statusword",
         "no zero reference",
